@@ -1,0 +1,196 @@
+"""What a detection returns: plain dataclasses of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+STAR = "star"
+LEMON = "lemon"
+MONSTAR = "monstar"
+UNCERTAIN = "uncertain"
+KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
+
+
+@dataclass(frozen=True)
+class CurvatureField:
+    """Shape operators at the vertices of the input mesh.
+
+    Attributes
+    ----------
+    k1, k2:
+        (n,) float64 principal curvatures, k1 >= k2, in 1 / length; a sphere of radius R with
+        outward normals has both +1/R. NaN at vertices without a face.
+    d1, d2:
+        (n, 3) float64 unit principal directions (a line: the sign means nothing), with
+        d1 x d2 = normal. NaN at vertices without a face.
+    normal:
+        (n, 3) float64 unit outward normals. NaN at vertices without a face.
+    noise:
+        (n,) float64 standard error of the gap k1 - k2 estimated from the fit, in 1 / length;
+        NaN where it is not known (curvature "normals" or "given").
+    """
+
+    k1: np.ndarray
+    k2: np.ndarray
+    d1: np.ndarray
+    d2: np.ndarray
+    normal: np.ndarray
+    noise: np.ndarray
+
+    @property
+    def gap(self) -> np.ndarray:
+        """(n,) k1 - k2, the length of the deviator, in 1 / length; 0 at an umbilic."""
+        return self.k1 - self.k2
+
+
+@dataclass(frozen=True)
+class Umbilics:
+    """Umbilical points, one row each.
+
+    Attributes
+    ----------
+    position, normal:
+        (k, 3) float64 point on the mesh, in the mesh's own coordinates, and unit normal there.
+    triangle:
+        (k,) int64 row of the input triangles that holds the point.
+    barycentric:
+        (k, 3) float64 weights of that triangle's corners.
+    vertex:
+        (k,) int64 vertex for method I, which reports vertices; -1 otherwise.
+    index:
+        (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
+        other multiples of one half).
+    kind:
+        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree.
+    curvature:
+        (k,) float64 mean curvature at the point, in 1 / length.
+    persistence:
+        (k,) float64 gap at which the point cancels with its partner, in 1 / length; infinite
+        where topology keeps it.
+    partner:
+        (k,) int64 row of the umbilic it cancels with, -1 where there is none. In a filtered
+        set the rows are those of the full set, `Detection.candidates`.
+    uncertainty:
+        (k,) float64 standard error of the position, in length.
+    separatrix:
+        (k, 3, 3) float64 unit tangent directions of the separatrices, NaN-filled to three.
+    certain:
+        (k,) bool, False where a border or a damaged neighbourhood makes the point doubtful.
+    elliptic:
+        (k,) bool, True inside the opened elliptic part; all True where opening is off.
+    """
+
+    position: np.ndarray
+    normal: np.ndarray
+    triangle: np.ndarray
+    barycentric: np.ndarray
+    vertex: np.ndarray
+    index: np.ndarray
+    kind: np.ndarray
+    curvature: np.ndarray
+    persistence: np.ndarray
+    partner: np.ndarray
+    uncertainty: np.ndarray
+    separatrix: np.ndarray
+    certain: np.ndarray
+    elliptic: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def select(self, rows: np.ndarray) -> Umbilics:
+        """The given rows (a mask or indices) of every array."""
+        return Umbilics(**{name: value[rows] for name, value in vars(self).items()})
+
+    def counts(self) -> dict[str, int]:
+        """How many there are of each kind."""
+        return {kind: int(np.count_nonzero(self.kind == kind)) for kind in KINDS}
+
+
+@dataclass(frozen=True)
+class Region:
+    """An area where the principal curvatures are equal within the estimator's noise.
+
+    Attributes
+    ----------
+    triangles:
+        (r,) int64 rows of the input triangles.
+    area:
+        Its area, in length squared.
+    index:
+        Index of the direction field around its border: a multiple of one half, the sum of the
+        indices that it replaces.
+    kind:
+        "spherical" or "planar".
+    curvature:
+        Mean curvature over the region, in 1 / length.
+    """
+
+    triangles: np.ndarray
+    area: float
+    index: float
+    kind: str
+    curvature: float
+
+
+@dataclass(frozen=True)
+class Detection:
+    """The result of `core.detect`.
+
+    Attributes
+    ----------
+    umbilics:
+        The umbilics that the filters of the settings kept.
+    candidates:
+        All umbilics before persistence and opening; filtering again needs no new detection.
+    curvature:
+        Shape operators at every input vertex.
+    regions:
+        Spherical and planar regions.
+    triangle_index:
+        (m,) float64 index found in each input triangle, before filtering.
+    surface_type:
+        (n,) int8 codes of `core.SURFACE_TYPES` at every input vertex, -1 where unknown.
+    conformal_scale:
+        (n,) float64 length in the plane per length on the mesh, method C only; else NaN.
+    euler_characteristic:
+        V - E + F of the surface as analysed (without isolated vertices and dropped faces).
+    index_sum:
+        Sum of the indices of the kept umbilics and the regions.
+    expected_index_sum:
+        What the sum must be: the Euler characteristic on closed surfaces; NaN where an open
+        border leaves it free.
+    persistence_level:
+        The persistence below which pairs were dropped, in 1 / length.
+    trust_ratio:
+        Largest cancelled persistence over the median gap: up to about 0.5 the survivors sit
+        where the surface has them, above 0.7 they may not. 0 where nothing was cancelled.
+    noise:
+        Estimated standard deviation of the positions, in length; NaN where unknown.
+    scale:
+        Median radius of the fitted neighbourhoods, in length; NaN where nothing was fitted.
+    warnings:
+        Sentences for the user, each saying what was met and what to do.
+    timings:
+        Seconds spent in each stage, by name.
+    """
+
+    umbilics: Umbilics
+    candidates: Umbilics
+    curvature: CurvatureField
+    regions: Sequence[Region]
+    triangle_index: np.ndarray
+    surface_type: np.ndarray
+    conformal_scale: np.ndarray
+    euler_characteristic: int
+    index_sum: float
+    expected_index_sum: float
+    persistence_level: float
+    trust_ratio: float
+    noise: float
+    scale: float
+    warnings: tuple[str, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)

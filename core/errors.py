@@ -1,0 +1,21 @@
+"""The errors that the core raises on purpose; front ends catch these and nothing wider."""
+
+
+class UmbilicsError(Exception):
+    """Base of every error the core raises deliberately; its text is written for the user."""
+
+
+class InvalidSettingsError(UmbilicsError):
+    """A setting is out of range, of the wrong type or does not fit the others."""
+
+
+class InvalidMeshError(UmbilicsError):
+    """The mesh cannot be analysed at all: no faces, wrong shapes, nothing finite."""
+
+
+class ChartError(UmbilicsError):
+    """Method C cannot unfold a chart of the mesh: it is closed or not a disk."""
+
+
+class CancelledError(UmbilicsError):
+    """The user asked to stop; nothing was written."""

@@ -1,0 +1,71 @@
+"""The surface as it is analysed: a clean oriented manifold made of the input mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Surface:
+    """An oriented triangle manifold, possibly with border and several components.
+
+    Every edge has one or two triangles, every vertex one fan of triangles, windings agree.
+    `core.cleaning` makes it from any input; isolated vertices are not part of it.
+
+    Attributes
+    ----------
+    vertices:
+        (n, 3) float64 positions, moved and scaled to a unit box (see `origin` and `unit`).
+    triangles:
+        (m, 3) int32 corners, outward winding.
+    source_vertex, source_triangle:
+        (n,), (m,) int64 rows of the input that each vertex and triangle came from. A vertex of
+        the input where sheets only touch appears once for each sheet.
+    neighbour_start, neighbours:
+        (n + 1,) and (e,) int32: the one-ring of vertex i is
+        neighbours[neighbour_start[i]:neighbour_start[i + 1]], ascending.
+    border:
+        (n,) bool, True at vertices on an open border.
+    component:
+        (n,) int32 connected component of each vertex.
+    origin, unit:
+        (3,) float64 and float: input position = vertices * unit + origin.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    source_vertex: np.ndarray
+    source_triangle: np.ndarray
+    neighbour_start: np.ndarray
+    neighbours: np.ndarray
+    border: np.ndarray
+    component: np.ndarray
+    origin: np.ndarray
+    unit: float
+
+    @cached_property
+    def face_normal_area(self) -> tuple[np.ndarray, np.ndarray]:
+        """(m, 3) unit normals of the triangles and (m,) their areas."""
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        cross = np.cross(b - a, c - a)
+        length = np.linalg.norm(cross, axis=1)
+        return cross / np.maximum(length, np.finfo(float).tiny)[:, None], 0.5 * length
+
+    @cached_property
+    def euler_characteristic(self) -> np.ndarray:
+        """(components,) int64 V - E + F of each component."""
+        count = int(self.component.max()) + 1 if len(self.component) else 0
+        vertices = np.bincount(self.component, minlength=count)
+        faces = np.bincount(self.component[self.triangles[:, 0]], minlength=count)
+        owner = np.repeat(self.component, np.diff(self.neighbour_start))
+        edges = np.bincount(owner, minlength=count) // 2
+        return vertices - edges + faces
+
+    @cached_property
+    def closed(self) -> np.ndarray:
+        """(components,) bool, True where a component has no border."""
+        count = int(self.component.max()) + 1 if len(self.component) else 0
+        return np.bincount(self.component, weights=self.border, minlength=count) == 0
