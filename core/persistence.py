@@ -22,7 +22,7 @@ from scipy.sparse import csgraph
 from .surface import Surface
 
 # Fewer candidates than this are compared faster without arrays.
-_FEW = 8
+_FEW = 24
 
 
 def measure_persistence(
@@ -145,7 +145,9 @@ def _tree(
     weight = np.concatenate([np.maximum(rank[owner[crossing]], around[crossing]), rank[corner]])
     different = first != second
     first, second, weight = first[different], second[different], weight[different]
-    ascending = np.argsort(weight, kind="stable")
+    # Sorting keys is several times faster than sorting places, and as strict.
+    key = np.sort(weight.astype(np.int64) << 32 | np.arange(len(weight)))
+    ascending = key & 0xFFFFFFFF
     first, second, weight = first[ascending], second[ascending], weight[ascending]
 
     umbilic = basin[vertices : vertices + count]
@@ -264,21 +266,25 @@ def _closest(
     if len(mine) == 1 and len(yours) == 1:
         return 0, 0
     if len(mine) * len(yours) <= _FEW:
-        best = (np.inf, 0, 0)
-        for i, one in enumerate(mine):
-            x, y, z = place[one]
-            for j, two in enumerate(yours):
-                u, v, w = place[two]
-                best = min(best, ((x - u) ** 2 + (y - v) ** 2 + (z - w) ** 2, i, j))
-        return best[1], best[2]
+        nearest, first, second = np.inf, 0, 0
+        for j, two in enumerate(yours):
+            u, v, w = place[two]
+            for i, one in enumerate(mine):
+                x, y, z = place[one]
+                distance = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w)
+                if distance < nearest:
+                    nearest, first, second = distance, i, j
+        return first, second
     # The longer list at once, the shorter one in turn: the memory stays small.
     ours = centres[mine]
-    best = (np.inf, 0, 0)
+    nearest, first, second = np.inf, 0, 0
     for j, two in enumerate(yours):
-        distance = np.square(ours - centres[two]).sum(axis=1)
+        away = ours - centres[two]
+        distance = np.einsum("ij,ij->i", away, away)
         i = int(distance.argmin())
-        best = min(best, (float(distance[i]), i, j))
-    return best[1], best[2]
+        if distance[i] < nearest:
+            nearest, first, second = float(distance[i]), i, j
+    return first, second
 
 
 def _spend(charge: list[int], mine: list[int], i: int, yours: list[int], j: int) -> None:
