@@ -1,0 +1,60 @@
+"""What all the tests share. tools/test runs them; see there for what runs where."""
+
+import importlib
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+try:
+    import bpy
+except ImportError:
+    bpy = None
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+
+# Folders whose tests need Blender around them.
+IN_BLENDER = ("operators", "ui")
+
+# The machines are slow and shared, so that a deadline would fail by chance; the same examples
+# every time make a failure in continuous integration one that can be repeated.
+settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", settings.get_profile("default"), derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    # These import bpy, which must not fail the collection of the others.
+    if bpy is None and collection_path.suffix == ".py" and _needs_blender(collection_path):
+        return True
+    return None
+
+
+def _needs_blender(path: Path) -> bool:
+    parts = path.relative_to(REPOSITORY / "tests").parts
+    return bool(parts) and parts[0] in IN_BLENDER
+
+
+def pytest_report_header() -> str:
+    if bpy is None:
+        return "Blender: none; tests/operators and tests/ui are left out (tools/test runs them)"
+    return f"Blender: {bpy.app.version_string}"
+
+
+@pytest.fixture
+def addon():
+    """The installed extension, `bl_ext.user_default.umbilics`."""
+    if bpy is None:
+        pytest.skip("needs Blender: run it with tools/test")
+    return importlib.import_module("bl_ext.user_default.umbilics")
+
+
+@pytest.fixture(scope="session")
+def meshes_folder() -> Path:
+    """The folder of real meshes, which are no part of the repository."""
+    named = os.environ.get("UMBILICS_MESHES")
+    folder = Path(named) if named else REPOSITORY.parent / "shared" / "meshes"
+    if not folder.is_dir():
+        pytest.skip(f"no real meshes: $UMBILICS_MESHES is not set and {folder} does not exist")
+    return folder

@@ -1,0 +1,121 @@
+"""Build the extension's zips in dist/.
+
+Without options: one zip for each platform, with the SciPy wheels that Blender.org's Blender
+needs. What goes in is the list RUNTIME below and nothing else.
+"""
+
+import argparse
+import shutil
+import tempfile
+import tomllib
+from pathlib import Path
+
+import isolated_blender
+import scipy_wheels
+from places import BLENDER, REPOSITORY, fail, run_quietly, say
+
+RUNTIME = ("blender_manifest.toml", "__init__.py", "core", "operators", "ui", "LICENSE")
+
+
+def manifest() -> dict:
+    return tomllib.loads((REPOSITORY / "blender_manifest.toml").read_text("utf-8"))
+
+
+def stage(folder: Path, platform: str | None) -> None:
+    """Lay out what ships: for one platform with its wheels, or for any without wheels."""
+    ignore = shutil.ignore_patterns("__pycache__", ".*")
+    for name in RUNTIME:
+        source = REPOSITORY / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=ignore)
+        elif source.exists():
+            shutil.copy(source, folder / name)
+        else:
+            fail(f"{source} is missing: the extension can't be built without it.")
+    if platform:
+        _add_wheels(folder, platform)
+
+
+def _add_wheels(folder: Path, platform: str) -> None:
+    (folder / "wheels").mkdir()
+    names = []
+    for wheel in scipy_wheels.read_lock():
+        if wheel.platform == platform:
+            shutil.copy(scipy_wheels.fetch(wheel), folder / "wheels" / wheel.name)
+            names.append(wheel.name)
+    path = folder / "blender_manifest.toml"
+    before, table, after = path.read_text("utf-8").partition("\n[permissions]")
+    if (platform, "3.11") in scipy_wheels.MISSING:
+        before = before.replace('blender_version_min = "4.2.0"', 'blender_version_min = "5.1.0"')
+    wheels = "".join(f'  "./wheels/{name}",\n' for name in names)
+    added = f'\nplatforms = ["{platform}"]\nwheels = [\n{wheels}]\n'
+    path.write_text(before + added + table + after, "utf-8")
+    listed = [Path(name).name for name in tomllib.loads(path.read_text("utf-8"))["wheels"]]
+    on_disk = [file.name for file in (folder / "wheels").iterdir()]
+    found = scipy_wheels.problems(platform, listed, on_disk)
+    if found:
+        fail(f"the wheels for {platform} are wrong: " + "; ".join(found))
+
+
+def build(output: Path, platform: str | None) -> Path:
+    """Build one zip in the folder `output` with Blender's own builder, and return its path."""
+    about = manifest()
+    suffix = "-" + platform.replace("-", "_") if platform else ""
+    zip_file = output.resolve() / f"{about['id']}-{about['version']}{suffix}.zip"
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="umbilics-build-") as folder:
+        staged = Path(folder) / "umbilics"
+        staged.mkdir()
+        stage(staged, platform)
+        # The builder reads the manifest only; validating the result reads the code's place too.
+        new = Path(folder) / zip_file.name
+        command = [BLENDER, "--factory-startup", "--command", "extension"]
+        run_quietly(
+            [*command, "build", "--source-dir", staged, "--output-filepath", new],
+            f"build {zip_file.name}",
+        )
+        run_quietly([*command, "validate", new], f"validate {zip_file.name}")
+        shutil.move(new, zip_file)
+    return zip_file
+
+
+def build_for_this_blender(output: Path) -> Path:
+    """The zip that fits the Blender of tools/blender: SciPy comes along where it has none."""
+    facts = isolated_blender.describe()
+    return build(output, None if facts["scipy"] else facts["platform"])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="tools/build", description=__doc__)
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
+        "--platform",
+        action="append",
+        choices=list(scipy_wheels.TAGS),
+        help="only for this platform (may be given more than once)",
+    )
+    which.add_argument(
+        "--without-wheels",
+        action="store_true",
+        help="for a Blender whose Python has SciPy already, such as Debian's",
+    )
+    which.add_argument(
+        "--for-this-blender",
+        action="store_true",
+        help="the one that the Blender of tools/blender needs",
+    )
+    parser.add_argument("--output", type=Path, default=REPOSITORY / "dist", metavar="FOLDER")
+    options = parser.parse_args()
+    if options.for_this_blender:
+        files = [build_for_this_blender(options.output)]
+    elif options.without_wheels:
+        files = [build(options.output, None)]
+    else:
+        platforms = options.platform or scipy_wheels.TAGS
+        files = [build(options.output, platform) for platform in platforms]
+    for file in files:
+        say(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
+
+
+if __name__ == "__main__":
+    main()

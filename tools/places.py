@@ -1,0 +1,69 @@
+"""Where things are, and the little that all the tools share."""
+
+import contextlib
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+TOOLS = Path(__file__).resolve().parent
+REPOSITORY = TOOLS.parent
+BLENDER = TOOLS / "blender"
+
+
+def cache_folder() -> Path:
+    """The user's cache folder of these tools, the one that tools/blender uses too."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "umbilics"
+
+
+def say(message: str) -> None:
+    print(f"umbilics: {message}", file=sys.stderr, flush=True)
+
+
+def fail(message: str) -> None:
+    """End the tool with a message to its user."""
+    say(message)
+    raise SystemExit(1)
+
+
+def run_quietly(command: list, what: str, **options) -> str:
+    """Run a program; on failure say what could not be done, with its last lines, and end."""
+    done = subprocess.run(
+        [str(part) for part in command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+        **options,
+    )
+    if done.returncode != 0:
+        print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
+        fail(f"could not {what} (exit code {done.returncode}); see above.")
+    return done.stdout
+
+
+@contextlib.contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a lock that ends with the process, however that ends."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def made_once(folder: Path, make: Callable[[Path], None]) -> Path:
+    """The folder, made by `make` if it is not there; never found half made."""
+    if not folder.exists():
+        with locked(folder.with_name(folder.name + ".lock")):
+            if not folder.exists():
+                partial = folder.with_name(folder.name + ".partial")
+                shutil.rmtree(partial, ignore_errors=True)
+                make(partial)
+                partial.rename(folder)
+    return folder

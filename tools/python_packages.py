@@ -1,0 +1,43 @@
+"""The Python packages of the tests, in the user's cache."""
+
+import hashlib
+import sys
+import venv
+from pathlib import Path
+
+from places import TOOLS, cache_folder, made_once, run_quietly, say
+
+REQUIREMENTS = TOOLS / "test_requirements.txt"
+REQUIREMENTS_IN_BLENDER = TOOLS / "test_requirements_blender.txt"
+
+
+def _key(requirements: Path) -> str:
+    return hashlib.sha256(requirements.read_bytes()).hexdigest()[:12]
+
+
+def test_python() -> Path:
+    """A Python with NumPy, SciPy, pytest, hypothesis and ruff. Use its programs with -m."""
+
+    def make(folder: Path) -> None:
+        say("installing NumPy, SciPy, pytest, hypothesis and ruff for the tests, once …")
+        venv.create(folder, with_pip=True, symlinks=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install", "-r", REQUIREMENTS]
+        run_quietly(command, "install the tests' Python packages")
+
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS)}"
+    return made_once(folder, make) / "bin" / "python"
+
+
+def packages_for_blender() -> Path:
+    """A folder with pytest and hypothesis for the Python of any Blender."""
+
+    def make(folder: Path) -> None:
+        options = ["--target", folder, "--only-binary=:all:", "--platform", "any"]
+        # The oldest Python in question, and no compiled code.
+        options += ["--python-version", "3.11", "--implementation", "py", "--abi", "none"]
+        command = [test_python(), "-m", "pip", "install", *options, "-r", REQUIREMENTS_IN_BLENDER]
+        run_quietly(command, "install pytest for Blender's Python")
+
+    folder = cache_folder() / "python" / f"blender-{_key(REQUIREMENTS_IN_BLENDER)}"
+    return made_once(folder, make)

@@ -1,0 +1,188 @@
+"""Run the tests: without Blender, inside it, and in its window.
+
+All set-up is done here: a Python with NumPy, SciPy and pytest, a Blender if there is none, the
+extension's zip, and its installation in preferences of its own. The suites are
+
+  core      tests/core, in an ordinary Python
+  tools     tests/tools, there as well; they use Blender from outside
+  blender   tests/operators, tests/ui and (without those marked slow) tests/core, in `blender -b`
+            against the installed zip
+  gui       tests/gui, in an ordinary Python, which drives windows by tools/window
+
+Other arguments are pytest's. Paths among them choose the suites too.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+from collections import Counter
+from pathlib import Path
+
+import build_extension
+import isolated_blender
+from places import BLENDER, REPOSITORY, cache_folder, say
+from python_packages import packages_for_blender, test_python
+
+SUITES = {
+    "core": ("tests/core",),
+    "tools": ("tests/tools",),
+    "blender": ("tests/operators", "tests/ui", "tests/core"),
+    "gui": ("tests/gui",),
+}
+
+# pytest's own exit codes.
+NO_TESTS = 5
+
+
+def paths_of(suite: str, given: list[str]) -> list[str]:
+    """Which of the paths given, or of its own folders, a suite runs."""
+    folders = [REPOSITORY / name for name in SUITES[suite]]
+    if not given:
+        return [str(folder) for folder in folders if any(folder.glob("**/test_*.py"))]
+    return [
+        path
+        for path in given
+        if any(Path(path.split("::")[0]).resolve().is_relative_to(folder) for folder in folders)
+        or Path(path).resolve() in (REPOSITORY, REPOSITORY / "tests")
+    ]
+
+
+def split_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """pytest's arguments as paths of tests and all the others."""
+    paths, options = [], []
+    for previous, argument in zip(["", *arguments], arguments, strict=False):
+        is_value = previous in ("-k", "-m", "-n", "-o", "-p", "-c", "-W")
+        is_path = not is_value and Path(argument.split("::")[0]).exists()
+        (paths if is_path else options).append(argument)
+    return paths, options
+
+
+def counts_in(report: Path) -> Counter:
+    """Passed, failed and skipped tests of a JUnit report; empty if pytest did not get to it."""
+    if not report.exists():
+        return Counter()
+    counts = Counter()
+    for suite in ElementTree.parse(report).getroot().iter("testsuite"):
+        total, failed, skipped = (
+            int(suite.get("tests", 0)),
+            int(suite.get("failures", 0)) + int(suite.get("errors", 0)),
+            int(suite.get("skipped", 0)),
+        )
+        counts += Counter(passed=total - failed - skipped, failed=failed, skipped=skipped)
+    return counts
+
+
+def in_words(counts: Counter) -> str:
+    return ", ".join(f"{counts[kind]} {kind}" for kind in ("passed", "failed", "skipped"))
+
+
+class Tests:
+    """One run of some suites, with the folders and the Blender that they share."""
+
+    def __init__(self, folder: Path, given: list[str], options: list[str]):
+        self.folder = folder
+        self.given = given
+        self.options = options
+        self.counts = Counter()
+        self.failed = []
+        self._installed = None
+
+    def run(self, suite: str) -> None:
+        paths = paths_of(suite, self.given)
+        if not paths:
+            return
+        report = self.folder / f"{suite}.xml"
+        arguments = [f"--junitxml={report}", *self.options, *paths]
+        start = time.monotonic()
+        code = getattr(self, f"_{suite}")(arguments)
+        counts = counts_in(report)
+        self.counts += counts
+        say(f"{suite}: {in_words(counts)} in {time.monotonic() - start:.0f} s")
+        if code not in (0, NO_TESTS):
+            self.failed.append(suite)
+
+    def _core(self, arguments: list[str]) -> int:
+        return self._pytest([test_python(), "-m", "pytest"], arguments, dict(os.environ))
+
+    def _tools(self, arguments: list[str]) -> int:
+        return self._pytest([test_python(), "-m", "pytest"], arguments, self._environment())
+
+    def _blender(self, arguments: list[str]) -> int:
+        if not any(argument in ("-m", "--markexpr") for argument in arguments) and not self.given:
+            arguments = ["-m", "not slow", *arguments]
+        command = [BLENDER, "-b", "--python-exit-code", "1"]
+        command += ["--python", REPOSITORY / "tools" / "pytest_in_blender.py"]
+        command += ["--", packages_for_blender()]
+        return self._pytest(command, arguments, self._environment())
+
+    def _gui(self, arguments: list[str]) -> int:
+        environment = self._environment() | {"UMBILICS_WINDOW": str(REPOSITORY / "tools/window")}
+        return self._pytest([test_python(), "-m", "pytest"], arguments, environment)
+
+    def _environment(self) -> dict[str, str]:
+        """Preferences in which the extension is installed and enabled, for these tests only."""
+        if not self._installed:
+            start = time.monotonic()
+            zip_file = build_extension.build_for_this_blender(self.folder)
+            built = time.monotonic()
+            resources = self.folder / "blender"
+            isolated_blender.install(zip_file, resources)
+            self._installed = isolated_blender.environment(resources)
+            self._installed["UMBILICS_ZIP"] = str(zip_file)
+            say(
+                f"built {zip_file.name} in {built - start:.0f} s, "
+                f"installed it in {time.monotonic() - built:.0f} s"
+            )
+        return self._installed
+
+    def _pytest(self, command: list, arguments: list[str], environment: dict) -> int:
+        sys.stdout.flush()
+        return subprocess.run(
+            [*map(str, command), *arguments],
+            cwd=REPOSITORY,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            check=False,
+        ).returncode
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="tools/test",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    for suite in SUITES:
+        parser.add_argument(
+            f"--{suite}", action="append_const", const=suite, dest="suites", help="only this suite"
+        )
+    parser.add_argument("--summary", type=Path, help="write the closing line to this file too")
+    chosen, rest = parser.parse_known_args()
+    paths, options = split_arguments(rest)
+
+    scratch = cache_folder() / "test-runs"
+    scratch.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=scratch) as folder:
+        tests = Tests(Path(folder), paths, options)
+        for suite in chosen.suites or SUITES:
+            tests.run(suite)
+
+    if tests.failed:
+        say(f"failed: {', '.join(tests.failed)}")
+    summary = in_words(tests.counts)
+    print(summary, flush=True)
+    if chosen.summary:
+        chosen.summary.write_text(summary + "\n")
+    ran = tests.counts["passed"] + tests.counts["failed"]
+    if not ran:
+        say("no test was run.")
+    raise SystemExit(1 if tests.failed or not ran else 0)
+
+
+if __name__ == "__main__":
+    main()
