@@ -24,6 +24,9 @@ class Surface:
     source_vertex, source_triangle:
         (n,), (m,) int64 rows of the input that each vertex and triangle came from. A vertex of
         the input where sheets only touch appears once for each sheet.
+    twin:
+        (3 m,) int32 the half-edge that shares the edge from corner k to k + 1 of triangle t,
+        for half-edge 3 t + k; -1 on a border.
     neighbour_start, neighbours:
         (n + 1,) and (e,) int32: the one-ring of vertex i is
         neighbours[neighbour_start[i]:neighbour_start[i + 1]], ascending.
@@ -39,6 +42,7 @@ class Surface:
     triangles: np.ndarray
     source_vertex: np.ndarray
     source_triangle: np.ndarray
+    twin: np.ndarray
     neighbour_start: np.ndarray
     neighbours: np.ndarray
     border: np.ndarray

@@ -1,0 +1,78 @@
+"""Half-edges of a triangle mesh: twins, fans around vertices, and the one-ring graph.
+
+Half-edge 3 t + k runs from corner k of triangle t to corner k + 1, and also names that corner.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+
+@dataclass(frozen=True)
+class HalfEdges:
+    """Links between half-edges of an oriented mesh of n vertices and m triangles.
+
+    Attributes
+    ----------
+    twin:
+        (3 m,) int32 the same edge in the neighbouring triangle, -1 on a border.
+    neighbour_start, neighbours:
+        The one-ring graph of the vertices, see `Surface`.
+    """
+
+    twin: np.ndarray
+    neighbour_start: np.ndarray
+    neighbours: np.ndarray
+
+
+def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
+    """Link the half-edges of (m, 3) triangles; None if two of them run the same way."""
+    m = len(triangles)
+    tails = triangles.ravel()
+    heads = triangles[:, [1, 2, 0]].ravel()
+    names = np.arange(1, 3 * m + 1, dtype=np.int64)
+    shape = (vertex_count, vertex_count)
+    forward = sparse.coo_array((names, (tails, heads)), shape=shape).tocsr()
+    if forward.nnz < 3 * m:
+        return None
+    backward = forward.T.tocsr()
+    # One sum aligns both directions of every edge: the low half names the half-edge from row
+    # to column, the high half the one that comes back.
+    backward.data <<= 32
+    both = forward + backward
+    out = (both.data & 0xFFFFFFFF) - 1
+    back = (both.data >> 32) - 1
+    twin = np.full(3 * m + 1, -1, np.int32)
+    twin[out] = back  # half-edges that do not exist are named -1 and land in the spare slot
+    return HalfEdges(twin[:-1], both.indptr, both.indices)
+
+
+def previous(half_edges: np.ndarray) -> np.ndarray:
+    """The half-edge before each one in its triangle."""
+    return np.where(half_edges % 3 == 0, half_edges + 2, half_edges - 1)
+
+
+def fan_labels(twin: np.ndarray) -> np.ndarray:
+    """(3 m,) label of the fan of triangles that each corner lies in: equal around a vertex.
+
+    The fan is followed from corner to corner across shared edges; its label is the smallest
+    corner in it, and negative (corner - 3 m of its last corner) where the fan is open.
+    """
+    count = len(twin)
+    corners = np.arange(count, dtype=np.int32)
+    before = corners - 1
+    before[::3] += 3
+    step = twin[before]
+    last = step < 0
+    step = np.where(last, corners, step)
+    labels = np.where(last, corners - np.int32(count), corners)
+    # Doubling the step covers a fan of 2^k corners in k rounds.
+    while True:
+        lower = np.minimum(labels, labels[step])
+        if np.array_equal(lower, labels):
+            return labels
+        labels = lower
+        step = step[step]

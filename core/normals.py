@@ -1,0 +1,72 @@
+"""Vertex normals from the triangles around each vertex, and their smoothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from .surface import Surface
+
+
+def vertex_normals(surface: Surface) -> np.ndarray:
+    """(n, 3) unit outward normals, the cross products of a corner's sides a, b weighted by
+    1 / (|a|^2 |b|^2), which is exact for vertices on a sphere (Max 1999).
+
+    Where the weighted sum vanishes, the normal of the largest triangle around the vertex.
+    """
+    corners = surface.vertices[surface.triangles]
+    side = np.roll(corners, -1, axis=1) - corners
+    square = np.einsum("mki,mki->mk", side, side)
+    weight = square * np.roll(square, 1, axis=1)
+    cross = np.cross(side[:, 0], side[:, 1])
+    # Sides of no length belong to degenerate triangles, which say nothing about the normal.
+    weight = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0)
+    n, corner = len(surface.vertices), surface.triangles.ravel()
+    total = np.empty((n, 3))
+    for axis in range(3):
+        total[:, axis] = np.bincount(corner, (weight * cross[:, axis, None]).ravel(), minlength=n)
+    length = np.linalg.norm(total, axis=1)
+    scale = np.bincount(
+        corner, (weight * np.linalg.norm(cross, axis=1)[:, None]).ravel(), minlength=n
+    )
+    lost = ~(length > 1e-9 * scale)
+    total /= np.where(lost, 1.0, length)[:, None]
+    if lost.any():
+        total[lost] = _largest_face_normal(surface)[lost]
+    return total
+
+
+def _largest_face_normal(surface: Surface) -> np.ndarray:
+    normal, area = surface.face_normal_area
+    order = np.argsort(area, kind="stable")
+    result = np.zeros((len(surface.vertices), 3))
+    result[:, 2] = 1.0  # a vertex of degenerate triangles only; any unit vector will do
+    sound = order[area[order] > 0]
+    # Assigned in rising order of area, so that the largest triangle's normal stays.
+    result[surface.triangles[sound].ravel()] = np.repeat(normal[sound], 3, axis=0)
+    return result
+
+
+def smooth_normals(surface: Surface, normals: np.ndarray, passes: int) -> np.ndarray:
+    """`passes` of a linear filter over unit normals (n, 3): the paper's normal smoothing.
+
+    Each pass replaces a normal by the mean over the vertex and its one-ring, weighted by the
+    area around each vertex so that crowded vertices do not count more, and makes it unit
+    length again. A normal whose mean vanishes is kept.
+    """
+    n = len(surface.vertices)
+    if passes <= 0:
+        return normals.copy()
+    area = np.bincount(
+        surface.triangles.ravel(), np.repeat(surface.face_normal_area[1], 3), minlength=n
+    )
+    ring = sparse.csr_array(
+        (area[surface.neighbours], surface.neighbours, surface.neighbour_start), shape=(n, n)
+    )
+    floor = 1e-9 * (area + ring.sum(axis=1))
+    for _ in range(passes):
+        mean = ring @ normals + area[:, None] * normals
+        length = np.linalg.norm(mean, axis=1)
+        kept = ~(length > floor)
+        normals = np.where(kept[:, None], normals, mean / np.where(kept, 1.0, length)[:, None])
+    return normals

@@ -1,0 +1,28 @@
+"""Blocks of work in threads: NumPy and SciPy release the interpreter lock inside them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+
+from .progress import Progress
+
+
+def threads() -> int:
+    """How many threads to use: the processors that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def run(work: Callable[[int], None], firsts: Sequence[int], progress: Progress) -> None:
+    """Call `work` with each of `firsts`; the first error ends the run and is raised here."""
+    with ThreadPoolExecutor(threads()) as pool:
+        tasks = [pool.submit(work, first) for first in firsts]
+        try:
+            for task in progress.track(as_completed(tasks), len(tasks)):
+                task.result()
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
