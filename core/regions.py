@@ -2,8 +2,7 @@
 
 On a sphere, a plane or along a line of umbilics there are no isolated umbilics; the zeros that
 an estimate of the shape operators has there are confetti. Each connected area is reported once,
-with the sum of the indices of its triangles, which is the index of the direction field around
-its border.
+with the sum of the indices of its triangles: the index of the direction field around its border.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from .detection import Region
 from .surface import Surface
 from .tolerances import (
     PLANAR_BEND,
+    PLANAR_ERRORS,
     REGION_BEND,
-    REGION_NOISE,
-    REGION_NOISE_EDGE,
+    REGION_MEDIAN,
     REGION_RATIO,
     REGION_SIZE,
     ROUND_OFF_GAP,
@@ -45,6 +44,11 @@ class RegionMap:
     label: np.ndarray
     count: int
 
+    @classmethod
+    def none(cls, surface: Surface) -> RegionMap:
+        """No region at all."""
+        return cls(np.full(len(surface.triangles), -1, dtype=np.int32), 0)
+
     def rows(self) -> list[np.ndarray]:
         """For each region the rows of its triangles, ascending."""
         inside = np.flatnonzero(self.label >= 0)
@@ -56,43 +60,150 @@ class RegionMap:
 def find_regions(
     surface: Surface, gap: np.ndarray, noise: np.ndarray, radius: np.ndarray
 ) -> RegionMap:
-    """Connected areas in which the gap does not rise above its noise.
+    """Connected areas in which the gap does not rise out of its noise.
 
     Parameters
     ----------
     surface:
         The surface, n vertices and m triangles.
     gap, noise:
-        (n,) k1 - k2 and its standard error, in the coordinates of the surface. Vertices where
-        either is not finite lie in no region.
+        (n,) k1 - k2 and its standard error, in the coordinates of the surface. A vertex where
+        one of them is not finite goes with those around it.
     radius:
-        (n,) root mean square distance of what the shape operator was fitted to.
+        (n,) root mean square distance of the samples of each shape operator.
     """
-    ratio = _ratio(gap, noise, radius)
-    bent = ~(gap * radius <= REGION_BEND)
-    ratio = np.where(bent, np.inf, ratio)
-    within = (ratio <= REGION_NOISE_EDGE)[surface.triangles].all(axis=1)
+    ratio = _ratio(gap, noise, radius)[surface.triangles]
+    within = ~(ratio > REGION_RATIO).any(axis=1) & np.isfinite(ratio).any(axis=1)
     if not within.any():
-        return RegionMap(np.full(len(surface.triangles), -1, dtype=np.int32), 0)
-    label, count = _connected(surface, within)
+        return RegionMap.none(surface)
     _, area = surface.face_normal_area
-    # A region must be larger than what one fit sees, be it here or there.
-    seen = np.pi * radius**2
-    least = REGION_SIZE * _mean_per_label(seen[surface.triangles].mean(axis=1), area, label, count)
+    label, count = _connected(surface, within)
     size = np.bincount(label[within], weights=area[within], minlength=count)
-    core = (ratio <= REGION_NOISE)[surface.triangles].all(axis=1) & within
-    core_size = np.bincount(label[core], weights=area[core], minlength=count)
-    good = (size >= least) & (core_size >= 0.5 * least)
-    middle = ratio[surface.triangles].max(axis=1)
-    for number in np.flatnonzero(good):
-        rows = np.flatnonzero(label == number)
-        good[number] = _weighted_median(middle[rows], area[rows]) <= REGION_RATIO
-    return _filled(surface, good[label] & within, area, least, good)
+    seen = _largest_disc(surface, radius, label, count)
+    good = size >= REGION_SIZE * seen
+    for number, rows in enumerate(RegionMap(label, count).rows()):
+        if good[number]:
+            good[number] = (
+                _weighted_median(np.nanmean(ratio[rows], axis=1), area[rows]) <= REGION_MEDIAN
+            )
+    if not good.any():
+        return RegionMap.none(surface)
+    renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
+    return _without_holes(surface, RegionMap(renumbered[label], int(good.sum())), seen.max())
+
+
+def describe_regions(
+    surface: Surface,
+    regions: RegionMap,
+    mean_curvature: np.ndarray,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    triangle_index: np.ndarray,
+) -> list[Region]:
+    """The regions as they are reported, in the rows and units of the input mesh.
+
+    Parameters
+    ----------
+    mean_curvature, noise, radius:
+        (n,) (k1 + k2) / 2, standard error of k1 - k2 and radius of the fit, in the coordinates
+        of the surface.
+    triangle_index:
+        (m,) index in each triangle of the surface.
+    """
+    _, area = surface.face_normal_area
+    found = []
+    for rows in regions.rows():
+        weight = area[rows]
+        total = float(weight.sum())
+        corners = surface.triangles[rows]
+        curvature = _mean(mean_curvature[corners], weight)
+        # The errors of fits that share samples are not independent.
+        independent = total / (np.pi * max(_mean(radius[corners], weight) ** 2, 1e-300))
+        error = 0.5 * _mean(noise[corners], weight) / np.sqrt(max(independent, 1.0))
+        flat = max(PLANAR_BEND / np.sqrt(total / np.pi), PLANAR_ERRORS * error)
+        found.append(
+            Region(
+                triangles=surface.source_triangle[rows],
+                area=total * surface.unit**2,
+                index=float(triangle_index[rows].sum()),
+                kind=PLANAR if abs(curvature) <= flat else SPHERICAL,
+                curvature=curvature / surface.unit,
+            )
+        )
+    return found
 
 
 def _ratio(gap: np.ndarray, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """(n,) gap over its error, round-off included; infinite where it is not known."""
-    tiny = np.finfo(float).tiny
-    floor = ROUND_OFF_GAP * np.finfo(float).eps / np.maximum(radius, 1e-6) ** 2
-    ratio = gap / np.maximum(np.maximum(noise, floor), tiny)
-    return np.where(np.isfinite(ratio), ratio, np.inf)
+    """(n,) gap over its standard error; NaN where unknown, infinite where the surface bends."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        round_off = ROUND_OFF_GAP * np.finfo(float).eps / np.square(radius)
+        ratio = gap / np.maximum(noise, round_off)
+        ratio[gap * radius > REGION_BEND] = np.inf
+    return np.where(np.isnan(ratio), np.nan, ratio)
+
+
+def _connected(surface: Surface, within: np.ndarray) -> tuple[np.ndarray, int]:
+    """Number the edge-connected sets of the chosen triangles; (m,) int32, -1 elsewhere."""
+    place = np.cumsum(within, dtype=np.int32) - 1
+    chosen = np.flatnonzero(within)
+    twin = surface.twin.reshape(-1, 3)[chosen]
+    other = twin // 3
+    joined = (twin >= 0) & within[other] & (other < chosen[:, None])
+    first = np.repeat(np.arange(len(chosen), dtype=np.int32), joined.sum(axis=1))
+    second = place[other[joined]]
+    graph = sparse.coo_array(
+        (np.ones(len(first), dtype=np.int8), (first, second)), shape=(len(chosen), len(chosen))
+    )
+    count, piece = csgraph.connected_components(graph, directed=False)
+    label = np.full(len(within), -1, dtype=np.int32)
+    label[chosen] = piece
+    return label, int(count)
+
+
+def _largest_disc(
+    surface: Surface, radius: np.ndarray, label: np.ndarray, count: int
+) -> np.ndarray:
+    """(count,) area of the disc that one fit sees, on average over each labelled set."""
+    inside = np.flatnonzero(label >= 0)
+    corners = radius[surface.triangles[inside]]
+    known = np.isfinite(corners)
+    square = np.where(known, corners, 0.0) ** 2
+    total = np.bincount(label[inside], weights=square.sum(axis=1), minlength=count)
+    number = np.bincount(label[inside], weights=known.sum(axis=1), minlength=count)
+    return np.pi * total / np.maximum(number, 1)
+
+
+def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+    order = np.argsort(values)
+    share = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(share, 0.5 * share[-1])]])
+
+
+def _mean(corners: np.ndarray, weights: np.ndarray) -> float:
+    """Mean over triangles of what is known at their corners (r, 3), by area."""
+    known = np.isfinite(corners)
+    weights = np.broadcast_to(weights[:, None], corners.shape)[known]
+    total = float(weights.sum())
+    if total > 0.0:
+        return float((corners[known] * weights).sum() / total)
+    return float(corners[known].mean()) if known.any() else 0.0
+
+
+def _without_holes(surface: Surface, regions: RegionMap, least: float) -> RegionMap:
+    """Close the gaps that lie within one region and are smaller than a region may be."""
+    outside, holes = _connected(surface, regions.label < 0)
+    rows = np.flatnonzero(outside >= 0)
+    _, area = surface.face_normal_area
+    size = np.bincount(outside[rows], weights=area[rows], minlength=holes)
+    twin = surface.twin.reshape(-1, 3)[rows]
+    beside = np.where(twin >= 0, regions.label[twin // 3], -1)
+    lowest = np.full(holes, regions.count)
+    highest = np.full(holes, -1)
+    hole = np.repeat(outside[rows], 3).reshape(-1, 3)[beside >= 0]
+    np.minimum.at(lowest, hole, beside[beside >= 0])
+    np.maximum.at(highest, hole, beside[beside >= 0])
+    fill = (size < REGION_SIZE * least) & (lowest == highest)
+    label = regions.label.copy()
+    filled = rows[fill[outside[rows]]]
+    label[filled] = highest[outside[filled]]
+    return RegionMap(label, regions.count)

@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 # Regions ---------------------------------------------------------------------------------
-# The gap of an umbilic point falls to zero and stays below the noise only in a disc about as
-# wide as the point's own uncertainty; over a region it stays there for a whole area.
+# Around an umbilic point the gap falls linearly to zero: where it is below the noise is a disc
+# as wide as the point's own uncertainty, and most of that disc is close to the limit. Over a
+# region the gap is nothing but noise. Ratios are gap over standard error of the gap.
 
-REGION_NOISE = 3.0
-"""Gap over its standard error below which a vertex belongs to the core of a region: the length
-of a plane vector of normal errors passes three times its root mean square once in 8000."""
+REGION_RATIO = 6.0
+"""Largest ratio in a region. Errors of a fit come in part from the bias of its cubic, which
+neighbours share: on clean spheres of random points 2 vertices in 1000 lie above, under noise
+none."""
 
-REGION_NOISE_EDGE = 6.0
-"""The same ratio up to which a region spreads from its core (hysteresis). The error of a fit
-comes in part from the bias of the cubic, which neighbours share: on spheres of random points
-2 vertices in 100 lie above 6."""
-
-REGION_RATIO = 2.0
-"""Most that the middle (by area) ratio may be in a region. It is about 1 where there is nothing
-but noise, 2 on clean spheres of random points, and 0.7 times the limit, 4.2, in the disc around
-an umbilic."""
+REGION_MEDIAN = 1.6
+"""Largest median (by area) of the ratio in a region. It is 0.9 under noise, 1.2 on clean spheres
+of random points, and measured 2.1 to 4.5 around umbilics whose neighbourhood drowns in noise."""
 
 REGION_SIZE = 3.0
-"""Least area of a region, in discs of the radius that a shape operator was fitted over: smaller
-ones are not told apart from the disc around an umbilic."""
+"""Least area of a region, in discs of the radius that a shape operator was fitted over. What is
+smaller holds hardly two independent fits and cannot be told from the disc around an umbilic."""
 
 REGION_BEND = 0.1
-"""Largest gap in a region times the fitted radius. Across a crease the fit's error is as large
-as the gap, about 1 / radius, without anything being spherical there."""
+"""Largest gap in a region times the fitted radius. Across a crease the error of the fit is as
+large as the gap, about 1 / radius, without anything being spherical there."""
 
 ROUND_OFF_GAP = 16.0
-"""Gap, in units of eps / radius^2 (for coordinates of order 1), that round-off alone leaves."""
+"""Gap that round-off alone leaves, in units of eps / radius^2 (coordinates of order 1)."""
 
 PLANAR_BEND = 0.01
-"""Angle, in radians, that the normal of a region may turn over its radius if it is planar."""
+"""Angle, in radians, that the normal may turn over the radius of a planar region."""
+
+PLANAR_ERRORS = 3.0
+"""Standard errors of the mean curvature of a region that do not tell it from zero."""
