@@ -5,6 +5,7 @@ needs. What goes in is the list RUNTIME below and nothing else.
 """
 
 import argparse
+import re
 import shutil
 import tempfile
 import tomllib
@@ -21,17 +22,27 @@ def manifest() -> dict:
     return tomllib.loads((REPOSITORY / "blender_manifest.toml").read_text("utf-8"))
 
 
-def stage(folder: Path, platform: str | None) -> None:
-    """Lay out what ships: for one platform with its wheels, or for any without wheels."""
-    ignore = shutil.ignore_patterns("__pycache__", ".*")
+def files_to_ship() -> list[Path]:
+    """The repository's files that go into every zip, as paths from its folder."""
+    files = []
     for name in RUNTIME:
         source = REPOSITORY / name
-        if source.is_dir():
-            shutil.copytree(source, folder / name, ignore=ignore)
-        elif source.exists():
-            shutil.copy(source, folder / name)
-        else:
+        if not source.exists():
             fail(f"{source} is missing: the extension can't be built without it.")
+        files += source.rglob("*") if source.is_dir() else [source]
+    inside = (file.relative_to(REPOSITORY) for file in sorted(files) if file.is_file())
+    return [
+        file
+        for file in inside
+        if not any(part == "__pycache__" or part.startswith(".") for part in file.parts)
+    ]
+
+
+def stage(folder: Path, platform: str | None) -> None:
+    """Lay out what ships: for one platform with its wheels, or for any without wheels."""
+    for file in files_to_ship():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(REPOSITORY / file, folder / file)
     if platform:
         _add_wheels(folder, platform)
 
@@ -44,12 +55,13 @@ def _add_wheels(folder: Path, platform: str) -> None:
             shutil.copy(scipy_wheels.fetch(wheel), folder / "wheels" / wheel.name)
             names.append(wheel.name)
     path = folder / "blender_manifest.toml"
-    before, table, after = path.read_text("utf-8").partition("\n[permissions]")
+    text = path.read_text("utf-8")
     if (platform, "3.11") in scipy_wheels.MISSING:
-        before = before.replace('blender_version_min = "4.2.0"', 'blender_version_min = "5.1.0"')
+        text = text.replace('blender_version_min = "4.2.0"', 'blender_version_min = "5.1.0"')
     wheels = "".join(f'  "./wheels/{name}",\n' for name in names)
-    added = f'\nplatforms = ["{platform}"]\nwheels = [\n{wheels}]\n'
-    path.write_text(before + added + table + after, "utf-8")
+    added = f'platforms = ["{platform}"]\nwheels = [\n{wheels}]\n\n'
+    # Before the first table, as everything after its heading belongs to it.
+    path.write_text(re.sub(r"^\[", added + "[", text, count=1, flags=re.MULTILINE), "utf-8")
     listed = [Path(name).name for name in tomllib.loads(path.read_text("utf-8"))["wheels"]]
     on_disk = [file.name for file in (folder / "wheels").iterdir()]
     found = scipy_wheels.problems(platform, listed, on_disk)
