@@ -9,7 +9,6 @@ import numpy as np
 from .surface import Surface
 
 
-
 def successors(surface: Surface) -> np.ndarray:
     """(3m,) int32: the next corner around the same vertex, anticlockwise; -1 at a border.
 

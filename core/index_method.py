@@ -54,9 +54,7 @@ def detect_by_index(
     )
 
 
-def _total_jump(
-    surface: Surface, curvature: CurvatureField, progress: Progress
-) -> np.ndarray:
+def _total_jump(surface: Surface, curvature: CurvatureField, progress: Progress) -> np.ndarray:
     """(n,) sum of the jumps of the deviator's argument around the ring of each inner vertex."""
     corner_vertex = surface.triangles.ravel()
     neighbour = np.roll(surface.triangles, -1, axis=1).ravel()
@@ -64,9 +62,7 @@ def _total_jump(
     argument = np.empty(len(corner_vertex))
     for begin in range(0, len(corner_vertex), _BLOCK):
         centre, ring = (rows[begin : begin + _BLOCK] for rows in (corner_vertex, neighbour))
-        direction = carried(
-            curvature.d1[ring], curvature.normal[ring], curvature.normal[centre]
-        )
+        direction = carried(curvature.d1[ring], curvature.normal[ring], curvature.normal[centre])
         argument[begin : begin + _BLOCK] = np.angle(
             doubled_angle(direction, e1[centre], e2[centre])
         )

@@ -14,28 +14,23 @@ _LEAST_HEIGHT = 1e-8
 
 
 def conformal_map(
-    vertices: np.ndarray,
-    triangles: np.ndarray,
-    pins: tuple[int, int] | None = None,
-    pinned: tuple[complex, complex] | None = None,
+    vertices: np.ndarray, triangles: np.ndarray, pins: np.ndarray, pinned: np.ndarray
 ) -> np.ndarray:
-    """Unfold a disk with the least violation of the Cauchy-Riemann equations.
+    """Unfold disks with the least violation of the Cauchy-Riemann equations.
 
     In each triangle with corners z_j, in its own plane as complex numbers, the map U is
     conformal where sum W_j U_j = 0 with W_j the side opposite to corner j. The squares of
-    these sums over twice the triangles' areas are made least for two pinned vertices. The
-    system is Hermitian of half the size of the real one, and is factorised as it is.
+    these sums over twice the triangles' areas are made least while the pins are held. The
+    system is Hermitian, of half the size of the real one, and is factorised as it is.
 
     Parameters
     ----------
     vertices:
         (n, 3) float64 positions, all of them used by the triangles.
     triangles:
-        (m, 3) corners of a connected disk.
-    pins:
-        Two vertices to hold; by default two that lie far apart.
-    pinned:
-        Their places; by default 0 and their distance.
+        (m, 3) corners; one disk or several that share no vertex.
+    pins, pinned:
+        (p,) vertices to hold and (p,) complex places for them, at least two in each disk.
 
     Returns
     -------
@@ -46,24 +41,21 @@ def conformal_map(
     ChartError
         The triangles do not determine a map.
     """
-    n = len(vertices)
-    if pins is None:
-        pins = far_apart(vertices)
-    if pinned is None:
-        pinned = (0.0, float(np.linalg.norm(vertices[pins[1]] - vertices[pins[0]])))
-    energy = _conformal_energy(vertices, triangles)
-    place = np.zeros(n, dtype=complex)
-    place[list(pins)] = pinned
-    free = np.ones(n, dtype=bool)
-    free[list(pins)] = False
-    if not free.any():
+    place = np.zeros(len(vertices), dtype=complex)
+    place[pins] = pinned
+    held = np.zeros(len(vertices), dtype=bool)
+    held[pins] = True
+    free = np.flatnonzero(~held)
+    if not len(free):
         return place
-    columns = energy[:, np.flatnonzero(free)].tocsr()
-    inner = columns[np.flatnonzero(free)].tocsc()
-    right = -(energy @ place)[free]
+    rows = _conformal_energy(vertices, triangles)[free]
+    right = -(rows @ place)
+    inner = rows[:, free].tocsc()
+    del rows
     try:
         # Symmetric ordering and pivots on the diagonal, as for Cholesky: the matrix is
-        # positive definite, and the fill is a fraction of what COLAMD leaves.
+        # positive definite, and the fill is a fraction of what an ordering for general
+        # matrices leaves.
         factor = splu(
             inner,
             permc_spec="MMD_AT_PLUS_A",
@@ -76,20 +68,12 @@ def conformal_map(
             "doubled vertices and remove faces without area, or use method S."
         ) from error
     solution = factor.solve(right)
-    # One step of refinement: the squared energy costs half the digits where it shrinks much.
+    # One step of refinement: the squares cost half the digits where the map shrinks much.
     solution += factor.solve(right - inner @ solution)
-    place[free] = solution
-    if not np.isfinite(place).all():
+    if not np.isfinite(solution).all():
         raise ChartError("A chart cannot be unfolded: the map is not finite. Use method S.")
+    place[free] = solution
     return place
-
-
-def far_apart(vertices: np.ndarray) -> tuple[int, int]:
-    """Two vertices that are far from each other: the one farthest from the centre, and the one
-    farthest from that."""
-    first = int(np.linalg.norm(vertices - vertices.mean(axis=0), axis=1).argmax())
-    second = int(np.linalg.norm(vertices - vertices[first], axis=1).argmax())
-    return first, second
 
 
 def _conformal_energy(vertices: np.ndarray, triangles: np.ndarray) -> sparse.csr_array:

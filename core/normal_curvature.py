@@ -29,7 +29,7 @@ def curvature_from_normals(surface: Surface, normals: np.ndarray) -> CurvatureFi
     weight, mean, real, imaginary = np.zeros((4, n))
     for begin in range(0, len(surface.triangles), _BLOCK):
         triangles = surface.triangles[begin : begin + _BLOCK]
-        u, v, face_normal, face_mean, face_deviator, area = _face_operators(
+        u, face_normal, face_mean, face_deviator, area = _face_operators(
             surface.vertices, triangles, normals
         )
         for k in range(3):
@@ -47,8 +47,8 @@ def curvature_from_normals(surface: Surface, normals: np.ndarray) -> CurvatureFi
 
 def _face_operators(
     vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """In-plane axes u, v and normal (m, 3), mean curvature and deviator (m,) of each triangle
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """First in-plane axis and normal (m, 3), mean curvature and deviator (m,) of each triangle
     and the Voronoi areas (m, 3) of its corners (0 where it fixes no operator)."""
     corners = vertices[triangles]
     side = np.roll(corners, -1, axis=1) - corners
@@ -77,7 +77,7 @@ def _face_operators(
     s12 = scale * (det * m12 - g22 * g12 * m11 + (g11 * g22 + g12 * g12) * m12 - g11 * g12 * m22)
     area = _voronoi_areas(square, 0.5 * doubled)
     area[~sound] = 0.0
-    return u, v, normal, 0.5 * (s11 + s22), (s11 - s22) + 2j * s12, area
+    return u, normal, 0.5 * (s11 + s22), (s11 - s22) + 2j * s12, area
 
 
 def _voronoi_areas(square: np.ndarray, area: np.ndarray) -> np.ndarray:
