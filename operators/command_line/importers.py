@@ -1,0 +1,159 @@
+"""Open mesh files with Blender's own importers, without turning or scaling them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import bmesh
+import bpy
+import numpy as np
+
+from ..errors import FileError
+
+_UPRIGHT = np.eye(3)
+# glTF has y up by definition; Blender's importer turns (x, y, z) into (x, -z, y).
+_FROM_GLTF = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Opened:
+    """The meshes of a file.
+
+    `to_file` (3, 3) turns world coordinates into the file's own; `up` is the world axis that
+    points up in pictures.
+    """
+
+    objects: list[bpy.types.Object]
+    to_file: np.ndarray
+    up: str
+
+
+def _obj(path: str) -> None:
+    bpy.ops.wm.obj_import(filepath=path, forward_axis="Y", up_axis="Z")
+
+
+def _ply(path: str) -> None:
+    bpy.ops.wm.ply_import(filepath=path, forward_axis="Y", up_axis="Z")
+
+
+def _stl(path: str) -> None:
+    bpy.ops.wm.stl_import(filepath=path, forward_axis="Y", up_axis="Z")
+
+
+def _gltf(path: str) -> None:
+    bpy.ops.import_scene.gltf(filepath=path)
+
+
+def _fbx(path: str) -> None:
+    bpy.ops.import_scene.fbx(
+        filepath=path, use_manual_orientation=True, axis_forward="Y", axis_up="Z"
+    )
+
+
+def _blend(path: str) -> None:
+    bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
+
+
+# Ending of the file: how it is opened, world to file, the axis that usually points up in it.
+_FORMATS = {
+    ".obj": (_obj, _UPRIGHT, "Y"),
+    ".ply": (_ply, _UPRIGHT, "Y"),
+    ".stl": (_stl, _UPRIGHT, "Z"),
+    ".gltf": (_gltf, _FROM_GLTF, "Z"),
+    ".glb": (_gltf, _FROM_GLTF, "Z"),
+    ".fbx": (_fbx, _UPRIGHT, "Y"),
+    ".blend": (_blend, _UPRIGHT, "Z"),
+}
+SUFFIXES = tuple(_FORMATS)
+
+
+def open_file(path: str | None, base: str) -> Opened:
+    """The meshes of a file, brought into Blender.
+
+    `base` is the .blend that meshes are imported into, or empty for an empty scene. With
+    `path` None the meshes of the scene that is open already.
+
+    Raises
+    ------
+    FileError
+        The file is missing, empty, of another kind, damaged, or holds no mesh.
+    """
+    if path is None:
+        return Opened(_meshes(set()), _UPRIGHT, "Z")
+    file = Path(path)
+    suffix = file.suffix.lower()
+    if not file.exists():
+        raise FileError(f"{path}: there is no such file.")
+    if not file.is_file():
+        raise FileError(f"{path}: this is a folder, not a file.")
+    if suffix not in _FORMATS:
+        raise FileError(f"{path}: not a kind of file that can be read ({', '.join(SUFFIXES)}).")
+    if not file.stat().st_size:
+        raise FileError(f"{path}: the file is empty.")
+    load, to_file, up = _FORMATS[suffix]
+    before = set() if suffix == ".blend" else _start(base)
+    try:
+        with quiet():
+            load(str(file.resolve()))
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
+        raise FileError(f"{path}: Blender cannot read it ({reason})") from error
+    objects = _meshes(before)
+    if not objects:
+        raise FileError(f"{path}: no mesh was found in it.")
+    if suffix in (".gltf", ".glb"):
+        for obj in objects:
+            _weld(obj.data)
+    return Opened(objects, to_file, up)
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Keep what Blender itself prints away from the command's own lines."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = os.dup(1), os.dup(2)
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+        os.dup2(nowhere.fileno(), 2)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for number, copy in zip((1, 2), kept, strict=True):
+            os.dup2(copy, number)
+            os.close(copy)
+
+
+def _start(base: str) -> set[str]:
+    """Open the base scene anew; names of the objects that it has already."""
+    with quiet():
+        if base:
+            bpy.ops.wm.open_mainfile(filepath=base, load_ui=False, use_scripts=False)
+        else:
+            bpy.ops.wm.read_homefile(use_empty=True)
+    return {obj.name for obj in bpy.data.objects}
+
+
+def _meshes(before: set[str]) -> list[bpy.types.Object]:
+    """The scene's meshes that are not called as in `before`."""
+    bpy.context.view_layer.update()
+    scene = bpy.context.scene
+    return [obj for obj in scene.objects if obj.type == "MESH" and obj.name not in before]
+
+
+def _weld(mesh: bpy.types.Mesh) -> None:
+    """Join vertices at exactly the same place: glTF splits them along seams and creases."""
+    work = bmesh.new()
+    try:
+        work.from_mesh(mesh)
+        bmesh.ops.remove_doubles(work, verts=work.verts, dist=0.0)
+        work.to_mesh(mesh)
+    finally:
+        work.free()

@@ -1,0 +1,136 @@
+"""The JSON report, schema 1; docs/json.md says what each field means."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ... import core
+from ..engine import Inputs
+from ..errors import FileError
+
+SCHEMA = 1
+
+
+def success(
+    file: str | None,
+    inputs: Inputs,
+    detection: core.Detection,
+    to_file: np.ndarray,
+    per_vertex: bool,
+) -> dict:
+    """What the report says of one object; `to_file` (3, 3) turns world into file coordinates."""
+    entry = {
+        "file": file,
+        "object": inputs.object_name,
+        "vertices": len(inputs.arrays.vertices),
+        "faces": inputs.arrays.polygon_count,
+        "triangles": len(inputs.arrays.triangles),
+        "counts": detection.umbilics.counts(),
+        "index_sum": detection.index_sum,
+        "expected_index_sum": detection.expected_index_sum,
+        "euler_characteristic": detection.euler_characteristic,
+        "persistence_level": detection.persistence_level,
+        "trust_ratio": detection.trust_ratio,
+        "noise": detection.noise,
+        "scale": detection.scale,
+        "warnings": list(detection.warnings),
+        "timings": detection.timings,
+        "umbilics": _umbilics(inputs, detection.umbilics, to_file),
+        "regions": [
+            {
+                "kind": region.kind,
+                "index": region.index,
+                "area": region.area,
+                "curvature": region.curvature,
+                "triangles": region.triangles,
+            }
+            for region in detection.regions
+        ],
+    }
+    if per_vertex:
+        field = detection.curvature
+        entry["curvature"] = {
+            "k1": field.k1,
+            "k2": field.k2,
+            "d1": field.d1 @ to_file.T,
+            "d2": field.d2 @ to_file.T,
+            "normal": field.normal @ to_file.T,
+            "noise": field.noise,
+        }
+    return entry
+
+
+def failure(file: str | None, name: str, error: str) -> dict:
+    """What the report says of an object that could not be analysed."""
+    return {"file": file, "object": name, "error": error}
+
+
+def write(path: Path, settings: core.Settings, entries: list[dict]) -> None:
+    """Write the report.
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
+    content = {
+        "schema": SCHEMA,
+        "blender": bpy.app.version_string,
+        "settings": dataclasses.asdict(settings),
+        "objects": entries,
+    }
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(_plain(content), file, allow_nan=False, indent=1)
+            file.write("\n")
+    except OSError as error:
+        raise FileError(f"{path}: cannot be written ({error.strerror}).") from error
+
+
+def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> list[dict]:
+    arrays = inputs.arrays
+    columns = {
+        "kind": umbilics.kind,
+        "index": umbilics.index,
+        "position": umbilics.position @ to_file.T,
+        "normal": umbilics.normal @ to_file.T,
+        "curvature": umbilics.curvature,
+        "persistence": umbilics.persistence,
+        "permanent": np.isposinf(umbilics.persistence),
+        "uncertainty": umbilics.uncertainty,
+        "certain": umbilics.certain,
+        "elliptic": umbilics.elliptic,
+        "face": arrays.polygon[umbilics.triangle],
+        "triangle": umbilics.triangle,
+        "triangle_vertices": arrays.triangles[umbilics.triangle],
+        "barycentric": umbilics.barycentric,
+        "vertex": umbilics.vertex,
+        "separatrices": umbilics.separatrix @ to_file.T,
+    }
+    rows = []
+    for values in zip(*(column.tolist() for column in columns.values()), strict=True):
+        row = dict(zip(columns, values, strict=True))
+        row["separatrices"] = [line for line in row["separatrices"] if math.isfinite(line[0])]
+        row["vertex"] = None if row["vertex"] < 0 else row["vertex"]
+        rows.append(row)
+    return rows
+
+
+def _plain(value):
+    """The value in JSON's own types; what is not finite becomes null."""
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,143 @@
+"""One detection in three steps, so that it can block in background and run beside the window.
+
+`gather` reads the scene, `compute` touches arrays only (any thread may run it), `write` changes
+the scene, once, at the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .. import core
+from . import mesh_data, results, summary
+from .errors import ObjectError
+from .workspace import object_mode
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a detection needs, read from the scene; holds no reference to Blender's data."""
+
+    object_name: str
+    arrays: mesh_data.MeshArrays
+    settings: core.Settings
+
+
+def gather(
+    obj: bpy.types.Object, settings: core.Settings, given_names: tuple[str, ...] | None = None
+) -> Inputs:
+    """Read an object; the scene is not changed.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The object cannot be analysed, or its results could not be stored; the text says why.
+    """
+    check_object(obj)
+    mesh_data.check_result_names(obj)
+    arrays = mesh_data.read(
+        obj,
+        given_names if settings.curvature == "given" else None,
+        with_uv=settings.method == "C" and settings.charts == "uv",
+    )
+    return Inputs(obj.name, arrays, settings)
+
+
+def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
+    """The detection itself; NumPy arrays in and out, nothing of Blender is touched."""
+    arrays = inputs.arrays
+    given = None
+    if arrays.given is not None:
+        k1, k2, d1, d2 = arrays.given
+        given = core.CurvatureField(k1, k2, d1, d2, np.cross(d1, d2), np.full(len(k1), np.nan))
+    return core.detect(
+        arrays.vertices,
+        arrays.triangles,
+        inputs.settings,
+        progress,
+        given=given,
+        seams=arrays.seams,
+        uv=arrays.uv,
+        sharp=arrays.sharp,
+    )
+
+
+def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection) -> None:
+    """Store attributes, empties and summary, in place of those of an earlier detection.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The object is gone or was changed since `gather`; then nothing is written.
+    """
+    obj = bpy.data.objects.get(inputs.object_name)
+    if obj is None:
+        raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
+    check_object(obj)
+    with object_mode(context, obj):
+        mesh_data.check_result_names(obj)
+        mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
+        results.replace(context, obj, inputs.arrays, detection.umbilics)
+        summary.store(obj, inputs.settings, detection)
+
+
+def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Remove everything a detection left on the object; says whether there was anything."""
+    with object_mode(context, obj):
+        attributes = mesh_data.remove_results(obj.data)
+        empties = results.remove(obj)
+        described = summary.forget(obj)
+    return bool(attributes or empties or described)
+
+
+def check_object(obj: bpy.types.Object | None) -> None:
+    """Raise `ObjectError` if the object's mesh cannot be read and written."""
+    reason = why_not(obj)
+    if reason:
+        raise ObjectError(reason)
+
+
+def why_not(obj: bpy.types.Object | None, to_clear: bool = False) -> str:
+    """Why the object can have no results, in words for the user; empty if it can.
+
+    With `to_clear`, why none can be removed from it: then faces are not needed.
+    """
+    if obj is None:
+        return "There is no active object. Click a mesh first."
+    if obj.type != "MESH":
+        return f"{obj.name} is not a mesh. Choose a mesh, or convert it: Object > Convert > Mesh."
+    if obj.library is not None or obj.data.library is not None:
+        return (
+            f"{obj.name} is linked from another file and cannot be changed here. "
+            "Make it local: Object > Relations > Make Local."
+        )
+    if obj.mode == "SCULPT":
+        return "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+    if not to_clear and obj.mode != "EDIT" and not obj.data.polygons:
+        return f"{obj.name} has no faces: curvature needs a surface."
+    return ""
+
+
+def _attributes(detection: core.Detection, arrays: mesh_data.MeshArrays) -> dict[str, np.ndarray]:
+    """The arrays of `mesh_data.RESULTS`, from a detection."""
+    field = detection.curvature
+    # A direction is stored so that it is right when drawn under the object's transform.
+    to_object = np.linalg.inv(arrays.matrix[:3, :3]).T
+    region = np.zeros(arrays.polygon_count, dtype=np.int32)
+    for number, found in enumerate(detection.regions, start=1):
+        region[arrays.polygon[found.triangles]] = number
+    return {
+        "umbilics_k1": field.k1,
+        "umbilics_k2": field.k2,
+        "umbilics_gap": field.gap,
+        "umbilics_d1": mesh_data.unit(field.d1 @ to_object),
+        "umbilics_d2": mesh_data.unit(field.d2 @ to_object),
+        "umbilics_surface_type": detection.surface_type,
+        "umbilics_index": np.bincount(
+            arrays.polygon, weights=detection.triangle_index, minlength=arrays.polygon_count
+        ),
+        "umbilics_region": region,
+    }

@@ -1,0 +1,81 @@
+"""The add-on's preferences: how results look."""
+
+import bpy
+from bpy.props import FloatProperty, FloatVectorProperty
+
+from .. import core
+
+# Told apart by lightness as well as by hue, also with a red-green deficiency.
+KIND_COLOURS = {
+    "star": (0.05, 0.25, 0.85, 1.0),
+    "lemon": (1.0, 0.62, 0.0, 1.0),
+    "monstar": (0.75, 0.05, 0.35, 1.0),
+    "uncertain": (0.5, 0.5, 0.5, 1.0),
+}
+EMPTY_SIZE = 3.0
+SMALLEST_EMPTY = 0.005
+
+_ADD_ON = __package__.rpartition(".")[0]
+
+
+class UMBILICS_preferences(bpy.types.AddonPreferences):
+    bl_idname = _ADD_ON
+
+    empty_size: FloatProperty(
+        name="Size",
+        description="Size of the empties, in lengths of the mesh's edges around them",
+        default=EMPTY_SIZE,
+        min=0.0,
+        soft_max=20.0,
+    )
+    smallest_empty: FloatProperty(
+        name="Smallest",
+        description="No empty is smaller than this fraction of the object's size",
+        default=SMALLEST_EMPTY,
+        min=0.0,
+        max=1.0,
+        precision=3,
+    )
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        column = layout.column(heading="Empties")
+        column.prop(self, "empty_size")
+        column.prop(self, "smallest_empty")
+        for kind in core.KINDS:
+            column.prop(self, f"{kind}_colour")
+
+
+for _kind in core.KINDS:
+    UMBILICS_preferences.__annotations__[f"{_kind}_colour"] = FloatVectorProperty(
+        name=_kind.capitalize(),
+        description=f"Colour of each {_kind}",
+        default=KIND_COLOURS[_kind],
+        size=4,
+        min=0.0,
+        max=1.0,
+        subtype="COLOR",
+    )
+
+
+class Appearance:
+    """Sizes and colours of the results, from the preferences where there are any."""
+
+    def __init__(self, context: bpy.types.Context) -> None:
+        add_on = context.preferences.addons.get(_ADD_ON)
+        chosen = add_on.preferences if add_on is not None else None
+        self.empty_size = getattr(chosen, "empty_size", EMPTY_SIZE)
+        self.smallest_empty = getattr(chosen, "smallest_empty", SMALLEST_EMPTY)
+        self.colours = {
+            kind: tuple(getattr(chosen, f"{kind}_colour", KIND_COLOURS[kind]))
+            for kind in core.KINDS
+        }
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_preferences)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_preferences)

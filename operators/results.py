@@ -1,0 +1,156 @@
+"""The empties at the umbilics of an object, in a collection that is ours by its tag.
+
+The collection carries the custom property `umbilics_of`, a pointer to the object; each empty
+carries `umbilics_kind`. Names are for reading only: the user may change them.
+
+Custom properties of an empty, all of them plain Python values:
+
+umbilics_index        index of the direction field, a float
+umbilics_kind         "star", "lemon", "monstar" or "uncertain"
+umbilics_curvature    mean curvature there, in 1 / world length
+umbilics_triangle     number of the mesh's loop triangle that holds the point
+umbilics_vertices     the three vertices of that triangle
+umbilics_barycentric  weights of those vertices
+umbilics_persistence  gap at which it cancels with its partner, in 1 / world length;
+                      3.4e38, the largest float, where topology keeps it; -1 where unknown
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from .. import core
+from .mesh_data import MeshArrays
+from .preferences import Appearance
+
+COLLECTION_TAG = "umbilics_of"
+EMPTY_TAG = "umbilics_kind"
+PERMANENT = float(np.finfo(np.float32).max)
+UNKNOWN = -1.0
+
+# The four read apart without colour; the arrow shows the normal.
+_DISPLAY = {
+    core.KINDS[0]: "PLAIN_AXES",
+    core.KINDS[1]: "SINGLE_ARROW",
+    core.KINDS[2]: "SPHERE",
+    core.KINDS[3]: "CUBE",
+}
+
+
+def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
+    """The collection of the object's umbilics, if there is one."""
+    for collection in bpy.data.collections:
+        if collection.library is None and collection.get(COLLECTION_TAG) == obj:
+            return collection
+    return None
+
+
+def empties_of(obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """The empties that a detection left at the object's umbilics, wherever they are now."""
+    return [child for child in obj.children if child.type == "EMPTY" and EMPTY_TAG in child]
+
+
+def replace(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    arrays: MeshArrays,
+    umbilics: core.Umbilics,
+) -> None:
+    """Put an empty at each umbilic, in place of those of an earlier detection."""
+    _remove_empties(obj)
+    collection = collection_of(obj)
+    if collection is None:
+        collection = bpy.data.collections.new(f"Umbilics of {obj.name}")
+        collection[COLLECTION_TAG] = obj
+    root = context.scene.collection
+    if collection not in root.children_recursive:
+        root.children.link(collection)
+    look = Appearance(context)
+    smallest = look.smallest_empty * float(np.ptp(arrays.vertices, axis=0).max())
+    size = np.maximum(look.empty_size * _edge_length(arrays, umbilics.triangle), smallest)
+    frames = frames_of(umbilics)
+    to_object = Matrix(arrays.matrix).inverted()
+    for row in range(len(umbilics)):
+        kind = str(umbilics.kind[row])
+        empty = bpy.data.objects.new(kind.capitalize(), None)
+        empty.empty_display_type = _DISPLAY[kind]
+        empty.empty_display_size = float(size[row])
+        empty.color = look.colours[kind]
+        empty.parent = obj
+        # The inverse undoes a non-uniform scale, which would shear the empty.
+        empty.matrix_parent_inverse = to_object
+        empty.matrix_basis = Matrix(frames[row])
+        for name, value in _properties(umbilics, arrays, row).items():
+            empty[f"umbilics_{name}"] = value
+        collection.objects.link(empty)
+
+
+def remove(obj: bpy.types.Object) -> bool:
+    """Remove the object's empties and their collection; says whether there was anything.
+
+    What the user has put into the collection stays, and then the collection stays too, no
+    longer ours.
+    """
+    removed = _remove_empties(obj)
+    collection = collection_of(obj)
+    if collection is None:
+        return removed
+    if collection.objects or collection.children:
+        del collection[COLLECTION_TAG]
+    else:
+        bpy.data.collections.remove(collection)
+    return True
+
+
+def _remove_empties(obj: bpy.types.Object) -> bool:
+    empties = empties_of(obj)
+    bpy.data.batch_remove(empties)
+    return bool(empties)
+
+
+def _properties(umbilics: core.Umbilics, arrays: MeshArrays, row: int) -> dict:
+    triangle = int(umbilics.triangle[row])
+    return {
+        "index": float(umbilics.index[row]),
+        "kind": str(umbilics.kind[row]),
+        "curvature": _finite(umbilics.curvature[row]),
+        "triangle": triangle,
+        "vertices": arrays.triangles[triangle].tolist(),
+        "barycentric": [_finite(weight) for weight in umbilics.barycentric[row]],
+        "persistence": _persistence(float(umbilics.persistence[row])),
+    }
+
+
+def _finite(value: float) -> float:
+    return float(value) if np.isfinite(value) else 0.0
+
+
+def _persistence(value: float) -> float:
+    return UNKNOWN if np.isnan(value) else min(value, PERMANENT)
+
+
+def _edge_length(arrays: MeshArrays, triangle: np.ndarray) -> np.ndarray:
+    """(k,) mean edge length of the given triangles."""
+    corners = arrays.vertices[arrays.triangles[triangle]]
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+
+
+def frames_of(umbilics: core.Umbilics) -> np.ndarray:
+    """(k, 4, 4) world matrices: z along the normal, x along a separatrix where it is known."""
+    z = umbilics.normal
+    across = umbilics.separatrix[:, 0] if len(umbilics) else np.empty((0, 3))
+    known = np.isfinite(across).all(axis=1, keepdims=True)
+    # Elsewhere any tangent will do: the axis least along the normal, made perpendicular to it.
+    least = np.eye(3)[np.argmin(np.abs(z), axis=1)] if len(z) else z
+    across = np.where(known, across, least)
+    x = across - np.sum(across * z, axis=1, keepdims=True) * z
+    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-30)
+    frames = np.zeros((len(z), 4, 4))
+    frames[:, :3, 0] = x
+    frames[:, :3, 1] = np.cross(z, x)
+    frames[:, :3, 2] = z
+    frames[:, :3, 3] = umbilics.position
+    frames[:, 3, 3] = 1.0
+    return frames
