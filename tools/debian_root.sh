@@ -24,7 +24,7 @@ provide_debian_root() {
     mkdir -p "$umbilics_cache/blender"
     # The lock ends with the subshell, however it ends.
     (
-        flock 9
+        flock --nonblock 9 || { say "waiting for another set-up of Blender to end …" && flock 9; }
         [ -d "$debian_root" ] || build_debian_root "$suite"
     ) 9>"$debian_root.lock"
 }

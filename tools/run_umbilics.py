@@ -9,6 +9,7 @@ as they are: --method S, --curvature normals, …
 import argparse
 import hashlib
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ import build_extension
 import isolated_blender
 from places import BLENDER, REPOSITORY, cache_folder, locked, run_quietly, say
 
+MESHES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".fbx", ".blend")
 MONKEY = Path(__file__).with_name("make_monkey.py")
 
 
@@ -50,38 +52,79 @@ def _digest_of_sources(wheels: str | None) -> str:
 def detect(file: Path, output: Path, options: list[str], environment: dict[str, str]) -> int:
     """Run the extension's command on one file and say what it found; its exit code."""
     results = {kind: output / f"{file.stem}-umbilics.{kind}" for kind in ("blend", "json", "png")}
-    for result in results.values():
-        result.unlink(missing_ok=True)
     command = [str(BLENDER), "-b", "--command", "umbilics", str(file), *options]
     for kind, result in results.items():
+        result.unlink(missing_ok=True)
         command += [f"--{kind}", str(result)]
-    sys.stdout.flush()
-    code = subprocess.run(
-        command, env=environment, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=False
-    ).returncode
-    if code == 0:
-        print(f"\n{file.name}: {in_words(json.loads(results['json'].read_text()))}")
-        for what, kind in (("Blender file", "blend"), ("numbers", "json"), ("picture", "png")):
-            print(f"  {what + ':':14}{results[kind]}")
-    return code
+    # Blender's own chatter is not for the reader; the command's complaints are.
+    done = subprocess.run(
+        command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=False
+    )
+    if done.returncode not in (0, 1):
+        sys.stderr.write(done.stdout.decode(errors="replace"))
+    if results["json"].exists():
+        print("\n" + in_words(file.name, json.loads(results["json"].read_text("utf-8"))))
+        for what, kind in (("in Blender", "blend"), ("in numbers", "json"), ("picture", "png")):
+            if results[kind].exists():
+                print(f"  {what + ':':12}{results[kind]}")
+        sys.stdout.flush()
+    return done.returncode
 
 
-def in_words(result: dict) -> str:
-    """What a result file says, as a sentence or two."""
-    kinds = list(result["umbilics"]["kind"])
-    counts = {kind: kinds.count(kind) for kind in sorted(set(kinds))}
-    listed = [f"{n} {kind if n == 1 else kind + 's'}" for kind, n in counts.items()]
-    found = "1 umbilic" if len(kinds) == 1 else f"{len(kinds) or 'no'} umbilics"
-    text = f"{found} ({', '.join(listed)})." if listed else f"{found}."
-    total, euler = result["index_sum"], result["euler_characteristic"]
-    text += f" Their indices sum to {total:g}; the Euler characteristic χ is {euler:g}"
-    text += ", as it must be." if total == euler else "."
-    return text
+def in_words(name: str, report: dict) -> str:
+    """What the JSON report of a file says, in sentences."""
+    lines = []
+    objects = [entry for entry in report["objects"] if "error" not in entry]
+    for entry in objects:
+        label = name if len(objects) == 1 else f"{name}, {entry['object']}"
+        lines.append(f"{label}: {_what_was_found(entry)}")
+        lines += [f"  Warning: {warning}" for warning in entry["warnings"]]
+    return "\n".join(lines)
+
+
+def _what_was_found(entry: dict) -> str:
+    counts = {kind: count for kind, count in entry["counts"].items() if count}
+    total = sum(counts.values())
+    text = f"{entry['triangles']:,} triangles, {_number_of(total, 'umbilic')}"
+    if counts:
+        text += f" ({', '.join(_number_of(count, kind) for kind, count in counts.items())})"
+    text += "; "
+    if entry["regions"]:
+        text += f"{_number_of(len(entry['regions']), 'spherical or planar region')}; "
+    index, expected = entry["index_sum"], entry["expected_index_sum"]
+    euler = entry["euler_characteristic"]
+    if expected is None:
+        return text + f"their indices sum to {index:g} (χ is {euler}; the surface is not closed)."
+    if math.isclose(index, expected, abs_tol=1e-6):
+        return text + f"their indices sum to {index:g}, which is χ, as it must be."
+    return text + f"their indices sum to {index:g}, but χ is {expected:g}."
+
+
+def _number_of(count: int, name: str) -> str:
+    plural = "" if count == 1 or name == "uncertain" else "s"
+    return f"{count or 'no'} {name}{plural}"
+
+
+def split_arguments(arguments: list[str]) -> tuple[list[Path], list[str]]:
+    """Files, and the extension's own options with their values."""
+    files, options = [], []
+    for previous, argument in zip(["", *arguments], arguments, strict=False):
+        after_option = previous.startswith("--") and "=" not in previous
+        is_mesh = Path(argument).suffix.lower() in MESHES
+        if argument.startswith("-") or (after_option and not is_mesh):
+            options.append(argument)
+        else:
+            files.append(Path(argument))
+    return files, options
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="tools/run", description=__doc__, allow_abbrev=False)
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    parser = argparse.ArgumentParser(
+        prog="tools/run",
+        usage="tools/run [FILE …] [options]",
+        description=__doc__,
+        allow_abbrev=False,
+    )
     parser.add_argument(
         "--output",
         type=Path,
@@ -89,22 +132,20 @@ def main() -> int:
         metavar="FOLDER",
         help="where the results go (default: ./umbilics-output)",
     )
-    chosen, options = parser.parse_known_args()
-    for file in chosen.files:
+    chosen, rest = parser.parse_known_args()
+    files, options = split_arguments(rest)
+    for file in files:
         if not file.is_file():
             say(f"there is no file {file}.")
             return 1
     environment = set_up()
     output = chosen.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
-    files = [file.resolve() for file in chosen.files]
     if not files:
-        monkey = output / "monkey.blend"
+        files = [output / "monkey.blend"]
         command = [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1"]
-        run_quietly([*command, "--python", MONKEY, "--", monkey], "make the monkey")
-        files = [monkey]
-    codes = [detect(file, output, options, environment) for file in files]
-    return max(codes)
+        run_quietly([*command, "--python", MONKEY, "--", files[0]], "make the monkey")
+    return max([detect(file.resolve(), output, options, environment) for file in files])
 
 
 if __name__ == "__main__":

@@ -120,9 +120,7 @@ def fetch(wheel: Wheel) -> Path:
         place.parent.mkdir(parents=True, exist_ok=True)
         _, version, _, _, tags = wheel.name.removesuffix(".whl").split("-")
         with tempfile.TemporaryDirectory(dir=place.parent) as folder:
-            got = _download(
-                wheel.platform, wheel.python, version, tags.split("."), Path(folder)
-            )
+            got = _download(wheel.platform, wheel.python, version, tags.split("."), Path(folder))
             if got.name != wheel.name:
                 fail(f"{wheel.name} is in wheels.lock, but pip found {got.name}.")
             got.rename(place)
