@@ -116,7 +116,9 @@ def describe_regions(
         weight = area[rows]
         total = float(weight.sum())
         corners = surface.triangles[rows]
-        curvature = _mean(mean_curvature[corners], weight)
+        # The median leaves out the margin, where fits reach beyond the region.
+        known = np.isfinite(mean_curvature[corners]).all(axis=1)
+        curvature = _weighted_median(mean_curvature[corners[known]].mean(axis=1), weight[known])
         # The errors of fits that share samples are not independent.
         independent = total / (np.pi * max(_mean(radius[corners], weight) ** 2, 1e-300))
         error = 0.5 * _mean(noise[corners], weight) / np.sqrt(max(independent, 1.0))
@@ -174,6 +176,8 @@ def _largest_disc(
 
 
 def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+    if len(values) == 0:
+        return 0.0
     order = np.argsort(values)
     share = np.cumsum(weights[order])
     return float(values[order[np.searchsorted(share, 0.5 * share[-1])]])

@@ -32,3 +32,19 @@ PLANAR_BEND = 0.01
 
 PLANAR_ERRORS = 3.0
 """Standard errors of the mean curvature of a region that do not tell it from zero."""
+
+# Noise of operators that come without an error ---------------------------------------------
+
+NEIGHBOUR_SHARE = 0.7
+"""Part of the difference between a vertex and its neighbours that is taken for noise: the rest
+may be the field itself. With all of it the neighbourhoods of umbilics on coarse random meshes
+pass for regions; with 0.6 noisy spheres no longer do."""
+
+DISCRETIZATION = 0.1
+"""Relative error of curvatures over (edge x curvature)^2."""
+
+SINGLE_PRECISION = 1e-6
+"""Relative error of curvatures that were stored in single precision."""
+
+FIELD_REACH = 1.5
+"""Radius that a vertex and its one-ring cover, in mean edges."""

@@ -6,20 +6,25 @@ import time
 
 import numpy as np
 import pytest
-from bare_surface import bare_surface
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 from scipy.sparse import csgraph
 from surfaces import icosphere, random_points
 
+from core.cleaning import clean
 from core.persistence import measure_persistence, survivors, trust_ratio
 from core.surface import Surface
 
 
+def _surface(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
+    """The surface of a mesh that needs no cleaning."""
+    return clean(vertices, triangles)[0]
+
+
 def _patch(count: int, seed: int) -> Surface:
     points, triangles = random_points(count, (0, 0), (1, 1), seed)
-    return bare_surface(np.column_stack([points, np.zeros(count)]), triangles)
+    return _surface(np.column_stack([points, np.zeros(count)]), triangles)
 
 
 def _strip(length: int) -> Surface:
@@ -30,7 +35,7 @@ def _strip(length: int) -> Surface:
     lower = np.stack([i, i + 1, i + 1 + length], axis=1)
     upper = np.stack([i, i + 1 + length, i + length], axis=1)
     triangles = np.stack([lower, upper], axis=1).reshape(-1, 3)
-    return bare_surface(np.concatenate([low, low + np.array([0, 1, 0])]), triangles)
+    return _surface(np.concatenate([low, low + np.array([0, 1, 0])]), triangles)
 
 
 def _along(values: list[float]) -> np.ndarray:
@@ -89,7 +94,7 @@ def _problems(draw, charges=(-0.5, 0.5)):
     if draw(st.booleans()):
         pieces.append(_patch(draw(st.integers(4, 12)), seed + 1))
     shift = np.cumsum([0] + [len(piece.vertices) for piece in pieces])
-    surface = bare_surface(
+    surface = _surface(
         np.concatenate([piece.vertices + 3 * i for i, piece in enumerate(pieces)]),
         np.concatenate([piece.triangles + shift[i] for i, piece in enumerate(pieces)]),
     )
@@ -151,7 +156,7 @@ def test_umbilics_meet_through_a_region():
 
 def test_components_never_meet():
     one, two = _strip(4), _strip(5)
-    surface = bare_surface(
+    surface = _surface(
         np.concatenate([one.vertices, two.vertices]),
         np.concatenate([one.triangles, two.triangles + 8]),
     )
@@ -195,7 +200,7 @@ def test_trust_ratio():
 @pytest.mark.parametrize("umbilics", [60, 50_000])
 def test_speed_at_a_million_triangles(umbilics):
     vertices, triangles = icosphere(8)  # 1.3 million triangles
-    surface = bare_surface(vertices, triangles)
+    surface = _surface(vertices, triangles)
     random = np.random.default_rng(0)
     smooth = 0.5 + np.abs(np.sin(3 * vertices[:, 0]) * np.cos(4 * vertices[:, 1]))
     gap = smooth * random.uniform(0.2, 1.0, len(vertices)) if umbilics > 60 else smooth
