@@ -265,7 +265,7 @@ def _assemble(
     source: np.ndarray,
     links: HalfEdges,
 ) -> Surface:
-    points = vertices[source] if len(source) < len(vertices) else vertices
+    points = vertices[source]
     low, high = points.min(axis=0), points.max(axis=0)
     # Halves first: the sum of two huge coordinates would overflow.
     origin = 0.5 * low + 0.5 * high
