@@ -20,6 +20,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .surface import Surface
+from .tolerances import PAIR_NOISE, PAIR_WORTH
 
 # Fewer candidates than this are compared faster without arrays.
 _FEW = 24
@@ -81,6 +82,38 @@ def measure_persistence(
 def survivors(persistence: np.ndarray, level: float) -> np.ndarray:
     """(k,) bool, True where an umbilic is kept at a persistence level; 0 keeps all."""
     return persistence >= level
+
+
+def choose_level(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarray) -> float:
+    """The persistence level that parts the pairs made by noise from those of the surface.
+
+    A pair is noise where it cancels below a small multiple of the gap's standard error, the
+    lesser one of the two places: a pair of one clear umbilic and one at a ragged border is the
+    clear one's. Noise differs over a mesh, so no level may part all pairs; the level chosen
+    keeps the most pairs right, and keeping a pair of the surface counts for several of noise.
+
+    Parameters
+    ----------
+    persistence, partner:
+        (k,) as `measure_persistence` gives them.
+    noise:
+        (k,) standard error of the gap at each umbilic, in the unit of `persistence`; where it
+        is not known the pair is kept.
+
+    Returns
+    -------
+    Just above the persistence of the last pair to drop; 0 where none is.
+    """
+    rows = np.flatnonzero(partner >= 0)
+    height = persistence[rows]
+    lesser = np.fmin(noise[rows], noise[partner[rows]])
+    spurious = height <= PAIR_NOISE * lesser
+    heights, place = np.unique(height, return_inverse=True)
+    gain = np.where(spurious, 1.0, -PAIR_WORTH)
+    gained = np.cumsum(np.bincount(place, weights=gain, minlength=len(heights)))
+    if len(heights) == 0 or gained.max() <= 0.0:
+        return 0.0
+    return float(np.nextafter(heights[gained.argmax()], np.inf))
 
 
 def trust_ratio(persistence: np.ndarray, level: float, gap: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from scipy.sparse import csgraph
 from surfaces import icosphere, random_points
 
 from core.cleaning import clean
-from core.persistence import measure_persistence, survivors, trust_ratio
+from core.persistence import choose_level, measure_persistence, survivors, trust_ratio
 from core.surface import Surface
 
 
@@ -194,6 +194,32 @@ def test_trust_ratio():
     assert trust_ratio(persistence, 1.0, gap) == pytest.approx(0.4)
     assert trust_ratio(persistence, 1.0, 0.0 * gap) == np.inf
     assert survivors(persistence, 0.2).tolist() == [False, False, True, True, True]
+
+
+def test_level_parts_noise_from_surface():
+    persistence = np.array([0.1, 0.1, 0.3, 0.3, 2.0, 2.0, np.inf])
+    partner = np.array([1, 0, 3, 2, 5, 4, -1])
+    kept = [False] * 4 + [True] * 3
+    level = choose_level(persistence, partner, np.full(7, 0.2))
+    assert survivors(persistence, level).tolist() == kept
+    # The clear one of a pair speaks for both.
+    noise = np.array([0.2, 0.2, 0.2, 0.2, 0.2, 50.0, 0.2])
+    assert choose_level(persistence, partner, noise) == level
+    # One pair of the surface outweighs two of noise, and not many of them.
+    noise = np.array([0.01, 0.01, 0.2, 0.2, 2.0, 2.0, 0.2])
+    assert choose_level(persistence, partner, noise) == 0.0
+    many = np.concatenate([persistence[:2], np.repeat(np.arange(2, 6), 2)])
+    partners = np.arange(10) ^ 1
+    errors = np.array([0.01, 0.01] + [4.0] * 8)
+    assert not survivors(many, choose_level(many, partners, errors)).any()
+
+
+def test_level_of_clean_or_unknown_operators_keeps_all():
+    persistence, partner = np.array([0.3, 0.3, np.inf]), np.array([1, 0, -1])
+    for noise in (1e-4, np.nan, 0.0):
+        assert choose_level(persistence, partner, np.full(3, noise)) == 0.0
+    assert choose_level(np.zeros(0), np.zeros(0, dtype=int), np.zeros(0)) == 0.0
+    assert choose_level(np.full(2, np.inf), np.full(2, -1), np.ones(2)) == 0.0
 
 
 @pytest.mark.slow
