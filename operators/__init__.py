@@ -7,7 +7,9 @@ _MODULES = (
     "preferences",
     "properties",
     "summary",
+    "running",
     "detect",
+    "cancel",
     "clear",
     "command_line",
 )

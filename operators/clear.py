@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import engine
+from . import engine, running
+from .workspace import finished
 
 
 class UMBILICS_OT_clear(bpy.types.Operator):
@@ -14,6 +15,8 @@ class UMBILICS_OT_clear(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         reason = engine.why_not(context.active_object, to_clear=True)
+        if running.current() is not None:
+            reason = "A detection is running. Wait for it, or press Esc."
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -23,6 +26,10 @@ class UMBILICS_OT_clear(bpy.types.Operator):
             self.report({"INFO"}, f"{context.active_object.name} has no umbilics to clear.")
             return {"CANCELLED"}
         return {"FINISHED"}
+
+    def invoke(self, context, event):
+        edited = context.mode == "EDIT_MESH"
+        return finished(self.execute(context), edited)
 
 
 def register() -> None:

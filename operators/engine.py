@@ -77,8 +77,9 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
     if obj is None:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
     check_object(obj)
+    mesh_data.check_unchanged(obj, inputs.arrays)
+    mesh_data.check_result_names(obj)
     with object_mode(context, obj):
-        mesh_data.check_result_names(obj)
         mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
         results.replace(context, obj, inputs.arrays, detection.umbilics)
         summary.store(obj, inputs.settings, detection)

@@ -26,6 +26,8 @@ _DOMAIN_LABEL = {
     "CORNER": "Face Corner",
 }
 
+_LARGEST = float(np.finfo(np.float32).max)
+
 # What a detection leaves on a mesh: name, domain and type.
 RESULTS = {
     "umbilics_k1": ("POINT", "FLOAT"),
@@ -94,7 +96,7 @@ def read(
     if not np.isfinite(matrix).all() or determinant == 0.0:
         raise ObjectError(f"{obj.name} has a scale of zero. Give it a size in all directions.")
     with _current_mesh(obj) as mesh:
-        vertices = _positions(mesh) @ matrix[:3, :3].T + matrix[:3, 3]
+        vertices = _to_world(_positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
             raise ObjectError(
@@ -127,25 +129,32 @@ def check_result_names(obj: bpy.types.Object) -> None:
             )
 
 
+def check_unchanged(obj: bpy.types.Object, arrays: MeshArrays) -> None:
+    """Raise `ChangedMeshError` if the object's mesh is no longer the one that was read."""
+    with _current_mesh(obj) as mesh:
+        _, _, polygon = _triangles(mesh)
+        vertices = _positions(mesh)
+        same = (
+            len(mesh.polygons) == arrays.polygon_count
+            and np.array_equal(polygon, arrays.polygon)
+            and np.array_equal(_to_world(vertices, arrays.matrix), arrays.vertices, equal_nan=True)
+        )
+    if not same:
+        raise ChangedMeshError(f"{obj.name} was changed while it was being analysed. Detect again.")
+
+
 def write_results(mesh: bpy.types.Mesh, arrays: MeshArrays, results: dict[str, np.ndarray]) -> None:
     """Store results as attributes, making or replacing ours; the mesh is not in Edit Mode.
 
     `results` holds an array for each name in RESULTS. What is not finite is stored as 0, so
     that nothing downstream meets a NaN.
-
-    Raises
-    ------
-    ChangedMeshError
-        The mesh has other numbers of vertices or faces than `arrays`.
     """
-    if (len(mesh.vertices), len(mesh.polygons)) != (len(arrays.vertices), arrays.polygon_count):
-        raise ChangedMeshError(f"{mesh.name} was changed meanwhile. Detect again.")
     for name, (domain, kind) in RESULTS.items():
-        width, dtype, key, _ = _LAYOUT[kind]
+        _, dtype, key, _ = _LAYOUT[kind]
         attribute = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
-        values = np.nan_to_num(results[name], nan=0.0, posinf=0.0, neginf=0.0).astype(dtype)
-        if values.size != width * len(attribute.data):
-            raise ChangedMeshError(f"{mesh.name} was changed meanwhile. Detect again.")
+        values = np.nan_to_num(results[name], nan=0.0, posinf=0.0, neginf=0.0)
+        # Curvatures of a tiny mesh may be beyond single precision.
+        values = np.clip(values, -_LARGEST, _LARGEST).astype(dtype)
         attribute.data.foreach_set(key, np.ascontiguousarray(values).ravel())
     mesh.update()
 
@@ -210,6 +219,10 @@ def _positions(mesh: bpy.types.Mesh) -> np.ndarray:
     if position is None:
         return np.empty((0, 3))
     return _fetch(position.data, "vector", 3, np.float32).astype(np.float64)
+
+
+def _to_world(positions: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    return positions @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

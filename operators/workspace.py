@@ -32,6 +32,16 @@ def object_mode(context: bpy.types.Context, obj: bpy.types.Object) -> Iterator[N
         _select(layer, selected)
 
 
+def finished(result: set[str], edited: bool) -> set[str]:
+    """What an operator of the window returns after work that may have left Edit Mode.
+
+    `object_mode` has pushed the undo step then. Blender pushes another one for FINISHED, which
+    would hold nothing but the edited mesh and cost the user a second undo; for CANCELLED it
+    does not.
+    """
+    return {"CANCELLED"} if edited else result
+
+
 def _select(layer: bpy.types.ViewLayer, wanted: list[bpy.types.Object]) -> None:
     for other in layer.objects:
         if other.select_get() != (other in wanted):

@@ -5,6 +5,8 @@ import textwrap
 import bpy
 
 from .. import core
+from ..operators import running
+from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.properties import GIVEN_NAMES
@@ -35,6 +37,11 @@ class UMBILICS_PT_main(_Tab, bpy.types.Panel):
         if settings.method == "C":
             column.prop(settings, "charts")
         actions = layout.column(align=True)
+        run = running.current()
+        if run is not None:
+            actions.progress(factor=run.fraction, text=run.stage)
+            actions.operator(UMBILICS_OT_cancel.bl_idname, text="Cancel", icon="CANCEL")
+            return
         big = actions.row(align=True)
         big.scale_y = 1.6
         big.operator(UMBILICS_OT_detect.bl_idname, text="Detect", icon="VIEWZOOM")

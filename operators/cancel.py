@@ -1,0 +1,31 @@
+"""Operator: stop the detection that is running."""
+
+import bpy
+
+from . import running
+
+
+class UMBILICS_OT_cancel(bpy.types.Operator):
+    bl_idname = "umbilics.cancel"
+    bl_label = "Cancel Detection"
+    bl_description = "Stop the detection that is running; the scene stays as it is"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context):
+        if running.current() is None:
+            cls.poll_message_set("No detection is running.")
+            return False
+        return True
+
+    def execute(self, context):
+        running.current().cancel()
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_cancel)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_cancel)

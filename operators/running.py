@@ -1,0 +1,115 @@
+"""The detection that runs beside the window, in a thread that touches arrays only."""
+
+from __future__ import annotations
+
+import threading
+
+import bpy
+
+from .. import core
+from . import engine
+
+_current: Run | None = None
+
+
+class Run:
+    """One detection in a worker thread; always ended by `result`, which joins it.
+
+    Attributes
+    ----------
+    fraction, stage:
+        How much is done, 0 to 1, and what is being done, for the user.
+    """
+
+    def __init__(self, inputs: engine.Inputs) -> None:
+        self.inputs = inputs
+        self.fraction = 0.0
+        self.stage = "Starting"
+        self._stop = threading.Event()
+        self._outcome: core.Detection | None = None
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._work, name="umbilics")
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Ask the worker to stop at its next step."""
+        self.stage = "Cancelling"
+        self._stop.set()
+
+    @property
+    def cancelled(self) -> bool:
+        return self._stop.is_set()
+
+    @property
+    def finished(self) -> bool:
+        return not self._thread.is_alive()
+
+    def join(self) -> None:
+        self._thread.join()
+
+    def result(self) -> core.Detection:
+        """Wait for the worker; its detection, or the error that ended it."""
+        self.join()
+        if self._error is not None:
+            raise self._error
+        return self._outcome
+
+    def _work(self) -> None:
+        try:
+            progress = core.Progress(self._report, self._stop.is_set)
+            self._outcome = engine.compute(self.inputs, progress)
+        except BaseException as error:  # raised again in the main thread by `result`
+            self._error = error
+
+    def _report(self, fraction: float, stage: str) -> None:
+        if not self.cancelled:
+            # Parts may run beside each other; a bar that goes back would only worry.
+            self.fraction = max(self.fraction, fraction)
+            self.stage = stage or self.stage
+
+
+def current() -> Run | None:
+    """The detection that is running, if there is one."""
+    return _current
+
+
+def begin(inputs: engine.Inputs) -> Run:
+    """Start a detection beside the window; there is one at a time."""
+    global _current
+    _current = Run(inputs)
+    _current.start()
+    return _current
+
+
+def end() -> None:
+    """Stop the running detection, if there is one, and wait until its thread is gone."""
+    global _current
+    if _current is None:
+        return
+    _current.cancel()
+    _current.join()
+    _current = None
+
+
+def show(context: bpy.types.Context) -> None:
+    """Progress in the status bar and in the panels; without a detection, take it away."""
+    text = None
+    if _current is not None:
+        text = f"Umbilics: {_current.stage} ({_current.fraction:.0%})     Esc: Cancel"
+    context.workspace.status_text_set(text)
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
+
+
+def register() -> None:
+    pass
+
+
+def unregister() -> None:
+    end()
