@@ -33,7 +33,7 @@ build_debian_root() {
     local suite=$1 partial=$debian_root.partial log=$debian_root.log
     local mirror mirrors=() seconds=$SECONDS
     can_build_debian_root || return 1
-    say "setting up Blender from Debian's packages ($suite), once: about 400 MB to download," \
+    say "setting up Blender from Debian's packages ($suite), once: about 350 MB to download," \
         "1.3 GB in $umbilics_cache/blender, one to three minutes …"
     # The mirror that this machine's own apt uses, if that is Debian's; then the public one.
     mirror=$(apt-get indextargets --format '$(REPO_URI)' 2>/dev/null |
