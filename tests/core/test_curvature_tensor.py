@@ -1,0 +1,194 @@
+import numpy as np
+import pytest
+from fields import exact_field, field_on_plane, flat_surface, points_of, surface_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from surfaces import ellipsoid, noisy, paraboloid, renumbered, seed_patch
+
+from core import CurvatureField
+from core.cleaning import clean
+from core.curvature_tensor import (
+    detect_by_curvature_tensor,
+    unfolded_along_seams,
+    unfolded_by_uv,
+    zeros_in_triangles,
+)
+from core.interpolation import zero_crossing
+from core.normal_curvature import curvature_from_normals
+from core.normals import vertex_normals
+from core.transport import tangents
+
+NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.complex_numbers(max_magnitude=0.9), st.booleans()), min_size=1, max_size=4
+    ),
+    st.floats(0, 6.3),
+)
+def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
+    """Proposition 3.5: in conformal coordinates operator and curvature tensor are one."""
+    surface, z = flat_surface(cells=23)
+    deviator = np.full(len(z), np.exp(1j * turn))
+    for place, conjugate in zeros:
+        factor = z - place
+        deviator = deviator * (np.conj(factor) if conjugate else factor)
+    field = field_on_plane(deviator, mean=1.0)
+    by_s = zero_crossing(surface, field, "projection")
+    unfolding = unfolded_along_seams(surface, NO_SEAMS)
+    by_c = detect_by_curvature_tensor(surface, field, unfolding)
+    # A zero on an edge or a vertex may be given to any triangle there: compare the points.
+    points_s = points_of(surface, by_s[0], by_s[1])
+    points_c = points_of(surface, by_c.triangle, by_c.barycentric)
+    inner = np.all(np.abs(points_c[:, :2]) < 0.97, axis=1)
+    for point in points_c[inner]:
+        assert np.min(np.linalg.norm(points_s - point, axis=1), initial=9.0) < 1e-6
+    for point in points_s[np.all(np.abs(points_s[:, :2]) < 0.97, axis=1)]:
+        assert np.min(np.linalg.norm(points_c - point, axis=1), initial=9.0) < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_s_and_c_agree_on_a_random_field(seed: int) -> None:
+    surface, z = flat_surface(cells=23)
+    random = np.random.default_rng(seed)
+    field = field_on_plane(random.normal(size=len(z)) + 1j * random.normal(size=len(z)))
+    triangle, weights, index = zero_crossing(surface, field, "conformal")
+    hits = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
+    assert len(triangle) > 50
+    np.testing.assert_array_equal(np.sort(hits.triangle), np.sort(triangle))
+    order, other = np.argsort(hits.triangle), np.argsort(triangle)
+    np.testing.assert_array_equal(hits.index[order], index[other])
+    np.testing.assert_allclose(hits.barycentric[order], weights[other], atol=1e-7)
+
+
+def test_s_and_c_agree_on_a_rolled_sheet() -> None:
+    """A developable chart that is not flat in space: a field given on a cylinder."""
+    flat, z = flat_surface(cells=61)
+    x, y = z.real, z.imag
+    vertices = np.stack([np.sin(x), y, np.cos(x)], axis=1)
+    surface, _ = clean(vertices, flat.triangles)
+    deviator = (z - 0.21 - 0.13j) * np.conj(z + 0.4 - 0.31j)
+    angle, gap = 0.5 * np.angle(deviator), np.abs(deviator)
+    normal = np.stack([np.sin(x), 0 * x, np.cos(x)], axis=1)
+    around = np.stack([np.cos(x), 0 * x, -np.sin(x)], axis=1)
+    d1 = np.cos(angle)[:, None] * around + np.sin(angle)[:, None] * np.array([0.0, 1.0, 0.0])
+    field = CurvatureField(
+        gap / 2, -gap / 2, d1, np.cross(normal, d1), normal, np.full(len(z), np.nan)
+    )
+    hits = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
+    triangle, weights, index = zero_crossing(surface, field, "conformal")
+    assert np.array_equal(np.sort(hits.triangle), np.sort(triangle))
+    assert sorted(hits.index) == sorted(index) == [-0.5, 0.5]
+    order, other = np.argsort(hits.triangle), np.argsort(triangle)
+    np.testing.assert_allclose(hits.barycentric[order], weights[other], atol=5e-3)
+
+
+def test_a_zero_on_an_edge_or_a_vertex_is_found_once() -> None:
+    for cells in (10, 11):
+        surface, z = flat_surface(cells=cells)
+        unfolding = unfolded_along_seams(surface, NO_SEAMS)
+        for place in (
+            0.0,
+            z[z.size // 3],
+            0.5 * (z[surface.triangles[7, 0]] + z[surface.triangles[7, 1]]),
+        ):
+            if max(abs(place.real), abs(place.imag)) > 0.95:
+                continue
+            for turn in (1.0, 1j, np.exp(0.3j)):
+                field = field_on_plane((z - place) * turn, mean=1.0)
+                hits = detect_by_curvature_tensor(surface, field, unfolding)
+                points = points_of(surface, hits.triangle, hits.barycentric)
+                assert len(hits) == 1
+                assert abs(points[0, 0] + 1j * points[0, 1] - place) < 1e-7
+
+
+def test_the_index_within_a_chart_is_that_of_its_border() -> None:
+    """However wild the field, what the triangles count is what its border sees."""
+    surface, z = flat_surface(cells=15)
+    random = np.random.default_rng(5)
+    deviator = random.normal(size=len(z)) + 1j * random.normal(size=len(z))
+    hits = detect_by_curvature_tensor(
+        surface, field_on_plane(deviator), unfolded_along_seams(surface, NO_SEAMS)
+    )
+    loop = np.flatnonzero(surface.border)
+    loop = loop[np.argsort(np.angle(z[loop]))]
+    jumps = np.angle(np.roll(deviator[loop], -1) * np.conj(deviator[loop]))
+    assert hits.index.sum() == pytest.approx(jumps.sum() / (4 * np.pi))
+
+
+@given(st.lists(st.complex_numbers(max_magnitude=1e3), min_size=3, max_size=3))
+def test_weights_are_barycentric(values: list[complex]) -> None:
+    rows, weights, index = zeros_in_triangles(np.array([values]))
+    assert np.all(weights >= 0)
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0)
+    assert set(np.abs(index)) <= {0.5}
+    assert len(rows) == len(index)
+
+
+@pytest.mark.parametrize("mesh", [seed_patch(21600), renumbered(seed_patch(21600), 1)],
+                         ids=["patch", "renumbered"])  # fmt: skip
+def test_the_patch_with_exact_operators(mesh) -> None:
+    surface = surface_of(mesh)
+    unfolding = unfolded_along_seams(surface, NO_SEAMS)
+    hits = detect_by_curvature_tensor(surface, exact_field(mesh, surface), unfolding)
+    points = points_of(surface, hits.triangle, hits.barycentric)
+    inner = np.all(np.abs(points[:, :2]) < 1.1, axis=1)
+    assert np.count_nonzero(inner) == 3
+    distance = np.linalg.norm(points[inner][:, None] - mesh.umbilics.position[None], axis=2)
+    assert np.all(distance.min(axis=0) < 0.2 * mesh.edge_length)
+    assert np.array_equal(hits.index[inner], mesh.umbilics.index[distance.argmin(axis=1)])
+
+
+def test_a_paraboloid_by_seams_and_by_a_conformal_island() -> None:
+    mesh = paraboloid(cells=40)
+    surface = surface_of(mesh)
+    field = exact_field(mesh, surface)
+    uv = mesh.vertices[mesh.triangles][:, :, :2]
+    for unfolding in (
+        unfolded_along_seams(surface, NO_SEAMS),
+        unfolded_by_uv(surface, mesh.triangles, uv, conformal=True),
+        unfolded_by_uv(surface, mesh.triangles, uv),
+    ):
+        hits = detect_by_curvature_tensor(surface, field, unfolding)
+        points = points_of(surface, hits.triangle, hits.barycentric)
+        distance = np.linalg.norm(points[:, None] - mesh.umbilics.position[None], axis=2)
+        assert len(hits) == 2
+        assert np.all(distance.min(axis=0) < 0.3 * mesh.edge_length)
+        assert np.all(hits.index == 0.5)
+
+
+def test_conformal_scale_of_an_isometric_chart_is_one() -> None:
+    surface, z = flat_surface(cells=10)
+    hits = detect_by_curvature_tensor(
+        surface, field_on_plane(z - 0.03), unfolded_along_seams(surface, NO_SEAMS)
+    )
+    np.testing.assert_allclose(hits.conformal_scale, 1.0, rtol=1e-9)
+    assert hits.warnings == []
+
+
+def test_distorted_triangles_are_reported() -> None:
+    mesh = ellipsoid(axes=(9.0, 1.1, 1.0), subdivisions=4)
+    top = mesh.vertices[mesh.triangles].mean(axis=1)[:, 0] > -8.0
+    surface, _ = clean(mesh.vertices, mesh.triangles[top])
+    field = curvature_from_normals(surface, vertex_normals(surface))
+    hits = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
+    assert "shrunk" in hits.warnings[0]
+    assert np.nanmin(hits.conformal_scale) < 0.02
+
+
+def test_frames_do_not_matter() -> None:
+    """Any orthonormal frame of the same operator gives the same points."""
+    mesh = noisy(seed_patch(900), 0.05)
+    surface = surface_of(mesh)
+    field = curvature_from_normals(surface, vertex_normals(surface))
+    unfolding = unfolded_along_seams(surface, NO_SEAMS)
+    sign = np.random.default_rng(0).choice([-1.0, 1.0], size=(len(field.k1), 1))
+    turned = CurvatureField(
+        field.k1, field.k2, field.d1 * sign, field.d2 * sign, field.normal, field.noise
+    )
+    one, two = (detect_by_curvature_tensor(surface, some, unfolding) for some in (field, turned))
+    assert np.array_equal(one.triangle, two.triangle)
+    np.testing.assert_allclose(one.barycentric, two.barycentric, atol=1e-9)
+    assert all(np.allclose(np.linalg.norm(axis, axis=1), 1) for axis in tangents(field.normal))

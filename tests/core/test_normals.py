@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from fields import surface_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from surfaces import cylinder, ellipsoid, noisy, plane, similar, sphere
+
+from core.cleaning import clean
+from core.normals import smooth_normals, vertex_normals
+
+
+def test_exact_on_a_sphere() -> None:
+    mesh = sphere(subdivisions=3)
+    surface = surface_of(mesh)
+    np.testing.assert_allclose(vertex_normals(surface), mesh.normal, atol=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-6, 6))
+def test_scale_does_not_matter(exponent: float) -> None:
+    mesh = ellipsoid(subdivisions=2)
+    scaled = similar(mesh, 10.0**exponent)
+    np.testing.assert_allclose(
+        vertex_normals(surface_of(mesh)), vertex_normals(surface_of(scaled)), atol=1e-9
+    )
+
+
+def test_triangles_without_area_keep_normals_finite() -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [2, 0, 0], [3, 0, 0.0]])
+    triangles = np.array([[0, 2, 3], [2, 1, 3], [0, 1, 2], [1, 4, 5]])
+    surface, _ = clean(vertices, triangles)
+    normal = vertex_normals(surface)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0)
+    np.testing.assert_allclose(normal[surface.source_vertex == 3], [[0, 0, 1.0]])
+
+
+def test_smoothing_leaves_a_plane_and_a_sphere_as_they_are() -> None:
+    flat = surface_of(plane(tilt=0.3))
+    normal = vertex_normals(flat)
+    np.testing.assert_allclose(smooth_normals(flat, normal, 5), normal, atol=1e-14)
+    mesh = sphere(subdivisions=4)
+    smooth = smooth_normals(surface_of(mesh), mesh.normal, 3)
+    np.testing.assert_allclose(smooth, mesh.normal, atol=0.02)
+
+
+def test_no_pass_changes_nothing_and_does_not_share_memory() -> None:
+    surface = surface_of(ellipsoid(subdivisions=1))
+    normal = vertex_normals(surface)
+    copy = smooth_normals(surface, normal, 0)
+    assert np.array_equal(copy, normal)
+    assert not np.shares_memory(copy, normal)
+
+
+def test_smoothing_takes_noise_away() -> None:
+    mesh = ellipsoid(subdivisions=5)
+    surface = surface_of(noisy(mesh, 0.05, seed=3))
+    raw = vertex_normals(surface)
+    errors = [
+        np.linalg.norm(smooth_normals(surface, raw, passes) - mesh.normal, axis=1).mean()
+        for passes in (0, 1, 3)
+    ]
+    assert errors[1] < 0.6 * errors[0]
+    assert errors[2] < 0.7 * errors[1]
+
+
+@pytest.mark.parametrize("passes", [1, 4])
+def test_smoothed_normals_of_a_cylinder_stay_horizontal(passes: int) -> None:
+    mesh = cylinder()
+    smooth = smooth_normals(surface_of(mesh), mesh.normal, passes)
+    np.testing.assert_allclose(smooth[:, 2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(smooth, axis=1), 1.0)
