@@ -1,7 +1,9 @@
 """The empties at the umbilics of an object, in a collection that is ours by its tag.
 
-The collection carries the custom property `umbilics_of`, a pointer to the object; each empty
-carries `umbilics_kind`. Names are for reading only: the user may change them.
+The collection carries the custom property `umbilics`, each empty `umbilics_kind`; an object's
+empties are those of its children that carry it, and its collection is the one they are in.
+Names are for reading only: the user may change them. (A pointer to the object would be shorter,
+but it would count as a user of it, and the object would outlive its deletion.)
 
 Custom properties of an empty, all of them plain Python values:
 
@@ -25,7 +27,7 @@ from .. import core
 from .mesh_data import MeshArrays
 from .preferences import Appearance
 
-COLLECTION_TAG = "umbilics_of"
+COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
 PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
@@ -41,9 +43,10 @@ _DISPLAY = {
 
 def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
     """The collection of the object's umbilics, if there is one."""
-    for collection in bpy.data.collections:
-        if collection.library is None and collection.get(COLLECTION_TAG) == obj:
-            return collection
+    for empty in empties_of(obj):
+        for collection in empty.users_collection:
+            if COLLECTION_TAG in collection:
+                return collection
     return None
 
 
@@ -59,11 +62,14 @@ def replace(
     umbilics: core.Umbilics,
 ) -> None:
     """Put an empty at each umbilic, in place of those of an earlier detection."""
-    _remove_empties(obj)
     collection = collection_of(obj)
+    _remove_empties(obj)
+    if not len(umbilics):
+        _remove_unused(collection)
+        return
     if collection is None:
         collection = bpy.data.collections.new(f"Umbilics of {obj.name}")
-        collection[COLLECTION_TAG] = obj
+        collection[COLLECTION_TAG] = True
     root = context.scene.collection
     if collection not in root.children_recursive:
         root.children.link(collection)
@@ -90,24 +96,23 @@ def replace(
 def remove(obj: bpy.types.Object) -> bool:
     """Remove the object's empties and their collection; says whether there was anything.
 
-    What the user has put into the collection stays, and then the collection stays too, no
-    longer ours.
+    What the user has put into the collection stays, and then the collection stays too.
     """
-    removed = _remove_empties(obj)
     collection = collection_of(obj)
-    if collection is None:
-        return removed
-    if collection.objects or collection.children:
-        del collection[COLLECTION_TAG]
-    else:
-        bpy.data.collections.remove(collection)
-    return True
+    removed = _remove_empties(obj)
+    _remove_unused(collection)
+    return removed
 
 
 def _remove_empties(obj: bpy.types.Object) -> bool:
     empties = empties_of(obj)
     bpy.data.batch_remove(empties)
     return bool(empties)
+
+
+def _remove_unused(collection: bpy.types.Collection | None) -> None:
+    if collection is not None and not collection.objects and not collection.children:
+        bpy.data.collections.remove(collection)
 
 
 def _properties(umbilics: core.Umbilics, arrays: MeshArrays, row: int) -> dict:

@@ -99,7 +99,7 @@ class UMBILICS_PT_curvature(_Tab, bpy.types.Panel):
             if not settings.scale_auto:
                 layout.prop(settings, "scale_unit", text="Unit")
         layout.prop(settings, "crease_angle")
-        layout.prop(settings, "normal_smoothing")
+        layout.prop(settings, "normal_smoothing", text="Smoothing")
 
 
 class UMBILICS_PT_filters(_Tab, bpy.types.Panel):
