@@ -8,12 +8,16 @@ from .errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
+from .filtering import filtered
+from .pipeline import detect
 from .progress import Progress
 from .settings import AUTO, Choice, Option, Settings, defaults, options
+from .surface_types import SURFACE_TYPES
 
 __all__ = [
     "AUTO",
     "KINDS",
+    "SURFACE_TYPES",
     "CancelledError",
     "ChartError",
     "Choice",
@@ -28,5 +32,7 @@ __all__ = [
     "Umbilics",
     "UmbilicsError",
     "defaults",
+    "detect",
+    "filtered",
     "options",
 ]

@@ -75,12 +75,15 @@ class Umbilics:
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
         (k,) float64 standard error of the position, in length.
+    noise:
+        (k,) float64 standard error of the gap at the point, in 1 / length; NaN where unknown.
     separatrix:
-        (k, 3, 3) float64 unit tangent directions of the separatrices, NaN-filled to three.
+        (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
+        point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
     certain:
         (k,) bool, False where a border or a damaged neighbourhood makes the point doubtful.
     elliptic:
-        (k,) bool, True inside the opened elliptic part; all True where opening is off.
+        (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
 
     position: np.ndarray
@@ -94,6 +97,7 @@ class Umbilics:
     persistence: np.ndarray
     partner: np.ndarray
     uncertainty: np.ndarray
+    noise: np.ndarray
     separatrix: np.ndarray
     certain: np.ndarray
     elliptic: np.ndarray

@@ -36,3 +36,14 @@ class Hits:
 
     def __len__(self) -> int:
         return len(self.index)
+
+    def select(self, rows: np.ndarray) -> Hits:
+        """The given rows (a mask or indices) of the finds."""
+        return Hits(
+            self.triangle[rows],
+            self.barycentric[rows],
+            self.index[rows],
+            self.vertex[rows],
+            self.conformal_scale,
+            self.warnings,
+        )

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from .surface import Surface
+
+# A cubic has ten coefficients; half as many samples again keep the fit from chasing noise.
+FEWEST_SAMPLES = 15
+# A length that spans more rings than this is beyond what a cubic describes.
+MOST_RINGS = 24
 
 
 def adjacency(surface: Surface) -> sparse.csr_array:
@@ -17,16 +23,119 @@ def adjacency(surface: Surface) -> sparse.csr_array:
     return sparse.csr_array((ones, surface.neighbours, surface.neighbour_start), shape=(n, n))
 
 
-def rings(graph: sparse.csr_array, rows: np.ndarray | slice, count: int) -> sparse.csr_array:
-    """For each of the vertices `rows`, those within `count` >= 2 edges, itself included.
+def grow(reach: sparse.csr_array, graph: sparse.csr_array, rings: int) -> sparse.csr_array:
+    """Each row of `reach` lists vertices; add those within `rings` edges of them, all once.
 
-    On a surface every edge has a triangle, so two steps reach the centre and the one-ring too.
+    On a surface every edge has a triangle, so a walk of exactly that many edges (two or more)
+    reaches the nearer vertices too.
     """
-    reach = graph[rows]
-    for _ in range(count - 1):
+    for _ in range(rings):
         reach = reach @ graph
         reach.data[:] = 1
     return reach
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """What the height function at a vertex is fitted to.
+
+    Attributes
+    ----------
+    surface:
+        The surface; n vertices.
+    graph:
+        (n, n) its one-ring graph.
+    walls:
+        (n,) bool, vertices on creases: they are samples, but no ring grows past them; None
+        where there are no creases.
+    rings:
+        Rings of neighbours, at least 2; more where these hold too few vertices.
+    reach:
+        Length that the rings must cover and samples beyond it are left out; None for none.
+    focused:
+        Weigh near samples more: least bias, for clean meshes. Equal weights hold noise best.
+    """
+
+    surface: Surface
+    graph: sparse.csr_array
+    walls: np.ndarray | None = None
+    rings: int = 2
+    reach: float | None = None
+    focused: bool = True
+
+    def around(self, start: sparse.csr_array, rings: int) -> sparse.csr_array:
+        """Rows of `start` grown by rings, stopping at walls."""
+        if self.walls is None:
+            return grow(start, self.graph, rings)
+        passable = sparse.diags_array((~self.walls).astype(np.int32))
+        through = (passable @ self.graph).tocsr()
+        # A wall vertex still sees its own ring, on both of its sides.
+        reach = start + start @ self.graph
+        for _ in range(rings - 1):
+            reach = (reach + reach @ through).tocsr()
+            reach.data[:] = 1
+        return reach
+
+    def blocks(self, centres: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """The samples of each of the vertices `centres`, in blocks of equal size.
+
+        Yields
+        ------
+        rows:
+            (b,) rows of `centres`, with b * s <= `most` (at least one row).
+        members:
+            (s, b) int32 samples of each.
+        """
+        pending = np.arange(len(centres))
+        count = self.rings
+        sizes = np.zeros(len(centres), int)
+        # Small neighbourhoods grow ring by ring until they suffice or hold a whole component.
+        while len(pending):
+            reach = self._ring_rows(centres[pending], count)
+            grown = np.diff(reach.indptr)
+            ready = (grown >= FEWEST_SAMPLES) | (grown == sizes)
+            if self.reach is not None:
+                reach, covered = self._within_reach(reach, centres[pending])
+                ready &= covered | (grown == sizes) | (count >= MOST_RINGS)
+            if ready.all():
+                enough, chosen = reach, pending
+            else:
+                enough, chosen = reach[ready], pending[ready]
+            for rows, members in by_size(enough, most):
+                yield chosen[rows], members
+            pending, sizes = pending[~ready], grown[~ready]
+            count += 1
+
+    def _ring_rows(self, centres: np.ndarray, count: int) -> sparse.csr_array:
+        if self.walls is None:
+            return grow(self.graph[centres], self.graph, count - 1)
+        return self.around(selection(centres[:, None], self.graph.shape[0]), count)
+
+    def _within_reach(
+        self, reach: sparse.csr_array, centres: np.ndarray
+    ) -> tuple[sparse.csr_array, np.ndarray]:
+        """Samples within the length `reach` (but not fewer than needed), and whether the rings
+        went as far as that."""
+        points = self.surface.vertices
+        row = np.repeat(np.arange(len(centres)), np.diff(reach.indptr))
+        distance = np.linalg.norm(points[reach.indices] - points[centres[row]], axis=1)
+        order = np.lexsort((distance, row))
+        rank = np.arange(len(row)) - reach.indptr[row]
+        distance, members = distance[order], reach.indices[order]
+        keep = (distance <= self.reach) | (rank < FEWEST_SAMPLES)
+        start = np.append(0, np.cumsum(np.bincount(row[keep], minlength=len(centres))))
+        covered = distance[reach.indptr[1:] - 1] >= self.reach
+        ones = np.ones(int(keep.sum()), np.int32)
+        return sparse.csr_array((ones, members[keep], start), shape=reach.shape), covered
+
+
+def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:
+    """(r, count) matrix whose rows hold ones at the vertices (r, s) named in each row."""
+    rows, size = vertices.shape
+    return sparse.csr_array(
+        (np.ones(vertices.size, np.int32), vertices.ravel(), size * np.arange(rows + 1)),
+        shape=(rows, count),
+    )
 
 
 def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -1,0 +1,176 @@
+"""From what was found on the `Surface` to a `Detection` in the input's rows and units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from . import linear_form
+from .curvature import Estimate
+from .detection import CurvatureField, Detection, Umbilics
+from .filtering import filtered
+from .hits import Hits
+from .interpolation import face_deviators
+from .location import refine
+from .progress import Progress
+from .regions import RegionMap, describe_regions
+from .settings import Settings
+from .surface import Surface
+from .tangent import frame
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Everything that the stages before have found; see `core.pipeline`.
+
+    Arrays over hits have k rows, over vertices and triangles those of the surface.
+    """
+
+    surface: Surface
+    fitted: Estimate
+    hits: Hits
+    triangle_index: np.ndarray
+    regions: RegionMap
+    persistence: np.ndarray
+    partner: np.ndarray
+    types: np.ndarray
+    elliptic: np.ndarray
+    warnings: list[str]
+    vertex_count: int
+    triangle_count: int
+
+
+def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
+    """Locate and name the umbilics, and carry everything back to the input mesh."""
+    surface, field = parts.surface, parts.fitted.field
+    candidates = _umbilics(parts, settings, progress)
+    regions = describe_regions(
+        surface,
+        parts.regions,
+        0.5 * (field.k1 + field.k2),
+        field.noise,
+        parts.fitted.radius,
+        parts.triangle_index,
+    )
+    closed = bool(surface.closed.all())
+    characteristic = int(surface.euler_characteristic.sum())
+    curvature = _on_input_vertices(field, surface, parts.vertex_count)
+    detection = Detection(
+        umbilics=candidates,
+        candidates=candidates,
+        curvature=curvature,
+        regions=regions,
+        triangle_index=_scattered(
+            parts.triangle_index, surface.source_triangle, parts.triangle_count, 0.0
+        ),
+        surface_type=_scattered(parts.types, surface.source_vertex, parts.vertex_count, -1),
+        conformal_scale=_scattered(
+            parts.hits.conformal_scale, surface.source_vertex, parts.vertex_count, np.nan
+        ),
+        euler_characteristic=characteristic,
+        index_sum=float(candidates.index.sum()),
+        expected_index_sum=float(characteristic) if closed else float("nan"),
+        persistence_level=0.0,
+        trust_ratio=0.0,
+        noise=parts.fitted.residual * surface.unit,
+        scale=float(np.median(parts.fitted.radius)) * surface.unit,
+        warnings=tuple(parts.warnings),
+    )
+    return filtered(detection, settings)
+
+
+def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
+    """All umbilics in the input's coordinates, refined where jets allow it."""
+    surface, fitted, hits = parts.surface, parts.fitted, parts.hits
+    triangle, barycentric = hits.triangle.copy(), hits.barycentric.copy()
+    corners = surface.triangles[triangle]
+    deviators = face_deviators(surface, fitted.field, triangle, settings.parametrization)
+    p, q = linear_form.in_triangles(
+        surface.vertices[corners], deviators.values, deviators.x, deviators.y
+    )
+    x, y = deviators.x, deviators.y
+    normal = _interpolated(fitted.field.normal[corners], barycentric)
+    mean = 0.5 * (fitted.field.k1 + fitted.field.k2)
+    curvature = np.einsum("rk,rk->r", mean[corners], barycentric)
+    noise = np.einsum("rk,rk->r", fitted.field.noise[corners], barycentric)
+    error = noise
+    located = np.ones(len(hits), bool)
+    if fitted.neighbourhood is not None and settings.method != "I":
+        places = refine(
+            surface, fitted.field.normal, triangle, barycentric, fitted.neighbourhood, progress
+        )
+        # What contradicts the winding is another zero: the triangle's own is kept then.
+        located = places.found & (linear_form.index(places.p, places.q) == np.sign(hits.index) / 2)
+        triangle = np.where(located, places.triangle, triangle)
+        barycentric = np.where(located[:, None], places.barycentric, barycentric)
+        normal = np.where(located[:, None], places.normal, normal)
+        x = np.where(located[:, None], places.x, x)
+        y = np.where(located[:, None], places.y, y)
+        p, q = np.where(located, places.p, p), np.where(located, places.q, q)
+        curvature = np.where(located, places.curvature, curvature)
+        error = np.where(located, places.error, error)
+        corners = surface.triangles[triangle]
+    position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
+    return Umbilics(
+        position=position * surface.unit + surface.origin,
+        normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
+        triangle=surface.source_triangle[triangle],
+        barycentric=barycentric,
+        vertex=np.where(hits.vertex >= 0, surface.source_vertex[hits.vertex], -1),
+        index=hits.index,
+        kind=linear_form.kinds(p, q, hits.index),
+        curvature=curvature / surface.unit,
+        persistence=parts.persistence / surface.unit,
+        partner=parts.partner,
+        uncertainty=_uncertainty(error, p, q) * surface.unit,
+        noise=noise / surface.unit,
+        separatrix=_rays(p, q, x, y),
+        certain=located
+        & fitted.determined[corners].all(axis=1)
+        & ~surface.border[corners].any(axis=1),
+        elliptic=parts.elliptic,
+    )
+
+
+def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(k,) standard error of the place: that of the deviator over its least slope ||p|-|q||."""
+    slope = np.abs(np.abs(p) - np.abs(q))
+    return np.divide(error, slope, out=np.full(len(p), np.inf), where=slope > 0)
+
+
+def _rays(p: np.ndarray, q: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(k, 3, 3) unit tangents along the separatrices, NaN-filled."""
+    angle = linear_form.separatrix_angles(p, q)
+    return np.cos(angle)[..., None] * x[:, None] + np.sin(angle)[..., None] * y[:, None]
+
+
+def _interpolated(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    return np.einsum("rk,rkc->rc", weights, corners)
+
+
+def _unit_or(vectors: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Vectors (k, 3) made unit; `other` where there is nothing to scale."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), other)
+
+
+def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
+    """(count,) `values` at their input rows, `empty` elsewhere."""
+    result = np.full((count, *values.shape[1:]), empty, values.dtype)
+    result[rows] = values
+    return result
+
+
+def _on_input_vertices(field: CurvatureField, surface: Surface, count: int) -> CurvatureField:
+    scaled = {
+        item.name: getattr(field, item.name)
+        / (surface.unit if item.name in ("k1", "k2", "noise") else 1.0)
+        for item in fields(CurvatureField)
+    }
+    return CurvatureField(
+        **{
+            name: _scattered(value, surface.source_vertex, count, np.nan)
+            for name, value in scaled.items()
+        }
+    )
