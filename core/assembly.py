@@ -111,6 +111,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         curvature = np.where(located, places.curvature, curvature)
         error = np.where(located, places.error, error)
         corners = surface.triangles[triangle]
+    at_border = surface.near_border[corners].any(axis=1)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     return Umbilics(
         position=position * surface.unit + surface.origin,
@@ -126,9 +127,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         uncertainty=_uncertainty(error, p, q) * surface.unit,
         noise=noise / surface.unit,
         separatrix=_rays(p, q, x, y),
-        certain=located
-        & fitted.determined[corners].all(axis=1)
-        & ~surface.border[corners].any(axis=1),
+        at_border=at_border,
+        certain=located & fitted.determined[corners].all(axis=1) & ~at_border,
         elliptic=parts.elliptic,
     )
 

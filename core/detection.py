@@ -80,8 +80,12 @@ class Umbilics:
     separatrix:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
+    at_border:
+        (k,) bool, True within one ring of an open border, where the neighbourhoods are
+        one-sided: such points stay among the candidates but are not reported.
     certain:
-        (k,) bool, False where a border or a damaged neighbourhood makes the point doubtful.
+        (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
+        not be placed.
     elliptic:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
@@ -99,6 +103,7 @@ class Umbilics:
     uncertainty: np.ndarray
     noise: np.ndarray
     separatrix: np.ndarray
+    at_border: np.ndarray
     certain: np.ndarray
     elliptic: np.ndarray
 

@@ -38,6 +38,7 @@ def filtered(detection: Detection, settings: Settings) -> Detection:
     ratio = trust_ratio(candidates.persistence[paired], level, detection.curvature.gap)
     if settings.opening:
         kept &= candidates.elliptic
+    kept &= ~candidates.at_border
     umbilics = candidates.select(kept)
     warnings = [text for text in detection.warnings if text != SMOOTH_MORE]
     if ratio > TRUSTED:

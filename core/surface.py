@@ -59,6 +59,15 @@ class Surface:
         return cross / np.maximum(length, np.finfo(float).tiny)[:, None], 0.5 * length
 
     @cached_property
+    def near_border(self) -> np.ndarray:
+        """(n,) bool, True at vertices on a border or next to one."""
+        near = self.border.copy()
+        if near.any():
+            owner = np.repeat(np.arange(len(near)), np.diff(self.neighbour_start))
+            near[owner[self.border[self.neighbours]]] = True
+        return near
+
+    @cached_property
     def euler_characteristic(self) -> np.ndarray:
         """(components,) int64 V - E + F of each component."""
         count = int(self.component.max()) + 1 if len(self.component) else 0
