@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
 import numpy as np
 from mathutils import Matrix
+
+from ..errors import FileError
+from .importers import quiet
 
 _BACKGROUND = (0.93, 0.935, 0.945)
 # Room around the mesh, as a fraction of its extent.
@@ -34,11 +38,16 @@ class View:
     height: float
     depth: float
 
-    def __init__(self, points: np.ndarray, up: str, turn: float, aspect: float) -> None:
-        """Look at (n, 3) points from the front, turned by `turn` degrees; up is "Y" or "Z"."""
+    def __init__(
+        self, points: np.ndarray, up: str, turn: float, aspect: float, lift: float = 0.28
+    ) -> None:
+        """Look at (n, 3) points from the front, turned by `turn` degrees; up is "Y" or "Z".
+
+        `lift` is how far the viewer stands above, as a fraction of the distance.
+        """
         angle = np.radians(turn + 28.0)
         level = np.array([np.sin(angle), -np.cos(angle), 0.0])
-        back = level + np.array([0.0, 0.0, 0.28])
+        back = level + np.array([0.0, 0.0, lift])
         above = np.array([0.0, 0.0, 1.0])
         if up == "Y":
             # The same view of a mesh that lies on its back: (x, y, z) seen as (x, -z, y).
@@ -137,7 +146,41 @@ class Stage:
         camera.clip_end = 2.0 * distance
         self._camera.matrix_world = view.matrix(0.0, 0.0, distance)
 
-    def render(self, path: Path) -> None:
-        """Draw into a PNG file."""
-        self.scene.render.filepath = str(path)
-        bpy.ops.render.render(write_still=True, scene=self.scene.name)
+    def pixels(self) -> np.ndarray:
+        """Draw; (height, width, 4) float32 pixels, bottom row first."""
+        width, height = self._size
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "umbilics.png")
+            self.scene.render.filepath = path
+            with quiet():
+                bpy.ops.render.render(write_still=True, scene=self.scene.name)
+            image = bpy.data.images.load(path)
+            try:
+                pixels = np.empty(height * width * 4, dtype=np.float32)
+                image.pixels.foreach_get(pixels)
+            finally:
+                bpy.data.images.remove(image)
+        return pixels.reshape(height, width, 4)
+
+
+def save_pixels(path: Path, pixels: np.ndarray) -> None:
+    """Write (height, width, 4) pixels, bottom row first, as a PNG file.
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new("umbilics picture", width, height)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
+        image.filepath_raw = str(path.resolve())
+        image.file_format = "PNG"
+        with quiet():
+            image.save()
+    except (OSError, RuntimeError) as error:
+        raise FileError(f"{path}: cannot be written ({str(error).strip()}).") from error
+    finally:
+        bpy.data.images.remove(image)
