@@ -96,7 +96,7 @@ def read(
     if not np.isfinite(matrix).all() or determinant == 0.0:
         raise ObjectError(f"{obj.name} has a scale of zero. Give it a size in all directions.")
     with _current_mesh(obj) as mesh:
-        vertices = _to_world(_positions(mesh), matrix)
+        vertices = _to_world(positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
             raise ObjectError(
@@ -133,7 +133,7 @@ def check_unchanged(obj: bpy.types.Object, arrays: MeshArrays) -> None:
     """Raise `ChangedMeshError` if the object's mesh is no longer the one that was read."""
     with _current_mesh(obj) as mesh:
         _, _, polygon = _triangles(mesh)
-        vertices = _positions(mesh)
+        vertices = positions(mesh)
         same = (
             len(mesh.polygons) == arrays.polygon_count
             and np.array_equal(polygon, arrays.polygon)
@@ -213,7 +213,8 @@ def _fetch(collection, key: str, width: int, dtype) -> np.ndarray:
     return values if width == 1 else values.reshape(-1, width)
 
 
-def _positions(mesh: bpy.types.Mesh) -> np.ndarray:
+def positions(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(n, 3) float64 vertices in the object's space, of a mesh that is not in Edit Mode."""
     # Reading the attribute is some twenty times faster than reading vertices' "co".
     position = mesh.attributes.get("position")
     if position is None:

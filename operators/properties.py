@@ -81,9 +81,11 @@ def to_settings(group: UMBILICS_PG_settings) -> core.Settings:
         value = getattr(group, name)
         if option.automatic and getattr(group, f"{name}_auto"):
             value = core.AUTO
-        elif option.unit == "degrees":
-            # Blender keeps radians in single precision: 180° would come back as 180.000005.
-            value = round(math.degrees(value), 4)
+        elif isinstance(value, float):
+            # Blender keeps single precision: 0.01 would come back as 0.00999999978, and 180°,
+            # kept in radians, as 180.000005, which is out of bounds.
+            value = math.degrees(value) if option.unit == "degrees" else value
+            value = float(f"{value:.7g}")
         values[name] = value
     return core.Settings(**values)
 

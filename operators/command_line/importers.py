@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from ..errors import FileError
+from ..mesh_data import positions
 
 _UPRIGHT = np.eye(3)
 # glTF has y up by definition; Blender's importer turns (x, y, z) into (x, -z, y).
@@ -51,7 +52,12 @@ def _gltf(path: str) -> None:
 
 def _fbx(path: str) -> None:
     bpy.ops.import_scene.fbx(
-        filepath=path, use_manual_orientation=True, axis_forward="Y", axis_up="Z"
+        filepath=path,
+        use_manual_orientation=True,
+        axis_forward="Y",
+        axis_up="Z",
+        # FBX counts in centimetres, Blender's importer in metres.
+        global_scale=100.0,
     )
 
 
@@ -149,11 +155,13 @@ def _meshes(before: set[str]) -> list[bpy.types.Object]:
 
 
 def _weld(mesh: bpy.types.Mesh) -> None:
-    """Join vertices at exactly the same place: glTF splits them along seams and creases."""
+    """Join vertices at the same place: glTF splits them along seams and creases."""
     work = bmesh.new()
     try:
         work.from_mesh(mesh)
-        bmesh.ops.remove_doubles(work, verts=work.verts, dist=0.0)
+        # Less than the rounding of single precision: 0 joins nothing before Blender 5.
+        reach = float(np.abs(positions(mesh)).max(initial=0.0))
+        bmesh.ops.remove_doubles(work, verts=work.verts, dist=1e-7 * reach)
         work.to_mesh(mesh)
     finally:
         work.free()

@@ -18,6 +18,8 @@ from .stage import Stage, View
 _GLYPH, _COMFORTABLE = 0.016, 40
 # Strokes across the mesh, and below which part of the typical gap a direction means little.
 _STROKES, _FAINT = 70, 0.25
+# Height of a line of text as a fraction of the picture's width, and how wide a letter is of that.
+_LETTER, _PACE = 0.026, 0.53
 
 
 def glyph_size(points: np.ndarray, count: int) -> float:
@@ -73,32 +75,61 @@ def legend(
     colour: tuple[float, ...],
 ) -> list[bpy.types.Object]:
     """A title above and the meaning of the glyphs below; the objects that were added."""
+    lines = [f"{inputs.object_name}: {outcome(detection)}" for inputs, detection in found[:3]]
+    counts = {
+        kind: sum(detection.umbilics.counts()[kind] for _, detection in found)
+        for kind in core.KINDS
+    }
+    return caption(stage, view, lines, colour) + kinds_below(stage, view, counts, colour)
+
+
+def caption(
+    stage: Stage, view: View, lines: list[str], colour: tuple[float, ...]
+) -> list[bpy.types.Object]:
+    """Lines of text at the top of the picture, made small enough to fit."""
+    letter = _LETTER * view.width
+    added, below = [], 0.5 * view.height - 0.4 * letter
+    for line in lines:
+        size = min(letter, 0.96 * view.width / max(_PACE * len(line), 1.0))
+        below -= 1.35 * size
+        added.append(_text(stage, view, line, (-0.48 * view.width, below), size, colour))
+    return added
+
+
+def kinds_below(
+    stage: Stage, view: View, counts: dict[str, int], colour: tuple[float, ...]
+) -> list[bpy.types.Object]:
+    """The glyph, name and count of each kind that occurs, in a row at the bottom."""
+    letter = _LETTER * view.width
     added = []
-    letter = 0.026 * view.width
-    left, top = -0.48 * view.width, 0.5 * view.height - 1.5 * letter
-    near = view.depth + view.width
-
-    def write(text: str, x: float, y: float) -> bpy.types.Object:
-        curve = bpy.data.curves.new("umbilics picture", "FONT")
-        curve.body = text
-        curve.size = letter
-        obj = stage.add(curve, colour)
-        obj.matrix_world = view.matrix(x, y, near)
-        added.append(obj)
-        return obj
-
-    for number, (inputs, detection) in enumerate(found[:3]):
-        write(f"{inputs.object_name}: {outcome(detection)}", left, top - 1.4 * number * letter)
-    x = left + 0.5 * letter
-    bottom = -0.5 * view.height + letter
+    x, y = -0.48 * view.width + 0.5 * letter, -0.5 * view.height + letter
     for kind in core.KINDS:
-        count = sum(detection.umbilics.counts()[kind] for _, detection in found)
-        if not count:
+        if not counts[kind]:
             continue
-        place = np.array(view.matrix(x, bottom + 0.32 * letter, near))[None]
+        place = np.array(view.matrix(x, y + 0.32 * letter, _in_front(view)))[None]
         marks = from_triangles(*prisms(OUTLINES[kind], place, 0.5 * letter))
         added.append(stage.add(marks, KIND_COLOURS[kind]))
-        label = f"{kind} ({count})"
-        write(label, x + 0.9 * letter, bottom)
-        x += (2.4 + 0.56 * len(label)) * letter
+        label = f"{kind} ({counts[kind]})"
+        added.append(_text(stage, view, label, (x + 0.9 * letter, y), letter, colour))
+        x += (2.4 + _PACE * len(label)) * letter
     return added
+
+
+def _text(
+    stage: Stage,
+    view: View,
+    text: str,
+    place: tuple[float, float],
+    size: float,
+    colour: tuple[float, ...],
+) -> bpy.types.Object:
+    curve = bpy.data.curves.new("umbilics picture", "FONT")
+    curve.body = text
+    curve.size = size
+    obj = stage.add(curve, colour)
+    obj.matrix_world = view.matrix(*place, _in_front(view))
+    return obj
+
+
+def _in_front(view: View) -> float:
+    return view.depth + view.width
