@@ -13,6 +13,8 @@ debian_packages=(
     xvfb xauth imagemagick xdotool fonts-dejavu-core
 )
 
+# Some services start programs without HOME; bash knows it from the list of users.
+export HOME=${HOME:-$(echo ~)}
 umbilics_cache=${XDG_CACHE_HOME:-$HOME/.cache}/umbilics
 
 provide_debian_root() {

@@ -49,11 +49,11 @@ def run_quietly(command: list, what: str, **options) -> str:
 
 
 @contextlib.contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Hold a lock that ends with the process, however that ends."""
+def locked(path: Path, shared: bool = False) -> Iterator[None]:
+    """Hold a lock, alone or with others; it ends with the process, however that ends."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path, "w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
         yield
 
 

@@ -7,11 +7,13 @@ as they are: --method S, --curvature normals, …
 """
 
 import argparse
+import contextlib
 import hashlib
 import json
 import math
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import build_extension
@@ -22,23 +24,31 @@ MESHES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".fbx", ".blend")
 MONKEY = Path(__file__).with_name("make_monkey.py")
 
 
-def set_up() -> dict[str, str]:
-    """The environment of a Blender with the current extension installed."""
+@contextlib.contextmanager
+def set_up() -> Iterator[dict[str, str]]:
+    """The environment of a Blender with the current extension installed, to run it in."""
     facts = isolated_blender.describe()
     version = ".".join(map(str, facts["version"]))
+    wheels = None if facts["scipy"] else facts["platform"]
+    digest = _digest_of_sources(wheels)
     folder = cache_folder() / "run" / f"blender-{version}"
-    with locked(folder.with_suffix(".lock")):
-        wheels = None if facts["scipy"] else facts["platform"]
-        digest = _digest_of_sources(wheels)
-        note = folder / "installed"
-        if not note.exists() or note.read_text() != digest:
+    lock, note, resources = (
+        folder.with_name(folder.name + ".lock"),
+        folder / "installed",
+        folder / "settings",
+    )
+    while True:
+        # Nobody may install another state of the extension while this one runs.
+        with locked(lock, shared=True):
+            if note.exists() and note.read_text() == digest:
+                yield isolated_blender.environment(resources)
+                return
+        with locked(lock):
             say(f"installing the extension in Blender {version}, apart from your own settings …")
-            zip_file = build_extension.build(folder, wheels)
-            resources = folder / "settings"
             note.unlink(missing_ok=True)
+            zip_file = build_extension.build(folder, wheels)
             isolated_blender.install(zip_file, resources)
             note.write_text(digest)
-    return isolated_blender.environment(folder / "settings")
 
 
 def _digest_of_sources(wheels: str | None) -> str:
@@ -138,14 +148,14 @@ def main() -> int:
         if not file.is_file():
             say(f"there is no file {file}.")
             return 1
-    environment = set_up()
     output = chosen.output.resolve()
-    output.mkdir(parents=True, exist_ok=True)
-    if not files:
-        files = [output / "monkey.blend"]
-        command = [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1"]
-        run_quietly([*command, "--python", MONKEY, "--", files[0]], "make the monkey")
-    return max([detect(file.resolve(), output, options, environment) for file in files])
+    with set_up() as environment:
+        output.mkdir(parents=True, exist_ok=True)
+        if not files:
+            files = [output / "monkey.blend"]
+            command = [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1"]
+            run_quietly([*command, "--python", MONKEY, "--", files[0]], "make the monkey")
+        return max([detect(file.resolve(), output, options, environment) for file in files])
 
 
 if __name__ == "__main__":
