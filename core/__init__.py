@@ -1,5 +1,6 @@
 """Umbilical points of triangle meshes: NumPy and SciPy only, no Blender."""
 
+from .comparison import MethodResult, compare, comparison_table
 from .detection import KINDS, CurvatureField, Detection, Region, Umbilics
 from .errors import (
     CancelledError,
@@ -25,12 +26,15 @@ __all__ = [
     "Detection",
     "InvalidMeshError",
     "InvalidSettingsError",
+    "MethodResult",
     "Option",
     "Progress",
     "Region",
     "Settings",
     "Umbilics",
     "UmbilicsError",
+    "compare",
+    "comparison_table",
     "defaults",
     "detect",
     "filtered",

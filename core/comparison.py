@@ -165,7 +165,7 @@ def table(results: tuple[MethodResult, ...]) -> list[list[str]]:
     return rows
 
 
-def table_text(results: tuple[MethodResult, ...]) -> str:
+def comparison_table(results: tuple[MethodResult, ...]) -> str:
     """The comparison as lines of aligned columns, and why a method was refused."""
     rows = table(results)
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]

@@ -64,19 +64,22 @@ def fit_heights(
     samples, fits = x.shape
     terms = _terms(degree)
     size = len(terms)
-    monomials = _monomials(x, y, degree)
+    # The root of the weight in every factor puts the weight into every product of two.
+    root = None if weights is None else np.sqrt(weights)
+    monomials = _monomials(x, y, root, degree)
+    heights = z if root is None else z * root
     system = np.empty((size, size + 1, fits))
     moments: dict[tuple[int, int], np.ndarray] = {}
     for row, (a, b) in enumerate(terms):
-        left = monomials[a, b] if weights is None else monomials[a, b] * weights
+        left = monomials[a, b]
         for column in range(row, size):
             c, d = terms[column]
             exponents = (a + c, b + d)
             if exponents not in moments:
                 moments[exponents] = np.einsum("sb,sb->b", left, monomials[c, d])
             system[row, column] = moments[exponents]
-        np.einsum("sb,sb->b", left, z, out=system[row, size])
-    square = np.einsum("sb,sb->b", z if weights is None else z * weights, z)
+        np.einsum("sb,sb->b", left, heights, out=system[row, size])
+    square = np.einsum("sb,sb->b", heights, heights)
 
     floor = RANK_TOLERANCE * system[np.arange(size), np.arange(size)]
     determined = np.ones(fits, bool)
@@ -107,8 +110,14 @@ def fit_heights(
     )
 
 
-def _monomials(x: np.ndarray, y: np.ndarray, degree: int) -> dict[tuple[int, int], np.ndarray]:
-    powers = {(0, 0): np.ones_like(x), (1, 0): x, (0, 1): y}
+def _monomials(
+    x: np.ndarray, y: np.ndarray, root: np.ndarray | None, degree: int
+) -> dict[tuple[int, int], np.ndarray]:
+    """x^a y^b for a + b <= degree, each times `root` unless that is None."""
+    if root is None:
+        powers = {(0, 0): np.ones_like(x), (1, 0): x, (0, 1): y}
+    else:
+        powers = {(0, 0): root, (1, 0): x * root, (0, 1): y * root}
     for total in range(2, degree + 1):
         for b in range(total + 1):
             a = total - b

@@ -37,8 +37,8 @@ class Jets:
     ----------
     k1, k2:
         (c,) float64 principal curvatures.
-    d1, normal:
-        (c, 3) float64 first principal direction and unit normal.
+    d1, d2, normal:
+        (c, 3) float64 principal directions and unit normal.
     noise:
         (c,) float64 standard error of the gap.
     residual:
@@ -52,6 +52,7 @@ class Jets:
     k1: np.ndarray
     k2: np.ndarray
     d1: np.ndarray
+    d2: np.ndarray
     normal: np.ndarray
     noise: np.ndarray
     residual: np.ndarray
@@ -86,6 +87,7 @@ def fit_jets(
         k1=np.zeros(c),
         k2=np.zeros(c),
         d1=np.empty((c, 3)),
+        d2=np.empty((c, 3)),
         normal=np.empty((c, 3)),
         noise=np.empty(c),
         residual=np.empty(c),
@@ -146,6 +148,7 @@ def _fit_block(
     jets.k1[slots] = (operator.mean + 0.5 * gap) * inverse
     jets.k2[slots] = (operator.mean - 0.5 * gap) * inverse
     jets.d1[slots] = operator.tangent(cosine, sine, (e1, e2, n0)).T
+    jets.d2[slots] = operator.tangent(-sine, cosine, (e1, e2, n0)).T
     jets.normal[slots] = operator.normal((e1, e2, n0)).T
     jets.noise[slots] = fit.gap_error * inverse
     jets.residual[slots] = fit.residual * radius

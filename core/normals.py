@@ -25,10 +25,31 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     total = np.empty((n, 3))
     for axis in range(3):
         total[:, axis] = np.bincount(corner, (weight * cross[:, axis, None]).ravel(), minlength=n)
-    length = np.linalg.norm(total, axis=1)
     scale = np.bincount(
         corner, (weight * np.linalg.norm(cross, axis=1)[:, None]).ravel(), minlength=n
     )
+    return _unit_or_largest_face(surface, total, scale)
+
+
+def area_normals(surface: Surface) -> np.ndarray:
+    """(n, 3) unit outward normals weighted by area: a first guess, several times cheaper than
+    `vertex_normals` and close enough for the frames that jets start from."""
+    normal, area = surface.face_normal_area
+    n = len(surface.vertices)
+    total, scale = np.zeros((n, 3)), np.zeros(n)
+    for corner in surface.triangles.T:
+        scale += np.bincount(corner, weights=area, minlength=n)
+    for axis in range(3):
+        weight = normal[:, axis] * area
+        for corner in surface.triangles.T:
+            total[:, axis] += np.bincount(corner, weights=weight, minlength=n)
+    return _unit_or_largest_face(surface, total, scale)
+
+
+def _unit_or_largest_face(surface: Surface, total: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Sums of normals (n, 3) made unit; where they cancel (against `scale`, (n,)) the normal of
+    the largest triangle around the vertex."""
+    length = np.sqrt(np.einsum("nc,nc->n", total, total))
     lost = ~(length > 1e-9 * scale)
     total /= np.where(lost, 1.0, length)[:, None]
     if lost.any():

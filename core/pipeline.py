@@ -172,7 +172,7 @@ def _by_shape_operators(
     surface: Surface, shape: CurvatureField, parametrization: str, progress: Progress
 ) -> _Found:
     """Method S: the certified index says which triangles, interpolation where in them."""
-    index = certified_index(surface, shape.d1, shape.normal, progress)
+    index = certified_index(surface, shape.d1, shape.d2, progress)
     rows = np.flatnonzero(index)
     deviators = face_deviators(surface, shape, rows, parametrization)
     weights, _ = zero_weights(deviators.values)

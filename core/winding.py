@@ -19,7 +19,7 @@ BLOCK = 8192
 
 
 def certified_index(
-    surface: Surface, d1: np.ndarray, normal: np.ndarray, progress: Progress
+    surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress
 ) -> np.ndarray:
     """(m,) float64 index of the line field d1 in each triangle: 0, +0.5, -0.5, rarely more.
 
@@ -32,12 +32,11 @@ def certified_index(
     ----------
     surface:
         The surface; n vertices, m triangles.
-    d1, normal:
-        (n, 3) float64 unit principal directions and normals.
+    d1, d2:
+        (n, 3) float64 unit principal directions; d1 x d2 is the normal.
     """
     m = len(surface.triangles)
     turns = np.zeros(m)
-    d2 = np.cross(normal, d1)
     frames = np.empty((3, len(d1)), np.complex128)
     frames.real, frames.imag = d1.T, d2.T
 
@@ -60,7 +59,7 @@ def certified_index(
 
     run(block, range(0, m, BLOCK), progress)
     index = 0.5 * np.rint(turns / (2 * np.pi))
-    return _with_exact_sums(surface, index, d1, normal)
+    return _with_exact_sums(surface, index, d1, d2)
 
 
 def _rotation(left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -82,7 +81,7 @@ def _line_turn(rotation: np.ndarray) -> np.ndarray:
 
 
 def _with_exact_sums(
-    surface: Surface, index: np.ndarray, d1: np.ndarray, normal: np.ndarray
+    surface: Surface, index: np.ndarray, d1: np.ndarray, d2: np.ndarray
 ) -> np.ndarray:
     """Redo the closed components whose indices do not sum to their Euler characteristic."""
     component = surface.component[surface.triangles[:, 0]]
@@ -92,12 +91,12 @@ def _with_exact_sums(
         return index
     rows = np.flatnonzero(wrong[component])
     index = index.copy()
-    index[rows] = _intrinsic_index(surface, rows, d1, normal)
+    index[rows] = _intrinsic_index(surface, rows, d1, d2)
     return index
 
 
 def _intrinsic_index(
-    surface: Surface, rows: np.ndarray, d1: np.ndarray, normal: np.ndarray
+    surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray
 ) -> np.ndarray:
     """Index in the triangles `rows` (whole closed components) by angles scaled to 2 pi."""
     half_edges = (3 * rows[:, None] + np.arange(3)).ravel()
@@ -128,10 +127,9 @@ def _intrinsic_index(
     heads = surface.triangles[:, [1, 2, 0]].ravel()[half_edges]
     edge = surface.vertices[heads[first]] - surface.vertices[tails[first]]
     vertex = tails[first]
-    d2 = np.cross(normal[vertex], d1[vertex])
     direction = np.zeros(len(d1))
     direction[vertex] = -np.arctan2(
-        np.einsum("ij,ij->i", edge, d2), np.einsum("ij,ij->i", edge, d1[vertex])
+        np.einsum("ij,ij->i", edge, d2[vertex]), np.einsum("ij,ij->i", edge, d1[vertex])
     )
     angle -= direction[tails]
     twin = local[surface.twin[half_edges]]
