@@ -27,9 +27,12 @@ class Inputs:
 
 
 def gather(
-    obj: bpy.types.Object, settings: core.Settings, given_names: tuple[str, ...] | None = None
+    obj: bpy.types.Object,
+    settings: core.Settings,
+    given_names: tuple[str, ...] | None = None,
+    all_methods: bool = False,
 ) -> Inputs:
-    """Read an object; the scene is not changed.
+    """Read an object; the scene is not changed. `all_methods`: also what only method C needs.
 
     Raises
     ------
@@ -41,7 +44,7 @@ def gather(
     arrays = mesh_data.read(
         obj,
         given_names if settings.curvature == "given" else None,
-        with_uv=settings.method == "C" and settings.charts == "uv",
+        with_uv=(settings.method == "C" or all_methods) and settings.charts == "uv",
     )
     return Inputs(obj.name, arrays, settings)
 
@@ -49,20 +52,26 @@ def gather(
 def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
     """The detection itself; NumPy arrays in and out, nothing of Blender is touched."""
     arrays = inputs.arrays
+    return core.detect(
+        arrays.vertices, arrays.triangles, inputs.settings, progress, **_extra(arrays)
+    )
+
+
+def compare(inputs: Inputs, progress: core.Progress | None = None) -> tuple[core.MethodResult, ...]:
+    """All three methods on the same operators; otherwise as `compute`."""
+    arrays = inputs.arrays
+    return core.compare(
+        arrays.vertices, arrays.triangles, inputs.settings, progress, **_extra(arrays)
+    )
+
+
+def _extra(arrays: mesh_data.MeshArrays) -> dict:
+    """What the core takes besides vertices and triangles."""
     given = None
     if arrays.given is not None:
         k1, k2, d1, d2 = arrays.given
         given = core.CurvatureField(k1, k2, d1, d2, np.cross(d1, d2), np.full(len(k1), np.nan))
-    return core.detect(
-        arrays.vertices,
-        arrays.triangles,
-        inputs.settings,
-        progress,
-        given=given,
-        seams=arrays.seams,
-        uv=arrays.uv,
-        sharp=arrays.sharp,
-    )
+    return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
 
 
 def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection) -> None:
@@ -130,7 +139,7 @@ def _attributes(detection: core.Detection, arrays: mesh_data.MeshArrays) -> dict
     region = np.zeros(arrays.polygon_count, dtype=np.int32)
     for number, found in enumerate(detection.regions, start=1):
         region[arrays.polygon[found.triangles]] = number
-    return {
+    values = {
         "umbilics_k1": field.k1,
         "umbilics_k2": field.k2,
         "umbilics_gap": field.gap,
@@ -142,3 +151,6 @@ def _attributes(detection: core.Detection, arrays: mesh_data.MeshArrays) -> dict
         ),
         "umbilics_region": region,
     }
+    if np.isfinite(detection.conformal_scale).any():
+        values["umbilics_conformal_scale"] = detection.conformal_scale
+    return values

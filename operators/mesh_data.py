@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -36,6 +36,7 @@ RESULTS = {
     "umbilics_d1": ("POINT", "FLOAT_VECTOR"),
     "umbilics_d2": ("POINT", "FLOAT_VECTOR"),
     "umbilics_surface_type": ("POINT", "INT"),
+    "umbilics_conformal_scale": ("POINT", "FLOAT"),
     "umbilics_index": ("FACE", "FLOAT"),
     "umbilics_region": ("FACE", "INT"),
 }
@@ -146,10 +147,12 @@ def check_unchanged(obj: bpy.types.Object, arrays: MeshArrays) -> None:
 def write_results(mesh: bpy.types.Mesh, arrays: MeshArrays, results: dict[str, np.ndarray]) -> None:
     """Store results as attributes, making or replacing ours; the mesh is not in Edit Mode.
 
-    `results` holds an array for each name in RESULTS. What is not finite is stored as 0, so
-    that nothing downstream meets a NaN.
+    `results` holds arrays for names in RESULTS; of those it has not, an earlier one is removed.
+    What is not finite is stored as 0, so that nothing downstream meets a NaN.
     """
-    for name, (domain, kind) in RESULTS.items():
+    remove_results(mesh, RESULTS.keys() - results.keys())
+    for name in results:
+        domain, kind = RESULTS[name]
         _, dtype, key, _ = _LAYOUT[kind]
         attribute = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
         values = np.nan_to_num(results[name], nan=0.0, posinf=0.0, neginf=0.0)
@@ -159,10 +162,11 @@ def write_results(mesh: bpy.types.Mesh, arrays: MeshArrays, results: dict[str, n
     mesh.update()
 
 
-def remove_results(mesh: bpy.types.Mesh) -> int:
+def remove_results(mesh: bpy.types.Mesh, names: Collection[str] = RESULTS.keys()) -> int:
     """Remove our attributes from a mesh that is not in Edit Mode; says how many there were."""
     removed = 0
-    for name, layout in RESULTS.items():
+    for name in names:
+        layout = RESULTS[name]
         found = mesh.attributes.get(name)
         if found is not None and (found.domain, found.data_type) == layout:
             mesh.attributes.remove(found)

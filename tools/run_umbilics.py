@@ -89,6 +89,7 @@ def in_words(name: str, report: dict) -> str:
         label = name if len(objects) == 1 else f"{name}, {entry['object']}"
         lines.append(f"{label}: {_what_was_found(entry)}")
         lines += [f"  Warning: {warning}" for warning in entry["warnings"]]
+        lines += [_one_method(row) for row in entry.get("comparison", ())]
     return "\n".join(lines)
 
 
@@ -108,6 +109,19 @@ def _what_was_found(entry: dict) -> str:
     if math.isclose(index, expected, abs_tol=1e-6):
         return text + f"their indices sum to {index:g}, which is χ, as it must be."
     return text + f"their indices sum to {index:g}, but χ is {expected:g}."
+
+
+def _one_method(row: dict) -> str:
+    """A line of the comparison of the methods."""
+    if row["refusal"]:
+        return f"  Method {row['method']}: {row['refusal']}"
+    text = f"  Method {row['method']}: {_number_of(len(row['positions']), 'point')}"
+    if row["method"] == "S":
+        return text + "."
+    return text + (
+        f"; {row['confirmed']} of the umbilics of S confirmed, {row['missed']} missed, "
+        f"{row['unmatched']} points elsewhere."
+    )
 
 
 def _number_of(count: int, name: str) -> str:

@@ -33,6 +33,7 @@ class Request:
     settings: core.Settings
     given_names: tuple[str, ...]
     per_vertex: bool
+    compare: bool
     outputs: tuple[dict[str, Path], ...]
 
 
@@ -48,6 +49,8 @@ def parse(arguments: list[str]) -> Request:
     found = parser.parse_args(arguments)
     values = {name: getattr(found, name) for name in core.options()}
     try:
+        if found.compare:
+            values["method"] = "S"
         settings = core.Settings(**values)
     except core.InvalidSettingsError as error:
         parser.error(str(error))
@@ -58,6 +61,7 @@ def parse(arguments: list[str]) -> Request:
         settings=settings,
         given_names=tuple(getattr(found, name) for name in GIVEN_NAMES),
         per_vertex=found.per_vertex,
+        compare=found.compare,
         outputs=_outputs(parser, found, files),
     )
 
@@ -91,6 +95,12 @@ def _parser() -> argparse.ArgumentParser:
     output.add_argument("--png", metavar="F", help="draw a picture")
     output.add_argument(
         "--per-vertex", action="store_true", help="JSON: add the curvature at every vertex"
+    )
+    output.add_argument(
+        "--compare",
+        action="store_true",
+        help="run methods S, I and C on the same operators: a table, and with --png a picture of "
+        "the three; the other results are those of S",
     )
     group = parser.add_argument_group("settings")
     for name, option in core.options().items():

@@ -10,7 +10,7 @@ from ... import core
 from .. import engine, properties
 from ..errors import FileError
 from ..words import outcome
-from . import arguments, importers, picture, report
+from . import arguments, importers, panels, picture, report
 
 DONE, FAILED = 0, 1
 
@@ -37,12 +37,13 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
     opened = importers.open_file(file, base)
     scene = bpy.context.scene
     properties.from_settings(scene.umbilics, request.settings)
-    entries, done = [], []
+    entries, done, compared = [], [], []
     for obj in _wanted(opened.objects, request.objects, file):
         label = obj.name if file is None else f"{file}: {obj.name}"
         try:
-            inputs = engine.gather(obj, request.settings, request.given_names)
-            detection = engine.compute(inputs)
+            inputs = engine.gather(obj, request.settings, request.given_names, request.compare)
+            results = engine.compare(inputs) if request.compare else ()
+            detection = results[0].detection if results else engine.compute(inputs)
             engine.write(bpy.context, inputs, detection)
         except core.UmbilicsError as error:
             _complain(f"{label}: {error}")
@@ -51,14 +52,22 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
         print(f"{label}: {outcome(detection)}.", flush=True)
         for warning in detection.warnings:
             print(f"  {warning}", flush=True)
+        if results:
+            print(core.comparison_table(results), flush=True)
+            compared.append((inputs, results))
         done.append((inputs, detection))
-        entries.append(report.success(file, inputs, detection, opened.to_file, request.per_vertex))
+        entry = report.success(file, inputs, detection, opened.to_file, request.per_vertex)
+        if results:
+            entry["comparison"] = report.comparison(results, opened.to_file)
+        entries.append(entry)
     if done:
         if "json" in outputs:
             report.write(outputs["json"], request.settings, entries)
         if "blend" in outputs:
             _save(outputs["blend"])
-        if "png" in outputs:
+        if "png" in outputs and compared:
+            panels.write_comparison(outputs["png"], compared, opened.up)
+        elif "png" in outputs:
             picture.write(outputs["png"], done, opened.up)
     return len(done) == len(entries)
 

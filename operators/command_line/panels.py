@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ... import core
+from ..engine import Inputs
 from ..mesh_data import MeshArrays, from_triangles
 from ..preferences import KIND_COLOURS
 from .picture_parts import caption, glyph_mesh, glyph_size, kinds_below, stroke_mesh
@@ -51,8 +53,8 @@ class Panel:
     umbilics: core.Umbilics
     view: View
     dropped: core.Umbilics | None = None
-    tints: list[tuple[np.ndarray, tuple[float, ...]]] = field(default_factory=list)
-    true_places: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    tints: list[tuple[np.ndarray, tuple[float, ...]]] = dataclasses.field(default_factory=list)
+    true_places: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 3)))
     enlarged: float = 1.0
 
 
@@ -83,32 +85,28 @@ def write(path: Path, panels: list[Panel], columns: int) -> None:
 
 
 def write_comparison(
-    path: Path,
-    name: str,
-    arrays: MeshArrays,
-    results: tuple[core.MethodResult, ...],
-    up: str,
+    path: Path, compared: list[tuple[Inputs, tuple[core.MethodResult, ...]]], up: str
 ) -> None:
-    """One panel for each method, from the same side.
+    """A row of panels for each mesh, one for each method, from the same side.
 
     Raises
     ------
     FileError
         The file cannot be written.
     """
-    view = view_of(arrays, up)
-    field_of_s = results[0].detection.curvature
-    nothing = results[0].detection.umbilics.select(np.zeros(0, dtype=int))
     panels = []
-    for result in results:
-        title = f"{name}, method {result.method}: "
-        if result.detection is None:
-            panels.append(Panel([title + "refused"], arrays, None, nothing, view))
-            continue
-        umbilics = result.detection.umbilics
-        title += f"{len(umbilics)} points"
-        panels.append(Panel([title], arrays, field_of_s, umbilics, view))
-    write(path, panels, len(panels))
+    for inputs, results in compared:
+        arrays = inputs.arrays
+        view = view_of(arrays, up)
+        by_shape = results[0].detection
+        for result in results:
+            found = result.detection
+            umbilics = found.umbilics if found else by_shape.umbilics.select(np.zeros(0, int))
+            outcome = f"{len(umbilics)} points" if found else "refused (see the text)"
+            title = f"{inputs.object_name}, method {result.method}: {outcome}"
+            field = by_shape.curvature if found else None
+            panels.append(Panel([title], arrays, field, umbilics, view))
+    write(path, panels, len(compared[0][1]))
 
 
 def _drawn(panel: Panel) -> np.ndarray:

@@ -66,6 +66,26 @@ def success(
     return entry
 
 
+def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> list[dict]:
+    """What the report says of the three methods side by side; `to_file` as in `success`."""
+    return [
+        {
+            "method": result.method,
+            "refusal": result.refusal or None,
+            "counts": result.detection.umbilics.counts() if result.detection else None,
+            "index_sum": result.detection.index_sum if result.detection else None,
+            "positions": result.detection.umbilics.position @ to_file.T
+            if result.detection
+            else None,
+            "confirmed": result.confirmed,
+            "missed": result.missed,
+            "unmatched": result.unmatched,
+            "seconds": result.seconds,
+        }
+        for result in results
+    ]
+
+
 def failure(file: str | None, name: str, error: str) -> dict:
     """What the report says of an object that could not be analysed."""
     return {"file": file, "object": name, "error": error}

@@ -2,7 +2,7 @@ import numpy as np
 from surfaces import ellipsoid, seed_patch
 
 import core
-from core.comparison import compare, table, table_text, within_edges
+from core.comparison import compare, comparison_table, table, within_edges
 
 
 def test_the_patch_by_all_three() -> None:
@@ -32,7 +32,7 @@ def test_a_closed_mesh_is_refused_by_c_alone() -> None:
     rows = table(results)
     assert len({len(row) for row in rows}) == 1
     assert rows[3][1] == "refused"
-    assert results[2].refusal in table_text(results)
+    assert results[2].refusal in comparison_table(results)
 
 
 def test_distance_counts_in_edges() -> None:
