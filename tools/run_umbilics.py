@@ -25,13 +25,16 @@ MONKEY = Path(__file__).with_name("make_monkey.py")
 
 
 @contextlib.contextmanager
-def set_up() -> Iterator[dict[str, str]]:
-    """The environment of a Blender with the current extension installed, to run it in."""
+def set_up(purpose: str = "run") -> Iterator[dict[str, str]]:
+    """The environment of a Blender with the current extension installed, to run it in.
+
+    Each purpose has an installation of its own, so that a long run does not hold up others.
+    """
     facts = isolated_blender.describe()
     version = ".".join(map(str, facts["version"]))
     wheels = None if facts["scipy"] else facts["platform"]
     digest = _digest_of_sources(wheels)
-    folder = cache_folder() / "run" / f"blender-{version}"
+    folder = cache_folder() / purpose / f"blender-{version}"
     lock, note, resources = (
         folder.with_name(folder.name + ".lock"),
         folder / "installed",
