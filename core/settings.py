@@ -46,7 +46,8 @@ class Option:
     unit: str = ""
 
 
-def _setting(default: Any, **option: Any) -> Any:
+def setting(default: Any, **option: Any) -> Any:
+    """A field of a dataclass of settings, with its `Option` as metadata."""
     return field(default=default, metadata={"option": Option(**option)})
 
 
@@ -60,7 +61,7 @@ class Settings:
         A value is of the wrong type, out of bounds or not among the choices.
     """
 
-    method: str = _setting(
+    method: str = setting(
         "S",
         label="Method",
         help="How umbilics are found",
@@ -75,7 +76,7 @@ class Settings:
             ),
         ),
     )
-    parametrization: str = _setting(
+    parametrization: str = setting(
         "conformal",
         label="Parametrization",
         help="How a shape operator is laid into the plane of a triangle (method S)",
@@ -85,7 +86,7 @@ class Settings:
             Choice("projection", "Projection", "Project the tangent plane along the normal"),
         ),
     )
-    charts: str = _setting(
+    charts: str = setting(
         "seams",
         label="Charts",
         help="What cuts the mesh into the pieces that method C unfolds",
@@ -95,7 +96,7 @@ class Settings:
             Choice("uv", "UV map", "Use the active UV map as it is"),
         ),
     )
-    curvature: str = _setting(
+    curvature: str = setting(
         "jets",
         label="Curvature",
         help="Where the shape operators at the vertices come from",
@@ -106,7 +107,7 @@ class Settings:
             Choice("given", "Attributes", "Read them from the mesh's own attributes"),
         ),
     )
-    scale: float | str = _setting(
+    scale: float | str = setting(
         AUTO,
         label="Scale",
         help="Radius of the fitted neighbourhood; automatic grows it where there is noise",
@@ -115,7 +116,7 @@ class Settings:
         automatic=True,
         manual=2.0,
     )
-    scale_unit: str = _setting(
+    scale_unit: str = setting(
         "rings",
         label="Scale Unit",
         help="What the scale is measured in",
@@ -125,7 +126,7 @@ class Settings:
             Choice("length", "Length", "Scene units"),
         ),
     )
-    crease_angle: float = _setting(
+    crease_angle: float = setting(
         180.0,
         label="Crease Angle",
         help="Edges sharper than this are not fitted across; 180 fits across all edges",
@@ -134,7 +135,7 @@ class Settings:
         maximum=180.0,
         unit="degrees",
     )
-    normal_smoothing: int = _setting(
+    normal_smoothing: int = setting(
         0,
         label="Normal Smoothing",
         help="Passes of a linear filter over the vertex normals before shape operators are "
@@ -143,7 +144,7 @@ class Settings:
         minimum=0,
         maximum=1000,
     )
-    opening: int = _setting(
+    opening: int = setting(
         0,
         label="Opening",
         help="Erosions, then dilations, of the elliptic part; umbilics outside it are dropped. "
@@ -152,7 +153,7 @@ class Settings:
         minimum=0,
         maximum=100,
     )
-    flatness: float = _setting(
+    flatness: float = setting(
         0.01,
         label="Flatness",
         help="Curvatures below this fraction of the mesh's typical curvature count as zero "
@@ -161,7 +162,7 @@ class Settings:
         minimum=0.0,
         maximum=1.0,
     )
-    persistence: float | str = _setting(
+    persistence: float | str = setting(
         AUTO,
         label="Persistence",
         help="Umbilics that cancel below this gap of the principal curvatures are dropped in "
@@ -172,7 +173,7 @@ class Settings:
         manual=0.0,
         unit="1 / length",
     )
-    regions: bool = _setting(
+    regions: bool = setting(
         True,
         label="Regions",
         help="Report spherical and flat areas as one region each instead of many points",
@@ -180,22 +181,27 @@ class Settings:
     )
 
     def __post_init__(self) -> None:
-        for item in dataclasses.fields(self):
-            _check(item.name, getattr(self, item.name), item.metadata["option"])
+        check(self)
         if self.normal_smoothing and self.curvature == "given":
             raise InvalidSettingsError(
                 "Normal smoothing needs shape operators from jets or normals, not given ones."
             )
 
 
-def options() -> dict[str, Option]:
+def options(of: type = Settings) -> dict[str, Option]:
     """The option of every setting, by the setting's name, in the order they are shown."""
-    return {item.name: item.metadata["option"] for item in dataclasses.fields(Settings)}
+    return {item.name: item.metadata["option"] for item in dataclasses.fields(of)}
 
 
-def defaults() -> dict[str, Any]:
+def defaults(of: type = Settings) -> dict[str, Any]:
     """The default of every setting, by name."""
-    return {item.name: item.default for item in dataclasses.fields(Settings)}
+    return {item.name: item.default for item in dataclasses.fields(of)}
+
+
+def check(settings: Any) -> None:
+    """Raise `InvalidSettingsError` if a value does not suit its option."""
+    for item in dataclasses.fields(settings):
+        _check(item.name, getattr(settings, item.name), item.metadata["option"])
 
 
 def _check(name: str, value: Any, option: Option) -> None:

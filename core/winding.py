@@ -19,9 +19,15 @@ BLOCK = 8192
 
 
 def certified_index(
-    surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress
+    surface: Surface,
+    d1: np.ndarray,
+    d2: np.ndarray,
+    progress: Progress,
+    symmetry: int = 2,
 ) -> np.ndarray:
-    """(m,) float64 index of the line field d1 in each triangle: 0, +0.5, -0.5, rarely more.
+    """(m,) float64 index of the field d1 in each triangle, a multiple of 1 / symmetry.
+
+    With symmetry 2 d1 is a line field: 0, +0.5, -0.5, rarely more; with 4 a cross field.
 
     Vertex frames are carried along each edge by the smallest rotation between their normals.
     Where wild normals make these rotations wind differently from the surface, the component is
@@ -34,6 +40,8 @@ def certified_index(
         The surface; n vertices, m triangles.
     d1, d2:
         (n, 3) float64 unit principal directions; d1 x d2 is the normal.
+    symmetry:
+        How many directions of the field a full turn holds, all of them equal: 2 or 4.
     """
     m = len(surface.triangles)
     turns = np.zeros(m)
@@ -46,20 +54,23 @@ def certified_index(
         at = frames[:, corners]
         ab, bc, ca = (_rotation(at[:, k], at[:, (k + 1) % 3]) for k in range(3))
         around = ab * bc * ca
-        # Each edge turns the doubled angle by less than a right angle and the holonomy is
-        # small: the sum stays below a full turn, so the index is zero without arctangents.
-        calm = around.real > np.abs(around.imag)
-        for rotation in (ab, bc, ca):
-            calm &= np.abs(rotation.real) > np.abs(rotation.imag)
+        # Each edge turns the doubled (or fourfold) angle by less than a right angle and the
+        # holonomy is small: the sum stays below a full turn, so the index is zero without
+        # arctangents.
+        calm = around.real > 0
+        for power, signed in ((around, True), (ab, False), (bc, False), (ca, False)):
+            power = power ** (symmetry // 2)
+            real = power.real if signed else np.abs(power.real)
+            calm &= real > np.abs(power.imag)
         wild = np.flatnonzero(~calm)
         if len(wild):
             edges = [rotation[wild] for rotation in (ab, bc, ca)]
             holonomy = np.angle(edges[0] * edges[1] * edges[2])
-            turns[first + wild] = sum(_line_turn(edge) for edge in edges) + 2 * holonomy
+            turns[first + wild] = sum(_turn(edge, symmetry) for edge in edges) + symmetry * holonomy
 
     run(block, range(0, m, BLOCK), progress)
-    index = 0.5 * np.rint(turns / (2 * np.pi))
-    return _with_exact_sums(surface, index, d1, d2)
+    index = np.rint(turns / (2 * np.pi)) / symmetry
+    return _with_exact_sums(surface, index, d1, d2, symmetry)
 
 
 def _rotation(left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -75,13 +86,13 @@ def _rotation(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.where(size > 0, rotation / np.where(size > 0, size, 1.0), 1.0)
 
 
-def _line_turn(rotation: np.ndarray) -> np.ndarray:
-    """Turn of the doubled angle of the line d1 along an edge, in (-pi, pi]."""
-    return np.angle(np.conj(rotation) ** 2)
+def _turn(rotation: np.ndarray, symmetry: int) -> np.ndarray:
+    """Turn of `symmetry` times the angle of d1 along an edge, in (-pi, pi]."""
+    return np.angle(np.conj(rotation) ** symmetry)
 
 
 def _with_exact_sums(
-    surface: Surface, index: np.ndarray, d1: np.ndarray, d2: np.ndarray
+    surface: Surface, index: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int
 ) -> np.ndarray:
     """Redo the closed components whose indices do not sum to their Euler characteristic."""
     component = surface.component[surface.triangles[:, 0]]
@@ -91,12 +102,12 @@ def _with_exact_sums(
         return index
     rows = np.flatnonzero(wrong[component])
     index = index.copy()
-    index[rows] = _intrinsic_index(surface, rows, d1, d2)
+    index[rows] = _intrinsic_index(surface, rows, d1, d2, symmetry)
     return index
 
 
 def _intrinsic_index(
-    surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray
+    surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int
 ) -> np.ndarray:
     """Index in the triangles `rows` (whole closed components) by angles scaled to 2 pi."""
     half_edges = (3 * rows[:, None] + np.arange(3)).ravel()
@@ -136,11 +147,11 @@ def _intrinsic_index(
     # One value for both directions of an edge, so that the turns cancel to the last bit.
     rotation = angle[twin] + np.pi - angle
     lower = half_edges < surface.twin[half_edges]
-    doubled = np.angle(np.exp(-2j * rotation))
-    doubled = np.where(lower, doubled, -doubled[twin])
+    turn = np.angle(np.exp(-1j * symmetry * rotation))
+    turn = np.where(lower, turn, -turn[twin])
     holonomy = scaled.reshape(-1, 3).sum(axis=1) - np.pi
-    turns = doubled.reshape(-1, 3).sum(axis=1) + 2 * holonomy
-    return 0.5 * np.rint(turns / (2 * np.pi))
+    turns = turn.reshape(-1, 3).sum(axis=1) + symmetry * holonomy
+    return np.rint(turns / (2 * np.pi)) / symmetry
 
 
 def _corner_angles(surface: Surface, rows: np.ndarray) -> np.ndarray:
