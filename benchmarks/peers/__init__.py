@@ -1,0 +1,1 @@
+"""Other programs that find umbilics, run on the same meshes."""

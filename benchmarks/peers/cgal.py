@@ -1,0 +1,76 @@
+"""CGAL's compute_umbilics: builds the driver beside this file and runs it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+SOURCE = Path(__file__).with_name("cgal_umbilics.cpp")
+PACKAGES = "libcgal-dev, libeigen3-dev and a C++ compiler (Debian: g++)"
+
+
+class CgalError(Exception):
+    """CGAL cannot be built or run here; the text says why."""
+
+
+class Cgal:
+    """The driver, built into a temporary folder that goes with the object.
+
+    Raises
+    ------
+    CgalError
+        There is no compiler or no CGAL, or they do not fit the driver.
+    """
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="umbilics-cgal-")
+        self._program = Path(self._folder.name) / "cgal_umbilics"
+        self.version = ""
+        self._build()
+
+    def _build(self) -> None:
+        compiler = shutil.which("g++") or shutil.which("clang++")
+        if compiler is None:
+            raise CgalError(f"there is no C++ compiler; it needs {PACKAGES}")
+        probe = subprocess.run(
+            [compiler, "-x", "c++", "-E", "-P", "-"],
+            input="#include <CGAL/version.h>\nversion CGAL_VERSION_STR\n",
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if probe.returncode:
+            raise CgalError(f"its headers are not installed; it needs {PACKAGES}")
+        self.version = probe.stdout.split("version")[-1].strip().replace('"', "").strip()
+        built = subprocess.run(
+            [
+                *(compiler, "-std=c++17", "-O2", "-DNDEBUG", "-DCGAL_EIGEN3_ENABLED"),
+                *("-I/usr/include/eigen3", str(SOURCE), "-o", str(self._program)),
+                *("-lgmp", "-lmpfr"),
+            ],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if built.returncode:
+            first = next((line for line in built.stderr.splitlines() if "error" in line), "")
+            raise CgalError(f"its driver did not compile ({first.split('error:')[-1].strip()})")
+
+    def umbilics(
+        self, vertices: np.ndarray, triangles: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(k,) vertices and (k,) indices +-0.5 (0 where CGAL calls it non-generic)."""
+        lines = [f"{len(vertices)} {len(triangles)}"]
+        lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+        lines += [f"{a} {b} {c}" for a, b, c in triangles.tolist()]
+        run = subprocess.run(
+            [self._program], input="\n".join(lines), capture_output=True, text=True, check=False
+        )
+        if run.returncode:
+            raise CgalError(f"it failed: {run.stderr.strip()[-200:]}")
+        found = np.array(run.stdout.split(), dtype=np.int64).reshape(-1, 2)
+        return found[:, 0], 0.5 * found[:, 1]
