@@ -111,7 +111,10 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         curvature = np.where(located, places.curvature, curvature)
         error = np.where(located, places.error, error)
         corners = surface.triangles[triangle]
-    at_border = surface.near_border[corners].any(axis=1)
+    # Next to a border the fit is one-sided; one ring further in it may be, and is where the
+    # zero could not be placed.
+    at_border = surface.near_border(1)[corners].any(axis=1)
+    at_border |= surface.near_border(2)[corners].any(axis=1) & ~located
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     return Umbilics(
         position=position * surface.unit + surface.origin,

@@ -11,7 +11,7 @@ from .errors import InvalidMeshError
 from .jets import fit_jets
 from .neighbourhoods import Neighbourhood, adjacency
 from .normal_curvature import curvature_from_normals
-from .normals import area_normals, smooth_normals, vertex_normals
+from .normals import smooth_normals, vertex_normals
 from .progress import Progress
 from .scale import choose
 from .settings import AUTO, Settings
@@ -72,7 +72,7 @@ def estimate(
     if settings.curvature == "normals" or settings.normal_smoothing:
         normals = smooth_normals(surface, vertex_normals(surface), settings.normal_smoothing)
         return _from_normals(surface, normals)
-    return _from_jets(surface, area_normals(surface), settings, sharp, progress)
+    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress)
 
 
 def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
@@ -161,7 +161,7 @@ def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
     d1, d2 = _unit(arrays["d1"]), arrays["d2"]
     normal = np.cross(d1, d2)
     size = np.linalg.norm(normal, axis=1)
-    surface_normal = area_normals(surface)
+    surface_normal = vertex_normals(surface)
     # Directions come without a sign; the frame must agree with the surface's outward side.
     inward = np.einsum("nc,nc->n", normal, surface_normal) < 0
     normal = np.where(inward[:, None], -normal, normal)

@@ -82,7 +82,8 @@ class Umbilics:
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
     at_border:
         (k,) bool, True within one ring of an open border, where the neighbourhoods are
-        one-sided: such points stay among the candidates but are not reported.
+        one-sided (or two, where the zero could not be placed): such points stay among the
+        candidates but are not reported.
     certain:
         (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
         not be placed.

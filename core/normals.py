@@ -5,44 +5,45 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from .parallel import run
+from .progress import Progress
 from .surface import Surface
+
+# Triangles per block: some twenty arrays of this length stay in the second cache.
+_BLOCK = 16384
 
 
 def vertex_normals(surface: Surface) -> np.ndarray:
     """(n, 3) unit outward normals, the cross products of a corner's sides a, b weighted by
     1 / (|a|^2 |b|^2), which is exact for vertices on a sphere (Max 1999).
 
-    Where the weighted sum vanishes, the normal of the largest triangle around the vertex.
+    Long slivers hardly count, so that normals stand upright at a ragged border. Where the
+    weighted sum vanishes, the normal of the largest triangle around the vertex.
     """
-    corners = surface.vertices[surface.triangles]
-    side = np.roll(corners, -1, axis=1) - corners
-    square = np.einsum("mki,mki->mk", side, side)
-    weight = square * np.roll(square, 1, axis=1)
-    cross = np.cross(side[:, 0], side[:, 1])
-    # Sides of no length belong to degenerate triangles, which say nothing about the normal.
-    weight = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0)
-    n, corner = len(surface.vertices), surface.triangles.ravel()
-    total = np.empty((n, 3))
-    for axis in range(3):
-        total[:, axis] = np.bincount(corner, (weight * cross[:, axis, None]).ravel(), minlength=n)
-    scale = np.bincount(
-        corner, (weight * np.linalg.norm(cross, axis=1)[:, None]).ravel(), minlength=n
-    )
-    return _unit_or_largest_face(surface, total, scale)
+    m = len(surface.triangles)
+    cross = np.empty((3, m))
+    weight = np.empty((3, m))
+    length = np.empty(m)
+    coordinates = np.ascontiguousarray(surface.vertices.T)
 
+    def block(first: int) -> None:
+        rows = slice(first, first + _BLOCK)
+        a, b, c = (coordinates[:, corner] for corner in surface.triangles[rows].T)
+        sides = b - a, c - b, a - c
+        ab, bc, ca = (np.einsum("cr,cr->r", side, side) for side in sides)
+        cross[:, rows] = np.cross(sides[0], sides[1], axis=0)
+        length[rows] = np.sqrt(np.einsum("cr,cr->r", cross[:, rows], cross[:, rows]))
+        for k, product in enumerate((ab * ca, ab * bc, bc * ca)):
+            # Sides of no length belong to degenerate triangles: nothing is known of the normal.
+            weight[k, rows] = np.divide(1.0, product, out=product, where=product > 0)
 
-def area_normals(surface: Surface) -> np.ndarray:
-    """(n, 3) unit outward normals weighted by area: a first guess, several times cheaper than
-    `vertex_normals` and close enough for the frames that jets start from."""
-    normal, area = surface.face_normal_area
+    run(block, range(0, m, _BLOCK), Progress())
     n = len(surface.vertices)
     total, scale = np.zeros((n, 3)), np.zeros(n)
-    for corner in surface.triangles.T:
-        scale += np.bincount(corner, weights=area, minlength=n)
-    for axis in range(3):
-        weight = normal[:, axis] * area
-        for corner in surface.triangles.T:
-            total[:, axis] += np.bincount(corner, weights=weight, minlength=n)
+    for k, corner in enumerate(surface.triangles.T):
+        scale += np.bincount(corner, weights=weight[k] * length, minlength=n)
+        for axis in range(3):
+            total[:, axis] += np.bincount(corner, weights=weight[k] * cross[axis], minlength=n)
     return _unit_or_largest_face(surface, total, scale)
 
 

@@ -22,6 +22,9 @@ SAMPLED = 2000
 # Disagreement of two neighbouring scales, in standard errors of the smaller one, that noise
 # alone explains. On noisy ellipsoids and patches 1.2 picks the scale of least true error.
 AGREEMENT = 1.2
+# The standard error of k1 + k2 is less than that of the deviator by this factor: independent
+# errors of variance v in S11, S22 and v / 2 in S12 give 2 v and 4 v.
+MEAN_WEIGHT = 2**0.5
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
 # Residuals below this share of the radius are round-off: there is no noise to average out.
@@ -54,7 +57,11 @@ def _agree(smaller: Jets, larger: Jets, normals: np.ndarray) -> bool:
     if not both.any():
         return False
     e1, e2 = frame(normals.T)
-    change = np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))
+    # The mean curvature too: on a sphere the deviator stays zero however far the fit reaches.
+    change = np.maximum(
+        np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2)),
+        MEAN_WEIGHT * np.abs(smaller.k1 + smaller.k2 - larger.k1 - larger.k2),
+    )
     return bool(np.median(change[both]) <= AGREEMENT * np.median(smaller.noise[both]))
 
 

@@ -74,13 +74,14 @@ class Surface:
         run(block, range(0, len(areas), BLOCK), Progress())
         return normals, areas
 
-    @cached_property
-    def near_border(self) -> np.ndarray:
-        """(n,) bool, True at vertices on a border or next to one."""
-        near = self.border.copy()
+    def near_border(self, rings: int) -> np.ndarray:
+        """(n,) bool, True at vertices within so many edges of a border."""
+        near = self.border
         if near.any():
             owner = np.repeat(np.arange(len(near)), np.diff(self.neighbour_start))
-            near[owner[self.border[self.neighbours]]] = True
+            for _ in range(rings):
+                near = near.copy()
+                near[owner[near[self.neighbours]]] = True
         return near
 
     @cached_property

@@ -1,0 +1,146 @@
+"""The whole pipeline against surfaces whose umbilics are known exactly."""
+
+import numpy as np
+import pytest
+
+import core
+import surfaces
+
+
+def mean_edge(surface: surfaces.AnalyticSurface) -> float:
+    corners = surface.vertices[surface.triangles]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+
+
+def errors_in_edges(found: core.Umbilics, surface: surfaces.AnalyticSurface) -> np.ndarray:
+    """Distance from each true umbilic to the nearest found one, in mean edge lengths."""
+    distance = np.linalg.norm(
+        found.position[:, None] - surface.umbilics.position[None], axis=2
+    )
+    return distance.min(axis=0) / mean_edge(surface)
+
+
+def exact_operators(surface: surfaces.AnalyticSurface) -> core.CurvatureField:
+    unknown = np.full(len(surface.vertices), np.nan)
+    return core.CurvatureField(
+        surface.k1, surface.k2, surface.d1, surface.d2, surface.normal, unknown
+    )
+
+
+def test_ellipsoid_has_four_lemons_and_the_error_shrinks_with_the_edge():
+    errors = []
+    for subdivisions in (3, 4, 5):
+        surface = surfaces.ellipsoid(subdivisions=subdivisions)
+        detection = core.detect(surface.vertices, surface.triangles)
+        assert list(detection.umbilics.kind) == ["lemon"] * 4
+        assert detection.index_sum == detection.euler_characteristic == 2
+        assert detection.umbilics.certain.all()
+        errors.append(errors_in_edges(detection.umbilics, surface).max() * mean_edge(surface))
+    assert errors[0] / errors[1] > 3
+    assert errors[1] / errors[2] > 3
+
+
+def test_torus_of_revolution_has_none():
+    surface = surfaces.torus()
+    detection = core.detect(surface.vertices, surface.triangles)
+    assert len(detection.candidates) == 0
+    assert detection.index_sum == detection.expected_index_sum == 0
+
+
+def test_monkey_saddle_has_one_flat_star():
+    surface = surfaces.monkey_saddle()
+    detection = core.detect(surface.vertices, surface.triangles)
+    assert list(detection.umbilics.kind) == ["star"]
+    assert np.abs(detection.umbilics.curvature[0]) < 1e-6
+    assert np.linalg.norm(detection.umbilics.position[0]) < 1e-6
+    rays = detection.umbilics.separatrix[0]
+    between = np.degrees(np.arccos(np.clip(np.sum(rays * np.roll(rays, 1, axis=0), axis=1), -1, 1)))
+    np.testing.assert_allclose(between, 120, atol=1e-3)
+
+
+@pytest.mark.parametrize("parametrization", ["conformal", "projection"])
+@pytest.mark.parametrize("seed", range(3))
+def test_patch_with_exact_operators_has_its_three_umbilics(parametrization, seed):
+    surface = surfaces.seed_patch(5400, seed=seed)
+    settings = core.Settings(curvature="given", parametrization=parametrization)
+    detection = core.detect(
+        surface.vertices, surface.triangles, settings, given=exact_operators(surface)
+    )
+    assert len(detection.umbilics) == 3
+    assert sorted(detection.umbilics.kind) == ["lemon", "lemon", "star"]
+    assert errors_in_edges(detection.umbilics, surface).max() < 0.5
+
+
+@pytest.mark.parametrize("count, limit", [(5400, 1.0), (21600, 0.35)])
+def test_patch_with_jets_has_its_three_umbilics(count, limit):
+    for seed in range(3):
+        surface = surfaces.seed_patch(count, seed=seed)
+        detection = core.detect(surface.vertices, surface.triangles)
+        assert len(detection.umbilics) == 3
+        assert errors_in_edges(detection.umbilics, surface).max() < limit
+
+
+def test_isolated_vertices_keep_their_place():
+    surface = surfaces.ellipsoid(subdivisions=3)
+    vertices = np.insert(surface.vertices, [0, 5, 100], 7.0, axis=0)
+    kept = np.delete(np.arange(len(vertices)), [0, 6, 102])
+    detection = core.detect(vertices, kept[surface.triangles])
+    assert detection.curvature.k1.shape == (len(vertices),)
+    assert np.isnan(detection.curvature.k1[[0, 6, 102]]).all()
+    assert np.isfinite(detection.curvature.k1[kept]).all()
+    plain = core.detect(surface.vertices, surface.triangles)
+    np.testing.assert_array_equal(detection.umbilics.triangle, plain.umbilics.triangle)
+    np.testing.assert_allclose(detection.umbilics.position, plain.umbilics.position, atol=1e-12)
+
+
+def test_curvature_has_the_documented_sign_unit_and_frame():
+    surface = surfaces.sphere(radius=4.0, subdivisions=4)
+    field = core.detect(surface.vertices, surface.triangles).curvature
+    np.testing.assert_allclose(field.k1, 0.25, rtol=1e-3)
+    np.testing.assert_allclose(field.k2, 0.25, rtol=1e-3)
+    np.testing.assert_allclose(np.cross(field.d1, field.d2), field.normal, atol=1e-12)
+    assert np.einsum("nc,nc->n", field.normal, surface.normal).min() > 1 - 1e-6
+
+
+def test_barycentric_coordinates_give_the_position():
+    surface = surfaces.random_ellipsoid(count=3000)
+    found = core.detect(surface.vertices, surface.triangles).umbilics
+    corners = surface.vertices[surface.triangles[found.triangle]]
+    np.testing.assert_allclose(
+        np.einsum("kc,kcx->kx", found.barycentric, corners), found.position, atol=1e-12
+    )
+    assert (found.barycentric >= 0).all()
+
+
+def test_filtering_again_needs_no_detection():
+    surface = surfaces.noisy(surfaces.ellipsoid(subdivisions=4), 0.3, seed=1)
+    every = core.detect(surface.vertices, surface.triangles, core.Settings(persistence=0.0))
+    assert len(every.umbilics) == len(every.candidates) > 4
+    fewer = core.filtered(every, core.Settings(persistence=1e9))
+    direct = core.detect(surface.vertices, surface.triangles, core.Settings(persistence=1e9))
+    np.testing.assert_array_equal(fewer.umbilics.position, direct.umbilics.position)
+    assert fewer.index_sum == every.index_sum == 2
+
+
+def test_progress_rises_to_one_and_cancelling_stops():
+    surface = surfaces.ellipsoid(subdivisions=4)
+    seen = []
+    core.detect(
+        surface.vertices, surface.triangles, progress=core.Progress(lambda f, _: seen.append(f))
+    )
+    assert np.diff(seen).min() > -1e-12 and seen[0] >= 0 and seen[-1] == pytest.approx(1)
+    with pytest.raises(core.CancelledError):
+        core.detect(
+            surface.vertices,
+            surface.triangles,
+            progress=core.Progress(cancelled=lambda: len(seen) > 0),
+        )
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.3, 1.0])
+def test_index_sum_is_the_euler_characteristic_under_any_noise(noise):
+    for surface, characteristic in ((surfaces.sphere(subdivisions=3), 2), (surfaces.torus(), 0)):
+        for seed in range(5):
+            rough = surfaces.noisy(surface, noise, seed=seed)
+            detection = core.detect(rough.vertices, rough.triangles)
+            assert detection.index_sum == detection.euler_characteristic == characteristic
