@@ -104,7 +104,7 @@ class Stage:
         render.image_settings.file_format = "PNG"
         render.image_settings.color_mode = "RGBA"
         self.scene.view_settings.view_transform = "Standard"
-        self.scene.display.render_aa = "16"
+        self.scene.display.render_aa = "8"
         shading = self.scene.display.shading
         shading.light = "STUDIO"
         shading.color_type = "OBJECT"

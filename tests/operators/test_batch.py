@@ -1,0 +1,186 @@
+"""Batches: the plan, the journal, and whole runs with broken files, a kill and a resume."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import time
+from importlib import import_module
+
+import bpy
+import pytest
+import surfaces
+
+BLENDER = bpy.app.binary_path
+
+needs_program = pytest.mark.skipif(
+    not BLENDER, reason="Blender as a module has no program to start for a file"
+)
+
+
+@pytest.fixture
+def batch(addon):
+    return import_module(f"{addon.__name__}.operators.command_line.batch")
+
+
+@pytest.fixture
+def plan(batch):
+    return import_module(f"{batch.__name__}.plan")
+
+
+@pytest.fixture
+def journal(batch):
+    return import_module(f"{batch.__name__}.journal")
+
+
+def write_obj(path, third=1.0):
+    surface = surfaces.ellipsoid((3.0, 2.0, third), 2)
+    lines = [f"v {x} {y} {z}" for x, y, z in surface.vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in surface.triangles + 1]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def command(*arguments):
+    return [BLENDER, "-b", "--command", "umbilics", *map(str, arguments)]
+
+
+def run(*arguments):
+    return subprocess.run(command(*arguments), capture_output=True, text=True, check=False)
+
+
+def rows_of(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_folders_patterns_and_files_each_give_their_tasks(plan, tmp_path):
+    for name in ("a/x.obj", "a/b/y.PLY", "a/notes.txt", "c/z.stl", "c/w.stl"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("")
+    named = [str(tmp_path / "a"), str(tmp_path / "c" / "*.stl"), str(tmp_path / "a/x.obj")]
+    tasks = plan.tasks_for(named, (".obj", ".ply", ".stl"), (1, 1))
+    assert [task.name for task in tasks] == ["b/y.PLY", "w.stl", "x.obj", "z.stl"]
+    assert tasks[2].source == str(tmp_path / "a" / "x.obj")
+
+
+def test_parts_share_the_tasks_out(plan, tmp_path):
+    for number in range(10):
+        (tmp_path / f"{number}.obj").write_text("")
+    parts = [plan.tasks_for([str(tmp_path)], (".obj",), (k, 3)) for k in (1, 2, 3)]
+    names = sorted(task.name for part in parts for task in part)
+    assert names == [f"{number}.obj" for number in range(10)]
+
+
+def test_two_files_of_one_name_are_refused(plan, tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "x.obj").write_text("")
+    with pytest.raises(plan.PlanError, match=r"x\.obj"):
+        plan.tasks_for([str(tmp_path / "a"), str(tmp_path / "b")], (".obj",), (1, 1))
+
+
+def test_a_torn_line_of_the_journal_is_dropped(journal, tmp_path):
+    path = tmp_path / "report.jsonl"
+    whole = {"name": "a.obj", "status": "done"}
+    path.write_text(json.dumps(whole) + "\n" + '{"name": "b.obj", "sta')
+    kept = journal.Journal(path, fresh=False)
+    assert list(kept.entries) == ["a.obj"]
+    kept.add({"name": "c.obj", "status": "done"})
+    assert [entry["name"] for entry in journal.read(path)] == ["a.obj", "c.obj"]
+
+
+def test_the_progress_line_has_a_rate_and_the_time_left(batch):
+    display = import_module(f"{batch.__name__}.display")
+    line = display.progress_line(50, 200, 2, 25.0)
+    assert line == "[#####---------------] 50/200, 2 failed, 2.0 files/s, 75 s left"
+    assert display.duration(3 * 3600 + 1200) == "3 h 20 min"
+
+
+@needs_program
+def test_bad_files_do_not_stop_the_others(tmp_path):
+    write_obj(tmp_path / "in/good.obj")
+    write_obj(tmp_path / "in/deeper/good.obj", 1.2)
+    (tmp_path / "in/broken.ply").write_text("no mesh")
+    (tmp_path / "in/empty.stl").write_text("")
+    out = tmp_path / "out"
+    done = run(tmp_path / "in", tmp_path / "none.obj", "--out", out, "--jobs", 2, "--also", "ply")
+    assert done.returncode == 1
+    assert "2 done, 3 failed" in done.stderr
+    assert "none.obj: FAILED, there is no such file." in done.stderr
+    rows = {os.path.relpath(row["file"], tmp_path): row for row in rows_of(out / "report.csv")}
+    assert {name: row["status"] for name, row in rows.items()} == {
+        "in/good.obj": "done",
+        "in/deeper/good.obj": "done",
+        "in/broken.ply": "failed",
+        "in/empty.stl": "failed",
+        "none.obj": "failed",
+    }
+    assert rows["in/good.obj"]["lemon"] == "4"
+    assert "empty" in rows["in/empty.stl"]["error"]
+    made = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert made == {
+        *("report.csv", "report.jsonl", "good.obj.json", "good.obj.ply"),
+        *("deeper/good.obj.json", "deeper/good.obj.ply"),
+    }
+    report = json.loads((out / "deeper/good.obj.json").read_text())
+    assert report["objects"][0]["index_sum"] == 2.0
+
+
+@needs_program
+@pytest.mark.slow
+def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path):
+    count = 6
+    for number in range(count):
+        write_obj(tmp_path / f"in/{number}.obj", 1.0 + 0.1 * number)
+    (tmp_path / "in/broken.obj").write_text("f 1 2 3\n")
+    out = tmp_path / "out"
+    arguments = (tmp_path / "in", "--out", out, "--jobs", 1)
+    running = subprocess.Popen(command(*arguments), stderr=subprocess.DEVNULL)
+    journal = out / "report.jsonl"
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline:
+        if journal.exists() and journal.read_text().count("\n") >= 2:
+            break
+        time.sleep(0.05)
+    os.kill(running.pid, signal.SIGKILL)
+    running.wait()
+    before = journal.read_text().splitlines()
+    assert 2 <= len(before) < count + 1
+    stamps = {path: path.stat().st_mtime_ns for path in out.glob("*.json")}
+
+    done = run(*arguments, "--resume")
+    assert done.returncode == 1
+    assert f"{count} done, 1 failed" in done.stderr
+    names = [json.loads(line)["name"] for line in journal.read_text().splitlines()]
+    assert set(names) == {*(f"{number}.obj" for number in range(count)), "broken.obj"}
+    rows = rows_of(out / "report.csv")
+    assert sorted(row["file"] for row in rows) == sorted({row["file"] for row in rows})
+    assert len(rows) == count + 1
+    # What the journal had was not done again.
+    kept = {json.loads(line)["name"] for line in before if '"done"' in line}
+    for path, stamp in stamps.items():
+        if path.stem in kept:
+            assert path.stat().st_mtime_ns == stamp
+
+    again = run(*arguments, "--resume")
+    assert f"1 files to do, {count} done before" in again.stderr
+
+
+@needs_program
+def test_parts_are_brought_together_in_one_summary(tmp_path):
+    for number in range(2):
+        write_obj(tmp_path / f"in/{number}.obj")
+    out = tmp_path / "out"
+    for part in ("1/2", "2/2"):
+        assert run(tmp_path / "in", "--out", out, "--part", part).returncode == 0
+    assert run("--out", out, "--summary").returncode == 0
+    assert [row["object"] for row in rows_of(out / "report.csv")] == ["0", "1"]
+
+
+@needs_program
+def test_batch_options_without_a_folder_are_refused(tmp_path):
+    done = run("a.obj", "--resume")
+    assert done.returncode == 2
+    assert "--resume needs --out DIR" in done.stderr

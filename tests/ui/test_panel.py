@@ -1,0 +1,117 @@
+"""The sidebar tab draws what there is, from properties and operators that exist."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+from scene_building import add_ellipsoid, empty_scene
+
+
+class Paper:
+    """Stands for Blender's layout and remembers what was drawn on it."""
+
+    def __init__(self, drawn=None):
+        self.drawn = [] if drawn is None else drawn
+
+    def _inside(self, **_):
+        return Paper(self.drawn)
+
+    row = column = box = split = _inside
+
+    def prop(self, data, name, **_):
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(("prop", name))
+
+    def operator(self, name, text="", **_):
+        group, _, short = name.partition(".")
+        getattr(getattr(bpy.ops, group), short).get_rna_type()
+        self.drawn.append(("operator", name))
+
+    def label(self, text="", icon="NONE"):
+        self.drawn.append(("label", text))
+
+    def progress(self, factor=0.0, text=""):
+        self.drawn.append(("progress", text))
+
+    def names(self, kind):
+        return [name for what, name in self.drawn if what == kind]
+
+
+@pytest.fixture
+def draw(addon):
+    """Draw all panels of the tab that want to be seen; what was drawn."""
+
+    def draw_all():
+        paper = Paper()
+        context = SimpleNamespace(
+            scene=bpy.context.scene,
+            active_object=bpy.context.active_object,
+            region=SimpleNamespace(width=280),
+            preferences=bpy.context.preferences,
+        )
+        for panel in addon.ui.panel._CLASSES:
+            if not hasattr(panel, "poll") or panel.poll(context):
+                panel.draw(SimpleNamespace(layout=paper), context)
+        return paper
+
+    empty_scene()
+    return draw_all
+
+
+def test_tab_is_where_users_look(addon):
+    for panel in addon.ui.panel._CLASSES:
+        assert (panel.bl_space_type, panel.bl_region_type) == ("VIEW_3D", "UI")
+        assert panel.bl_category == "Umbilics"
+
+
+def test_every_setting_can_be_reached(addon, draw):
+    settings = bpy.context.scene.umbilics
+    reached = set()
+    for method in "SIC":
+        settings.method = method
+        for curvature in ("jets", "normals", "given"):
+            settings.curvature = curvature
+            for automatic in (True, False):
+                settings.scale_auto = settings.persistence_auto = automatic
+                settings.opening = 0 if automatic else 2
+                reached.update(draw().names("prop"))
+    assert {p.identifier for p in settings.bl_rna.properties} - {"rna_type", "name"} == (reached)
+
+
+def test_only_what_the_method_reads_is_shown(draw):
+    settings = bpy.context.scene.umbilics
+    for method, shown, hidden in (
+        ("S", "parametrization", "charts"),
+        ("C", "charts", "parametrization"),
+    ):
+        settings.method = method
+        names = draw().names("prop")
+        assert shown in names
+        assert hidden not in names
+
+
+def test_result_is_shown_once_there_is_one(draw):
+    assert "Index sum" not in draw().names("label")
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.detect()
+    labels = draw().names("label")
+    assert labels[labels.index("Lemons") + 1] == "4"
+    assert labels[labels.index("Index sum") + 1] == "2"
+    obj.umbilics.warnings.add().text = "A long warning that has to be broken " * 3
+    lines = [label for label in draw().names("label") if "warning" in label or "broken" in label]
+    assert len(lines) > 1
+    bpy.ops.umbilics.clear()
+    assert "Index sum" not in draw().names("label")
+
+
+def test_running_detection_can_be_watched_and_cancelled(addon, draw):
+    obj = add_ellipsoid(subdivisions=4)
+    engine, running = addon.operators.engine, addon.operators.running
+    running.begin(engine.gather(obj, addon.core.Settings()))
+    try:
+        paper = draw()
+        assert len(paper.names("progress")) == 1
+        assert paper.names("operator") == ["umbilics.cancel"]
+    finally:
+        running.end()
+    assert paper.names("operator") != draw().names("operator")
