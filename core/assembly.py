@@ -111,10 +111,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         curvature = np.where(located, places.curvature, curvature)
         error = np.where(located, places.error, error)
         corners = surface.triangles[triangle]
-    # Next to a border the fit is one-sided; one ring further in it may be, and is where the
-    # zero could not be placed.
-    at_border = surface.near_border(1)[corners].any(axis=1)
-    at_border |= surface.near_border(2)[corners].any(axis=1) & ~located
+    at_border = _at_border(surface, corners, parts.partner, located)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     return Umbilics(
         position=position * surface.unit + surface.origin,
@@ -134,6 +131,22 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         certain=located & fitted.determined[corners].all(axis=1) & ~at_border,
         elliptic=parts.elliptic,
     )
+
+
+def _at_border(
+    surface: Surface, corners: np.ndarray, partner: np.ndarray, located: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics that the one-sided fits at a border may have made.
+
+    Those within one ring of it; one ring further in, those that could not be placed; and again
+    one further, those that cancel with one at the border: the two come and go together.
+    """
+
+    def within(rings: int) -> np.ndarray:
+        return surface.near_border(rings)[corners].any(axis=1)
+
+    doubtful = within(1) | (within(2) & ~located)
+    return doubtful | (within(3) & (partner >= 0) & doubtful[partner])
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:

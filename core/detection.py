@@ -81,9 +81,8 @@ class Umbilics:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
     at_border:
-        (k,) bool, True within one ring of an open border, where the neighbourhoods are
-        one-sided (or two, where the zero could not be placed): such points stay among the
-        candidates but are not reported.
+        (k,) bool, True next to an open border, where the neighbourhoods are one-sided: such
+        points stay among the candidates but are not reported.
     certain:
         (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
         not be placed.

@@ -22,7 +22,7 @@ class GuidanceSettings:
     """
 
     smoothness: float = setting(
-        0.4,
+        0.65,
         label="Smoothness",
         help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
         "creases and borders allow",

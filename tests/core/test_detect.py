@@ -96,8 +96,8 @@ def test_isolated_vertices_keep_their_place():
 def test_curvature_has_the_documented_sign_unit_and_frame():
     surface = surfaces.sphere(radius=4.0, subdivisions=4)
     field = core.detect(surface.vertices, surface.triangles).curvature
-    np.testing.assert_allclose(field.k1, 0.25, rtol=1e-3)
-    np.testing.assert_allclose(field.k2, 0.25, rtol=1e-3)
+    np.testing.assert_allclose(field.k1, 0.25, rtol=5e-3)
+    np.testing.assert_allclose(field.k2, 0.25, rtol=5e-3)
     np.testing.assert_allclose(np.cross(field.d1, field.d2), field.normal, atol=1e-12)
     assert np.einsum("nc,nc->n", field.normal, surface.normal).min() > 1 - 1e-6
 
