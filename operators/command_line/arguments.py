@@ -9,9 +9,13 @@ from pathlib import Path
 
 from ... import core
 from ..properties import GIVEN_NAMES
+from .batch import Plan, PlanError
+from .batch.plan import tasks_for
 from .importers import SUFFIXES
 
-_OUTPUTS = ("json", "blend", "png")
+_OUTPUTS = ("json", "blend", "png", "ply")
+# What only makes sense together with --out.
+_BATCH = ("also", "jobs", "report", "resume", "part", "summary")
 _CURVATURE_NAMES = {
     "k1": "larger principal curvature",
     "k2": "smaller principal curvature",
@@ -25,7 +29,8 @@ class Request:
     """What the command is asked to do.
 
     `outputs` gives, for each file (or for None, the file that Blender has open), where its
-    JSON, .blend and PNG go.
+    JSON, .blend, PNG and PLY go. With a `batch` other processes do the files; with `summary`
+    nothing is done but the summary of the batches in that folder.
     """
 
     files: tuple[str | None, ...]
@@ -35,6 +40,8 @@ class Request:
     per_vertex: bool
     compare: bool
     outputs: tuple[dict[str, Path], ...]
+    batch: Plan | None = None
+    summary: tuple[Path, Path | None] | None = None
 
 
 def parse(arguments: list[str]) -> Request:
@@ -55,6 +62,7 @@ def parse(arguments: list[str]) -> Request:
     except core.InvalidSettingsError as error:
         parser.error(str(error))
     files = tuple(found.files) or (None,)
+    batch = _batch(parser, found, settings)
     return Request(
         files=files,
         objects=tuple(found.object),
@@ -62,7 +70,9 @@ def parse(arguments: list[str]) -> Request:
         given_names=tuple(getattr(found, name) for name in GIVEN_NAMES),
         per_vertex=found.per_vertex,
         compare=found.compare,
-        outputs=_outputs(parser, found, files),
+        outputs=() if found.out else _outputs(parser, found, files),
+        batch=batch,
+        summary=(found.out, found.report) if found.summary else None,
     )
 
 
@@ -93,6 +103,7 @@ def _parser() -> argparse.ArgumentParser:
     output.add_argument("--json", metavar="F", help="write the umbilics as JSON")
     output.add_argument("--blend", metavar="F", help="save a .blend with the results")
     output.add_argument("--png", metavar="F", help="draw a picture")
+    output.add_argument("--ply", metavar="F", help="write the mesh with the curvatures as PLY")
     output.add_argument(
         "--per-vertex", action="store_true", help="JSON: add the curvature at every vertex"
     )
@@ -102,6 +113,7 @@ def _parser() -> argparse.ArgumentParser:
         help="run methods S, I and C on the same operators: a table, and with --png a picture of "
         "the three; the other results are those of S",
     )
+    _add_batch(parser)
     group = parser.add_argument_group("settings")
     for name, option in core.options().items():
         _add_setting(group, name, option, core.defaults()[name])
@@ -114,6 +126,106 @@ def _parser() -> argparse.ArgumentParser:
             f"(default: {name})",
         )
     return parser
+
+
+def _add_batch(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group(
+        "many files",
+        "With --out each file gets a Blender process of its own, several at a time. FILE may then "
+        "be a folder (with all below it) or a pattern such as '*.stl'.",
+    )
+    group.add_argument(
+        "--out", metavar="DIR", type=Path, help="write DIR/FILE.json for each file, and a summary"
+    )
+    group.add_argument(
+        "--also",
+        metavar="KIND",
+        action="append",
+        choices=_OUTPUTS[1:],
+        default=[],
+        help=f"write this for each file too: {', '.join(_OUTPUTS[1:])}; may be given several times",
+    )
+    group.add_argument(
+        "--jobs",
+        metavar="N",
+        type=_positive_number,
+        help="files at a time (default: what processors and memory allow)",
+    )
+    group.add_argument(
+        "--report",
+        metavar="F",
+        type=Path,
+        help="the summary as .csv, or as .jsonl (default: DIR/report.csv)",
+    )
+    group.add_argument(
+        "--resume", action="store_true", help="skip what an earlier run into DIR has done"
+    )
+    group.add_argument(
+        "--part",
+        metavar="K/N",
+        type=_part,
+        default=(1, 1),
+        help="do the K-th of N parts of the files only, for several machines with one DIR",
+    )
+    group.add_argument(
+        "--time-limit",
+        metavar="S",
+        type=_number,
+        default=3600.0,
+        help="give a file up after S seconds (default: 3600)",
+    )
+    group.add_argument(
+        "--summary", action="store_true", help="only make one summary of all the parts in DIR"
+    )
+
+
+def _batch(
+    parser: argparse.ArgumentParser, found: argparse.Namespace, settings: core.Settings
+) -> Plan | None:
+    if found.out is None:
+        for name in _BATCH:
+            if getattr(found, name) != parser.get_default(name):
+                parser.error(f"--{name} needs --out DIR.")
+        return None
+    if found.summary:
+        return None
+    for kind in _OUTPUTS:
+        if getattr(found, kind):
+            parser.error(f"With --out there is no --{kind}; say --also {kind}.")
+    if not found.files:
+        parser.error("--out needs files or folders.")
+    if found.out.exists() and not found.out.is_dir():
+        parser.error(f"--out {found.out} is not a folder.")
+    try:
+        tasks = tasks_for(found.files, SUFFIXES, found.part)
+    except PlanError as error:
+        parser.error(str(error))
+    return Plan(
+        tasks=tasks,
+        out=found.out,
+        kinds=("json", *sorted(set(found.also))),
+        worker_arguments=_worker_arguments(found, settings),
+        jobs=found.jobs,
+        part=found.part,
+        report=found.report,
+        resume=found.resume,
+        time_limit=found.time_limit,
+    )
+
+
+def _worker_arguments(found: argparse.Namespace, settings: core.Settings) -> tuple[str, ...]:
+    """What gives another process of this command the same settings."""
+    arguments = []
+    for name, option in core.options().items():
+        flag, value = name.replace("_", "-"), getattr(settings, name)
+        if option.kind == "flag":
+            arguments.append(f"--{flag}" if value else f"--no-{flag}")
+        else:
+            arguments.append(f"--{flag}={value}")
+    arguments += [f"--{name}={getattr(found, name)}" for name in GIVEN_NAMES]
+    arguments += [f"--object={name}" for name in found.object]
+    arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
+    return tuple(arguments)
 
 
 def _add_setting(group, name: str, option: core.Option, default) -> None:
@@ -140,6 +252,24 @@ def _whole_number(text: str) -> int:
         return int(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number") from None
+
+
+def _positive_number(text: str) -> int:
+    value = _whole_number(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not 1 or more")
+    return value
+
+
+def _part(text: str) -> tuple[int, int]:
+    number, _, count = text.partition("/")
+    try:
+        part = int(number), int(count)
+    except ValueError:
+        part = 0, 0
+    if not 1 <= part[0] <= part[1]:
+        raise argparse.ArgumentTypeError(f"'{text}' is not like 3/16")
+    return part
 
 
 def _number(text: str) -> float:

@@ -10,7 +10,7 @@ from ... import core
 from .. import engine, properties
 from ..errors import FileError
 from ..words import outcome
-from . import arguments, importers, panels, picture, report
+from . import arguments, batch, importers, mesh_file, panels, picture, report
 
 DONE, FAILED = 0, 1
 
@@ -22,6 +22,8 @@ def run(argv: list[str]) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     base = bpy.data.filepath
+    if request.batch or request.summary:
+        return _many(request, base)
     failed = False
     for file, outputs in zip(request.files, request.outputs, strict=True):
         try:
@@ -30,6 +32,18 @@ def run(argv: list[str]) -> int:
             _complain(str(error))
             failed = True
     return FAILED if failed else DONE
+
+
+def _many(request: arguments.Request, base: str) -> int:
+    """Do a batch with other processes of this Blender; the command's exit code."""
+    blender = [bpy.app.binary_path, "-b", *([base] if base else []), "--command", "umbilics"]
+    try:
+        if request.summary:
+            return batch.summarize(*request.summary)
+        return batch.run(request.batch, blender)
+    except OSError as error:
+        _complain(f"{error.filename}: {error.strerror}.")
+        return FAILED
 
 
 def _one_file(request: arguments.Request, file: str | None, base: str, outputs: dict) -> bool:
@@ -69,6 +83,8 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
             panels.write_comparison(outputs["png"], compared, opened.up)
         elif "png" in outputs:
             picture.write(outputs["png"], done, opened.up)
+        if "ply" in outputs:
+            mesh_file.write(outputs["ply"], done, opened.to_file)
     return len(done) == len(entries)
 
 

@@ -1,0 +1,93 @@
+"""What the machine holds: processors and memory."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from pathlib import Path
+
+# Assumed where the system does not say.
+_UNKNOWN_MEMORY = 4 << 30
+
+
+def processors() -> int:
+    """Processors that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def free_memory() -> int:
+    """Bytes of memory that new processes may use without swapping, about."""
+    if sys.platform == "win32":
+        return _windows_memory()
+    known = [_meminfo(), _cgroup_memory()]
+    known = [size for size in known if size is not None]
+    if known:
+        return min(known)
+    try:
+        # macOS does not say simply what is free: half of all is a careful guess.
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    except (OSError, ValueError):
+        return _UNKNOWN_MEMORY
+
+
+def peak_memory(process: int) -> int | None:
+    """Bytes that a running process has held at most so far; None where that is not known."""
+    try:
+        text = Path(f"/proc/{process}/status").read_text()
+    except OSError:
+        return None
+    for line in text.splitlines():
+        if line.startswith("VmHWM:"):
+            return int(line.split()[1]) << 10
+    return None
+
+
+def limit_memory(process: int, size: int) -> bool:
+    """Bound the data of a process to `size` bytes; says whether the system can (Linux does)."""
+    try:
+        import resource
+
+        resource.prlimit(process, resource.RLIMIT_DATA, (size, size))
+    except (ImportError, AttributeError, OSError, ValueError):
+        return False
+    return True
+
+
+def _meminfo() -> int | None:
+    try:
+        text = Path("/proc/meminfo").read_text()
+    except OSError:
+        return None
+    for line in text.splitlines():
+        if line.startswith("MemAvailable:"):
+            return int(line.split()[1]) << 10
+    return None
+
+
+def _cgroup_memory() -> int | None:
+    """What a container's bound leaves (control groups, version 2)."""
+    folder = Path("/sys/fs/cgroup")
+    try:
+        bound = (folder / "memory.max").read_text().strip()
+        used = (folder / "memory.current").read_text().strip()
+        return None if bound == "max" else max(int(bound) - int(used), 0)
+    except (OSError, ValueError):
+        return None
+
+
+def _windows_memory() -> int:
+    class Status(ctypes.Structure):
+        _fields_ = [
+            ("size", ctypes.c_ulong),
+            ("load", ctypes.c_ulong),
+            *((name, ctypes.c_ulonglong) for name in ("total", "free", "a", "b", "c", "d", "e")),
+        ]
+
+    status = Status()
+    status.size = ctypes.sizeof(status)
+    if not ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):
+        return _UNKNOWN_MEMORY
+    return status.free
