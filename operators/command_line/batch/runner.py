@@ -157,11 +157,11 @@ class _Batch:
         entry = self._journal.entries.get(task.name)
         if entry is None or entry["status"] != "done":
             return False
-        results = entry["results"]
+        results = [entry["results"].get(kind, ".") for kind in self._plan.kinds]
         return (
             entry["arguments"] == self._digest
             and entry["source"] == _identity(task.source)
-            and all((self._plan.out / results.get(kind, ".")).is_file() for kind in self._plan.kinds)
+            and all((self._plan.out / result).is_file() for result in results)
         )
 
 
