@@ -45,6 +45,8 @@ class Panel:
         Where from.
     enlarged:
         Factor on the size of the glyphs.
+    relief:
+        False to leave shading away, for a mesh that lies flat.
     """
 
     title: list[str]
@@ -56,6 +58,7 @@ class Panel:
     tints: list[tuple[np.ndarray, tuple[float, ...]]] = dataclasses.field(default_factory=list)
     true_places: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 3)))
     enlarged: float = 1.0
+    relief: bool = True
 
 
 def view_of(
@@ -112,6 +115,8 @@ def write_comparison(
 def _drawn(panel: Panel) -> np.ndarray:
     arrays, view = panel.arrays, panel.view
     with Stage(_SIDE, _SIDE) as stage:
+        if not panel.relief:
+            stage.scene.display.shading.light = "FLAT"
         plain = np.ones(len(arrays.triangles), dtype=bool)
         for rows, colour in panel.tints:
             plain[rows] = False
@@ -133,7 +138,7 @@ def _drawn(panel: Panel) -> np.ndarray:
                 marks = glyph_mesh(kind, panel.umbilics.select(rows), size)
                 stage.add(marks, KIND_COLOURS[kind])
         if len(panel.true_places):
-            stage.add(_rings(panel.true_places, view, 2.2 * size), _INK)
+            stage.add(_rings(panel.true_places, view, 1.7 * size), _INK)
         stage.look(view)
         caption(stage, view, panel.title, _INK)
         kinds_below(stage, view, panel.umbilics.counts(), _INK)
@@ -145,7 +150,7 @@ def _rings(places: np.ndarray, view: View, radius: float) -> object:
     steps = 64
     angle = 2.0 * np.pi * np.arange(steps) / steps
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    flat = np.concatenate([radius * circle, 0.86 * radius * circle])
+    flat = np.concatenate([radius * circle, 0.9 * radius * circle])
     ahead = 0.5 * (view.depth + view.width)
     offset = flat @ view.frame[:, :2].T
     centre = places + view.frame[:, 2] * ahead

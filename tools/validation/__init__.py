@@ -1,0 +1,1 @@
+"""The paper's experiments, repeated; see tools/run_validation.py."""
