@@ -9,7 +9,8 @@ from .errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .filtering import filtered
+from .filtering import filtered, kept_rows
+from .keeping import pack, unpack
 from .pipeline import detect
 from .progress import Progress
 from .settings import AUTO, Choice, Option, Settings, defaults, options
@@ -38,5 +39,8 @@ __all__ = [
     "defaults",
     "detect",
     "filtered",
+    "kept_rows",
     "options",
+    "pack",
+    "unpack",
 ]
