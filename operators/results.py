@@ -24,6 +24,7 @@ import numpy as np
 from mathutils import Matrix
 
 from .. import core
+from .glyph_images import UNIT, image_of, remove_unused
 from .mesh_data import MeshArrays
 from .preferences import Appearance
 
@@ -31,14 +32,6 @@ COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
 PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
-
-# The four read apart without colour; the arrow shows the normal.
-_DISPLAY = {
-    core.KINDS[0]: "PLAIN_AXES",
-    core.KINDS[1]: "SINGLE_ARROW",
-    core.KINDS[2]: "SPHERE",
-    core.KINDS[3]: "CUBE",
-}
 
 
 def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
@@ -77,13 +70,12 @@ def replace(
     smallest = look.smallest_empty * float(np.ptp(arrays.vertices, axis=0).max())
     size = np.maximum(look.empty_size * _edge_length(arrays, umbilics.triangle), smallest)
     frames = frames_of(umbilics)
+    images = {kind: image_of(kind) for kind in set(umbilics.kind.tolist())}
     to_object = Matrix(arrays.matrix).inverted()
     for row in range(len(umbilics)):
         kind = str(umbilics.kind[row])
         empty = bpy.data.objects.new(kind.capitalize(), None)
-        empty.empty_display_type = _DISPLAY[kind]
-        empty.empty_display_size = float(size[row])
-        empty.color = look.colours[kind]
+        _dress(empty, images[kind], float(size[row]), look.colours[kind])
         empty.parent = obj
         # The inverse undoes a non-uniform scale, which would shear the empty.
         empty.matrix_parent_inverse = to_object
@@ -113,6 +105,20 @@ def _remove_empties(obj: bpy.types.Object) -> bool:
 def _remove_unused(collection: bpy.types.Collection | None) -> None:
     if collection is not None and not collection.objects and not collection.children:
         bpy.data.collections.remove(collection)
+    remove_unused()
+
+
+def _dress(
+    empty: bpy.types.Object, image: bpy.types.Image, size: float, colour: tuple[float, ...]
+) -> None:
+    """Let the empty show its glyph on the surface, from outside and in front of the mesh."""
+    empty.empty_display_type = "IMAGE"
+    empty.data = image
+    # The outlines are about two units across.
+    empty.empty_display_size = size / (2.0 * UNIT)
+    empty.empty_image_depth = "FRONT"
+    empty.empty_image_side = "FRONT"
+    empty.color = colour
 
 
 def _properties(umbilics: core.Umbilics, arrays: MeshArrays, row: int) -> dict:
@@ -142,10 +148,18 @@ def _edge_length(arrays: MeshArrays, triangle: np.ndarray) -> np.ndarray:
     return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
 
 
+def _middle(separatrix: np.ndarray) -> np.ndarray:
+    """(k, 3) of each umbilic's separatrices (k, 3, 3) the one amid the others, or NaN."""
+    known = np.nan_to_num(separatrix)
+    along = np.einsum("kij,kj->ki", known, known.sum(axis=1))
+    along = np.where(np.isfinite(separatrix[:, :, 0]), along, -np.inf)
+    return separatrix[np.arange(len(separatrix)), np.argmax(along, axis=1)]
+
+
 def frames_of(umbilics: core.Umbilics) -> np.ndarray:
     """(k, 4, 4) world matrices: z along the normal, x along a separatrix where it is known."""
     z = umbilics.normal
-    across = umbilics.separatrix[:, 0] if len(umbilics) else np.empty((0, 3))
+    across = _middle(umbilics.separatrix)
     known = np.isfinite(across).all(axis=1, keepdims=True)
     # Elsewhere any tangent will do: the axis least along the normal, made perpendicular to it.
     least = np.eye(3)[np.argmin(np.abs(z), axis=1)] if len(z) else z

@@ -82,6 +82,7 @@ def census() -> dict:
     return {
         "objects": sorted(obj.name for obj in bpy.data.objects),
         "collections": sorted(collection.name for collection in bpy.data.collections),
+        "images": sorted(image.name for image in bpy.data.images),
         "meshes": {
             mesh.name: (sorted(a.name for a in mesh.attributes), len(mesh.vertices))
             for mesh in bpy.data.meshes

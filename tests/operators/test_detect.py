@@ -61,6 +61,30 @@ def test_empty_says_what_and_where_it_is():
         assert 0.5 * edge < empty.empty_display_size < 10.0 * edge
 
 
+def test_kinds_are_told_apart_by_colour_and_by_glyph(addon):
+    obj = add_mesh(*wavy_sphere())
+    bpy.ops.umbilics.detect()
+    shown = {}
+    for empty in empties(obj):
+        look = (tuple(empty.color), empty.data["umbilics_glyph"])
+        assert shown.setdefault(empty["umbilics_kind"], look) == look
+        assert empty.empty_display_type == "IMAGE"
+    assert {"lemon", "star"} <= set(shown)
+    assert len(set(shown.values())) == len(shown)
+    assert all(image.packed_file for image in bpy.data.images if "umbilics_glyph" in image)
+
+
+def wavy_sphere():
+    """Vertices and faces of a sphere with bumps: lemons and stars."""
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=5, radius=1.0)
+    mesh = bpy.context.object.data
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    x, y, z = points.T
+    points *= 1.0 + 0.3 * (np.sin(3 * x) * np.sin(3 * y + 1) * np.sin(3 * z + 2))[:, None]
+    return points, [tuple(polygon.vertices) for polygon in mesh.polygons]
+
+
 def test_attributes_are_of_the_documented_kind_and_finite():
     obj = add_ellipsoid()
     bpy.ops.umbilics.detect()

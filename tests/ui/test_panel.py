@@ -47,7 +47,7 @@ def draw(addon):
             scene=bpy.context.scene,
             active_object=bpy.context.active_object,
             region=SimpleNamespace(width=280),
-            preferences=bpy.context.preferences,
+            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
         )
         for panel in addon.ui.panel._CLASSES:
             if not hasattr(panel, "poll") or panel.poll(context):
