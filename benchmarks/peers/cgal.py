@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .measurement import Measurement
+
 SOURCE = Path(__file__).with_name("cgal_umbilics.cpp")
 PACKAGES = "libcgal-dev, libeigen3-dev and a C++ compiler (Debian: g++)"
 
@@ -48,7 +50,7 @@ class Cgal:
         self.version = probe.stdout.split("version")[-1].strip().replace('"', "").strip()
         built = subprocess.run(
             [
-                *(compiler, "-std=c++17", "-O2", "-DNDEBUG", "-DCGAL_EIGEN3_ENABLED"),
+                *(compiler, "-std=c++17", "-O3", "-DNDEBUG", "-DCGAL_EIGEN3_ENABLED"),
                 *("-I/usr/include/eigen3", str(SOURCE), "-o", str(self._program)),
                 *("-lgmp", "-lmpfr"),
             ],
@@ -64,13 +66,32 @@ class Cgal:
         self, vertices: np.ndarray, triangles: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """(k,) vertices and (k,) indices +-0.5 (0 where CGAL calls it non-generic)."""
+        found = np.array(self._run(vertices, triangles).split(), dtype=np.int64).reshape(-1, 2)
+        return found[:, 0], 0.5 * found[:, 1]
+
+    def measure(
+        self, vertices: np.ndarray, triangles: np.ndarray
+    ) -> tuple[list[Measurement], np.ndarray]:
+        """Jets, then jets and umbilics together, without the reading; d1 (n, 3)."""
+        path = Path(self._folder.name) / "measured"
+        self._run(vertices, triangles, path)
+        line, _, directions = path.read_bytes().partition(b"\n")
+        jets, umbilics, before, peak = map(float, line.split())
+        memory = {"input_mb": before / 1024, "peak_mb": peak / 1024}
+        measured = [
+            Measurement("CGAL, jets of degree 3", jets, **memory),
+            Measurement("CGAL, jets and umbilics", jets + umbilics, **memory),
+        ]
+        return measured, np.frombuffer(directions).reshape(-1, 3)
+
+    def _run(self, vertices: np.ndarray, triangles: np.ndarray, *arguments: Path) -> str:
         lines = [f"{len(vertices)} {len(triangles)}"]
         lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
         lines += [f"{a} {b} {c}" for a, b, c in triangles.tolist()]
+        command = [self._program, *arguments]
         run = subprocess.run(
-            [self._program], input="\n".join(lines), capture_output=True, text=True, check=False
+            command, input="\n".join(lines), capture_output=True, text=True, check=False
         )
         if run.returncode:
             raise CgalError(f"it failed: {run.stderr.strip()[-200:]}")
-        found = np.array(run.stdout.split(), dtype=np.int64).reshape(-1, 2)
-        return found[:, 0], 0.5 * found[:, 1]
+        return run.stdout

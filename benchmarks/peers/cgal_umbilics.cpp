@@ -3,6 +3,10 @@
 // Reads from standard input the numbers of vertices and triangles, the positions and the
 // corners; writes a line "vertex index" for each umbilic: index 1 or -1 in units of one half,
 // 0 where CGAL calls it non-generic. Jets of degree 3, neighbourhood size 2.
+//
+// With an argument, a file of that name gets a line "seconds for the jets, for the umbilics, kB of
+// memory after reading, at most" and then, 3 doubles a vertex, the directions in which a convex
+// surface bends most: CGAL's curvatures are negative there, so these are its minimal ones.
 
 #include <CGAL/Monge_via_jet_fitting.h>
 #include <CGAL/Polygon_mesh_processing/compute_normal.h>
@@ -10,9 +14,12 @@
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Umbilics.h>
 
+#include <chrono>
 #include <cstddef>
+#include <fstream>
 #include <iostream>
 #include <iterator>
+#include <string>
 #include <unordered_set>
 #include <vector>
 
@@ -45,7 +52,24 @@ static std::vector<Point> neighbourhood(const Mesh& mesh, Vertex centre) {
     return points;
 }
 
-int main() {
+static double now() {
+    using namespace std::chrono;
+    return duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+
+// Memory of this process in kB, "VmRSS:" now or "VmHWM:" at most; 0 where there is no /proc.
+static long memory(const std::string& which) {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; status >> word;)
+        if (word == which) {
+            long size = 0;
+            status >> size;
+            return size;
+        }
+    return 0;
+}
+
+int main(int argc, char** argv) {
     std::ios::sync_with_stdio(false);
     std::size_t vertices = 0, triangles = 0;
     if (!(std::cin >> vertices >> triangles)) {
@@ -67,6 +91,8 @@ int main() {
         }
     }
 
+    const long memory_before = memory("VmRSS:");
+    const double start = now();
     auto k1 = mesh.add_property_map<Vertex, double>("v:k1", 0.0).first;
     auto k2 = mesh.add_property_map<Vertex, double>("v:k2", 0.0).first;
     auto d1 = mesh.add_property_map<Vertex, Vector>("v:d1", Vector(1, 0, 0)).first;
@@ -84,8 +110,19 @@ int main() {
         d2[vertex] = monge.minimal_principal_direction();
     }
 
+    const double fitted = now();
     std::vector<CGAL::Umbilic<Mesh>*> umbilics;
     CGAL::compute_umbilics(mesh, k1, k2, d1, d2, std::back_inserter(umbilics), size);
+    if (argc > 1) {
+        const double end = now();
+        std::ofstream measured(argv[1], std::ios::binary);
+        measured << fitted - start << ' ' << end - fitted << ' ' << memory_before << ' '
+                 << memory("VmHWM:") << '\n';
+        for (Vertex vertex : mesh.vertices()) {
+            const double direction[3] = {d2[vertex].x(), d2[vertex].y(), d2[vertex].z()};
+            measured.write(reinterpret_cast<const char*>(direction), sizeof direction);
+        }
+    }
     for (const CGAL::Umbilic<Mesh>* umbilic : umbilics) {
         int index = 0;
         if (umbilic->umbilic_type() == CGAL::ELLIPTIC_UMBILIC) index = 1;

@@ -1,0 +1,272 @@
+"""Time and memory of the whole detection, other programs beside it: docs/speed.md.
+
+    benchmarks/speed [--quick] [--rounds N] [--out FILE]
+
+Every program runs in a process of its own, all in turn on the same mesh, several rounds; the
+figures are medians. Other programs are built or installed where that is possible (benchmarks/peers).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import scipy
+from surfaces import AnalyticSurface, ellipsoid
+
+from . import ROOT
+from .peers.cgal import Cgal, CgalError
+from .peers.libigl import Libigl, LibiglError
+from .peers.measurement import Measurement
+
+AXES = (3.0, 2.0, 1.0)
+OURS = "Umbilics, the whole detection"
+# Vertices where the directions are clear: the gap is more than this part of its median.
+CLEAR = 0.1
+# Subdivisions of the icosahedron: 20 * 4^level triangles.
+LEVELS, QUICK_LEVELS = (5, 6, 7, 8, 9), (5, 6, 7)
+COMPARED, QUICK_COMPARED = (6, 8), (6,)
+
+HEADER = """# Speed
+
+Written by `benchmarks/speed`{options} on {machine}.
+
+The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron. Every program runs
+in a process of its own, all in turn, {rounds} rounds; the figures are medians. Reading the mesh
+is not counted. "Above the input" is peak memory less that after reading. The error is the root
+mean square angle between the first principal directions and the true ones, where the gap of the
+curvatures is above {clear:.0%} of its median. Umbilics does everything that `core.detect` does with its
+defaults: curvature, the certified index, location, kinds and persistence, in as many threads as
+there are processors; the others use one thread as they come.
+
+{peers}
+"""
+
+
+class Ours:
+    """This project's `core.detect`."""
+
+    def measure(self, mesh: Path, directions: Path | None = None) -> Measurement:
+        command = [sys.executable, "-m", "benchmarks.speed_task", str(mesh)]
+        command += [str(directions)] if directions else []
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        found = json.loads(done.stdout)
+        return Measurement(
+            OURS, found["seconds"], found["input_mb"], found["peak_mb"], found["stages"]
+        )
+
+
+def machine() -> str:
+    """The processor, how many of it this process may use, and the versions that matter."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        model = names[0].partition(":")[2].strip() if names else model
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return (
+        f"{cores} cores of {model}, Python {platform.python_version()}, NumPy {np.__version__}, "
+        f"SciPy {scipy.__version__}"
+    )
+
+
+def direction_error(surface: AnalyticSurface, d1: np.ndarray) -> float:
+    """Root mean square angle in degrees between lines d1 (n, 3) and the true ones."""
+    gap = surface.k1 - surface.k2
+    clear = gap > CLEAR * np.median(gap)
+    cross = np.linalg.norm(np.cross(d1, surface.d1), axis=1)
+    dot = np.abs(np.einsum("ij,ij->i", d1, surface.d1))
+    angle = np.degrees(np.arctan2(cross, dot))[clear]
+    return float(np.sqrt(np.mean(angle**2)))
+
+
+def peers(cache: Path) -> tuple[list[Callable], str]:
+    """What measures each other program that can be had here, and a word on each."""
+    found, words = [], []
+    try:
+        cgal = Cgal()
+        found.append(cgal.measure)
+        words.append(
+            f"- CGAL {cgal.version}: `Monge_via_jet_fitting` of degree 3, then `compute_umbilics` "
+            "with neighbourhood size 2 (`benchmarks/peers/cgal_umbilics.cpp`, -O3)."
+        )
+    except CgalError as error:
+        words.append(f"- CGAL was left out of this run: {error}.")
+    try:
+        libigl = Libigl(cache)
+        found.append(libigl.measure)
+        words.append(
+            f"- libigl {libigl.version}: `principal_curvature` with radius 3; curvatures only."
+        )
+    except LibiglError as error:
+        words.append(f"- libigl was left out of this run: {error}.")
+    return found, "\n".join(words) + "\n"
+
+
+def compare(level: int, others: list[Callable], rounds: int) -> list[Measurement]:
+    """All programs in turn on one mesh; their medians."""
+    surface = ellipsoid(AXES, level)
+    runs: dict[str, list[Measurement]] = {}
+    errors: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as name:
+        mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
+        np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
+        for turn in range(rounds):
+            print(f"{len(surface.triangles):,} triangles, round {turn + 1}", file=sys.stderr)
+            ours = Ours().measure(mesh, directions)
+            results = [([ours], np.load(directions))]
+            for measure in others:
+                measured, d1 = measure(surface.vertices, surface.triangles)
+                results.append((measured if isinstance(measured, list) else [measured], d1))
+            for measured, d1 in results:
+                for single in measured:
+                    runs.setdefault(single.program, []).append(single)
+                    errors[single.program] = direction_error(surface, d1)
+    return [middle(single, errors[name]) for name, single in runs.items()]
+
+
+def middle(runs: list[Measurement], error: float = float("nan")) -> Measurement:
+    """The median of each figure."""
+    return Measurement(
+        runs[0].program,
+        median(run.seconds for run in runs),
+        median(run.input_mb for run in runs),
+        median(run.peak_mb for run in runs),
+        {name: median(run.stages[name] for run in runs) for name in runs[0].stages},
+        error,
+    )
+
+
+def comparison_table(level: int, rows: list[Measurement]) -> str:
+    """Markdown: a row for each program."""
+    ours = next(row for row in rows if row.program == OURS)
+    lines = [
+        f"## {20 * 4**level:,} triangles",
+        "",
+        "| Program | Seconds | times ours | Peak MB | above the input | Direction error |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        ratio = "1" if row is ours else f"{row.seconds / ours.seconds:.1f}"
+        lines.append(
+            f"| {row.program} | {row.seconds:.2f} | {ratio} | {row.peak_mb:.0f} "
+            f"| {row.peak_mb - row.input_mb:.0f} | {row.error:.4f}° |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def scaling(levels: tuple[int, ...], rounds: int) -> tuple[str, list[Measurement]]:
+    """Time against size: a table with the fitted exponent, and the medians."""
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        mesh = Path(name) / "mesh.npz"
+        for level in levels:
+            surface = ellipsoid(AXES, level)
+            np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
+            print(f"{len(surface.triangles):,} triangles", file=sys.stderr)
+            rows.append(middle([Ours().measure(mesh) for _ in range(rounds)]))
+    sizes = [20 * 4**level for level in levels]
+    exponent = np.polyfit(np.log(sizes), np.log([row.seconds for row in rows]), 1)[0]
+    lines = [
+        "## Growth with the size of the mesh",
+        "",
+        "| Triangles | Seconds | µs a triangle | MB above the input | bytes a triangle |",
+        "|---|---|---|---|---|",
+    ]
+    for size, row in zip(sizes, rows, strict=True):
+        above = row.peak_mb - row.input_mb
+        lines.append(
+            f"| {size:,} | {row.seconds:.3f} | {1e6 * row.seconds / size:.2f} | {above:.0f} "
+            f"| {above * 2**20 / size:.0f} |"
+        )
+    text = f"\nThe time grows with the power {exponent:.2f} of the number of triangles.\n"
+    return "\n".join(lines) + "\n" + text, rows
+
+
+def profile(run: Measurement, triangles: int) -> str:
+    """Where the time goes: the stages of one run."""
+    lines = [
+        f"## Where the time goes ({triangles:,} triangles)",
+        "",
+        "| Stage | Seconds | Share |",
+        "|---|---|---|",
+    ]
+    for name, seconds in sorted(run.stages.items(), key=lambda item: -item[1]):
+        lines.append(f"| {name} | {seconds:.2f} | {seconds / run.seconds:.0%} |")
+    return "\n".join(lines) + "\n"
+
+
+def in_blender(level: int, rounds: int) -> str:
+    """Reading and writing back beside the detection, in a real Blender."""
+    sys.path.insert(0, str(ROOT / "tools"))
+    from places import BLENDER
+    from run_umbilics import set_up
+
+    script = ROOT / "benchmarks" / "speed_in_blender.py"
+    command = [BLENDER, "-b", "--python-exit-code", "1", "--python", script, "--", level, rounds]
+    with set_up("speed") as environment:
+        done = subprocess.run(
+            [str(part) for part in command],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    lines = [line.split()[1:] for line in done.stdout.splitlines() if line.startswith("SECONDS")]
+    if done.returncode or not lines:
+        return f"## In Blender\n\nNot measured in this run: {done.stderr.strip()[-300:]}\n"
+    read, detect, write = np.median(np.array(lines, float), axis=0)
+    return (
+        f"## In Blender ({20 * 4**level:,} triangles)\n\n"
+        f"Reading and triangulating take {read:.2f} s, the detection {detect:.2f} s, writing "
+        f"attributes and empties back {write:.2f} s: reading and writing together are "
+        f"{(read + write) / detect:.2f} of the detection.\n"
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="benchmarks/speed", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="small meshes only")
+    parser.add_argument("--rounds", type=int, default=3, metavar="N", help="runs of each (3)")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "speed.md")
+    options = parser.parse_args(arguments)
+    if options.rounds < 1:
+        parser.error("--rounds must be at least 1")
+    levels, compared = (QUICK_LEVELS, QUICK_COMPARED) if options.quick else (LEVELS, COMPARED)
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    others, words = peers(Path(base) / "umbilics" / "peers")
+    text = HEADER.format(
+        options=" --quick" if options.quick else "",
+        machine=machine(),
+        rounds=options.rounds,
+        clear=CLEAR,
+        peers=words,
+    )
+    for level in compared:
+        rows = compare(level, others, options.rounds)
+        text += comparison_table(level, rows) + "\n"
+    grown, medians = scaling(levels, options.rounds)
+    text += grown + "\n"
+    at = levels.index(compared[-1])
+    text += profile(medians[at], 20 * 4 ** levels[at])
+    text += "\n" + in_blender(compared[-1], options.rounds)
+    notes = ROOT / "benchmarks" / "speed_notes.md"
+    if notes.exists():
+        text += "\n" + notes.read_text("utf-8")
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(text, encoding="utf-8")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
