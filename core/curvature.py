@@ -9,11 +9,11 @@ import numpy as np
 from .detection import CurvatureField
 from .errors import InvalidMeshError
 from .jets import fit_jets
-from .neighbourhoods import Neighbourhood, adjacency
+from .neighbourhoods import MOST_RINGS, Neighbourhood, adjacency
 from .normal_curvature import curvature_from_normals
 from .normals import smooth_normals, vertex_normals
 from .progress import Progress
-from .scale import choose
+from .scale import choose, starting_normals
 from .settings import AUTO, Settings
 from .surface import Surface
 
@@ -91,7 +91,8 @@ def _from_jets(
 ) -> Estimate:
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls=_walls(surface, settings, sharp))
     neighbourhood = _scaled(neighbourhood, surface, normals, settings, progress.part("scale", 0, 0.1))
-    jets = fit_jets(surface, normals, neighbourhood, progress.part("jets", 0.1, 1))
+    start = starting_normals(surface, normals, neighbourhood)
+    jets = fit_jets(surface, start, neighbourhood, progress.part("jets", 0.1, 1))
     field = CurvatureField(
         jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise
     )
@@ -113,8 +114,14 @@ def _scaled(
         return choose(surface, normals, neighbourhood, progress)
     if settings.scale_unit == "length":
         length = settings.scale / surface.unit
+        rings = max(2, round(length / float(np.median(_edge_length(surface)))))
         return Neighbourhood(
-            surface, neighbourhood.graph, neighbourhood.walls, reach=length, focused=False
+            surface,
+            neighbourhood.graph,
+            neighbourhood.walls,
+            rings=min(rings, MOST_RINGS),
+            reach=length,
+            focused=False,
         )
     rings = max(2, round(settings.scale))
     return Neighbourhood(

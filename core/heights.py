@@ -59,7 +59,7 @@ def fit_heights(
     weights:
         (s, b) float64 weight of each sample, or None for equal ones.
     degree:
-        Degree of the polynomial: 2, 3 or 4.
+        Degree of the polynomial, at least 2.
     """
     samples, fits = x.shape
     terms = _terms(degree)

@@ -1,7 +1,7 @@
-"""The place of an umbilic to less than an edge: a quartic jet around it and Newton's method.
+"""The place of an umbilic to less than an edge: a higher jet around it and Newton's method.
 
 Linear interpolation inside a triangle carries the errors of three separate fits. One fit of
-degree four around the triangle gives the deviator as a smooth function; its zero is the place.
+higher degree around the triangle gives the deviator as a smooth function; its zero is the place.
 """
 
 from __future__ import annotations
@@ -20,9 +20,16 @@ from .progress import Progress
 from .surface import Surface
 from .tangent import frame
 
-DEGREE = 4
-# Fifteen coefficients, and as many samples again, or a fit of degree three (ten).
-FEWEST_SAMPLES = 30
+# Degree and rings beyond the jets' own. On clean meshes degree five over one more ring places
+# the umbilics of random ellipsoids to 0.012 edges, degree four to 0.032; under noise degree four
+# over two more rings does best (measured on the test surfaces).
+CLEAN = (5, 1)
+NOISY = (4, 2)
+# Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance (mean 1) on clean meshes; wider than
+# those of the jets, for the higher degree.
+FOCUS = 1.0
+# Samples for each coefficient, below which a fit swings between them.
+SAMPLES_PER_TERM = 1.5
 NEWTON_STEPS = 8
 # The zero may leave the triangle that the winding names, but not its neighbourhood: beyond this
 # many edges the fit has found another zero or none.
@@ -100,20 +107,28 @@ def refine(
         error=np.full(k, np.nan),
         found=np.zeros(k, bool),
     )
+    degree, more_rings = CLEAN if neighbourhood.focused else NOISY
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
-        reach = neighbourhood.around(selection(corners, len(normals)), neighbourhood.rings)
+        reach = neighbourhood.around(
+            selection(corners, len(normals)), neighbourhood.rings + more_rings
+        )
         for some, members in by_size(reach, 1 << 15):
-            _refine_block(surface, normals, rows[some], members, places)
+            _refine_block(surface, normals, rows[some], members, degree, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
 
 
 def _refine_block(
-    surface: Surface, normals: np.ndarray, rows: np.ndarray, members: np.ndarray, places: Places
+    surface: Surface,
+    normals: np.ndarray,
+    rows: np.ndarray,
+    members: np.ndarray,
+    degree: int,
+    places: Places,
 ) -> None:
     corners = surface.triangles[places.triangle[rows]]
     weights = places.barycentric[rows]
@@ -129,8 +144,12 @@ def _refine_block(
     radius = np.sqrt((x * x + y * y).mean(axis=0))
     radius = np.maximum(radius, np.finfo(float).tiny)
     x, y, z = x / radius, y / radius, z / radius
-    degree = DEGREE if len(members) >= FEWEST_SAMPLES else 3
-    fit = fit_heights(x, y, z, None, degree)
+    # Where a small piece or a border leaves few samples, the degree that they can hold.
+    while degree > 3 and len(members) < SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2:
+        degree -= 1
+    nearness = 1.0 / (1.0 + (x * x + y * y) / FOCUS)
+    weights = nearness**3 if degree == CLEAN[0] else None
+    fit = fit_heights(x, y, z, weights, degree)
 
     edge = np.linalg.norm(
         surface.vertices[corners] - surface.vertices[np.roll(corners, 1, axis=1)], axis=2
