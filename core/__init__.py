@@ -11,7 +11,7 @@ from .errors import (
 )
 from .filtering import filtered, kept_rows
 from .keeping import pack, unpack
-from .pipeline import detect
+from .pipeline import USUAL_OPENING, detect
 from .progress import Progress
 from .settings import AUTO, Choice, Option, Settings, defaults, options
 from .surface_types import SURFACE_TYPES
@@ -20,6 +20,7 @@ __all__ = [
     "AUTO",
     "KINDS",
     "SURFACE_TYPES",
+    "USUAL_OPENING",
     "CancelledError",
     "ChartError",
     "Choice",

@@ -6,7 +6,9 @@ from importlib import import_module
 _MODULES = (
     "preferences",
     "properties",
+    "display",
     "summary",
+    "live",
     "running",
     "detect",
     "cancel",

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import mesh_data, results, summary
+from . import live, mesh_data, record, results, summary
 from .errors import ObjectError
 from .workspace import object_mode
 
@@ -90,8 +90,11 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
     mesh_data.check_result_names(obj)
     with object_mode(context, obj):
         mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
-        results.replace(context, obj, inputs.arrays, detection.umbilics)
-        summary.store(obj, inputs.settings, detection)
+        summary.forget(obj)
+        obj.umbilics.detected = True
+        obj.umbilics.method = inputs.settings.method
+        record.store(obj, record.make(inputs.arrays, inputs.settings, detection))
+        live.apply(context, obj, inputs.settings, fresh=True)
 
 
 def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:

@@ -1,9 +1,10 @@
 """The add-on's preferences: how results look."""
 
 import bpy
-from bpy.props import FloatProperty, FloatVectorProperty
+from bpy.props import FloatProperty, FloatVectorProperty, IntProperty
 
 from .. import core
+from .changes import notify
 
 # Told apart by lightness as well as by hue, also with a red-green deficiency.
 KIND_COLOURS = {
@@ -14,8 +15,17 @@ KIND_COLOURS = {
 }
 EMPTY_SIZE = 3.0
 SMALLEST_EMPTY = 0.005
+MOST_EMPTIES = 1000
+GLYPH_SIZE = 13.0
+STROKE_WIDTH = 1.6
+STROKE_COLOUR = (0.02, 0.03, 0.05, 0.75)
+STROKE_COLOUR_2 = (0.95, 0.95, 0.97, 0.75)
 
 _ADD_ON = __package__.rpartition(".")[0]
+
+
+def _changed(self, context):
+    notify("view", context)
 
 
 class UMBILICS_preferences(bpy.types.AddonPreferences):
@@ -37,12 +47,64 @@ class UMBILICS_preferences(bpy.types.AddonPreferences):
         precision=3,
     )
 
+    most_empties: IntProperty(
+        name="At Most",
+        description="How many umbilics of an object get an empty, the most persistent first; "
+        "the overlay draws them all",
+        default=MOST_EMPTIES,
+        min=0,
+        max=100000,
+    )
+    glyph_size: FloatProperty(
+        name="Glyph Size",
+        description="Size of the overlay's glyphs on the screen, in pixels",
+        subtype="PIXEL",
+        default=GLYPH_SIZE,
+        min=4.0,
+        max=100.0,
+        update=_changed,
+    )
+    stroke_width: FloatProperty(
+        name="Stroke Width",
+        description="Width of the overlay's strokes and rays on the screen, in pixels",
+        subtype="PIXEL",
+        default=STROKE_WIDTH,
+        min=0.5,
+        max=10.0,
+        update=_changed,
+    )
+    stroke_colour: FloatVectorProperty(
+        name="First Direction",
+        description="Colour of the strokes along the larger curvature",
+        default=STROKE_COLOUR,
+        size=4,
+        min=0.0,
+        max=1.0,
+        subtype="COLOR",
+        update=_changed,
+    )
+    stroke_colour_2: FloatVectorProperty(
+        name="Second Direction",
+        description="Colour of the strokes along the smaller curvature",
+        default=STROKE_COLOUR_2,
+        size=4,
+        min=0.0,
+        max=1.0,
+        subtype="COLOR",
+        update=_changed,
+    )
+
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
+        column = layout.column(heading="Overlay")
+        for name in ("glyph_size", "stroke_width", "stroke_colour", "stroke_colour_2"):
+            column.prop(self, name)
         column = layout.column(heading="Empties")
         column.prop(self, "empty_size")
         column.prop(self, "smallest_empty")
+        column.prop(self, "most_empties")
+        column = layout.column(heading="Kinds")
         for kind in core.KINDS:
             column.prop(self, f"{kind}_colour")
 
@@ -56,6 +118,7 @@ for _kind in core.KINDS:
         min=0.0,
         max=1.0,
         subtype="COLOR",
+        update=_changed,
     )
 
 
@@ -67,6 +130,13 @@ class Appearance:
         chosen = add_on.preferences if add_on is not None else None
         self.empty_size = getattr(chosen, "empty_size", EMPTY_SIZE)
         self.smallest_empty = getattr(chosen, "smallest_empty", SMALLEST_EMPTY)
+        self.most_empties = getattr(chosen, "most_empties", MOST_EMPTIES)
+        self.glyph_size = getattr(chosen, "glyph_size", GLYPH_SIZE)
+        self.stroke_width = getattr(chosen, "stroke_width", STROKE_WIDTH)
+        self.stroke_colours = (
+            tuple(getattr(chosen, "stroke_colour", STROKE_COLOUR)),
+            tuple(getattr(chosen, "stroke_colour_2", STROKE_COLOUR_2)),
+        )
         self.colours = {
             kind: tuple(getattr(chosen, f"{kind}_colour", KIND_COLOURS[kind]))
             for kind in core.KINDS

@@ -10,7 +10,10 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from .. import core
+from .changes import notify
 
+# Settings that act on results at once, without a new detection.
+LIVE = ("persistence", "opening")
 # Where curvature "given" reads: two curvatures and two directions.
 GIVEN_NAMES = ("k1", "k2", "d1", "d2")
 
@@ -19,8 +22,14 @@ class UMBILICS_PG_settings(bpy.types.PropertyGroup):
     """How to detect; one for each scene."""
 
 
+def _filter_changed(self, context):
+    notify("filter", context)
+
+
 def _property(name: str, option: core.Option, default):
     text = {"name": option.label, "description": option.help}
+    if name in LIVE:
+        text["update"] = _filter_changed
     if option.kind == "choice":
         items = [(choice.value, choice.label, choice.help) for choice in option.choices]
         return EnumProperty(items=items, default=default, **text)
@@ -54,6 +63,7 @@ def _properties() -> dict:
                 name=f"Automatic {option.label}",
                 description=option.help,
                 default=default == core.AUTO,
+                update=_filter_changed if name in LIVE else None,
             )
         made[name] = _property(name, option, default)
     for name in GIVEN_NAMES:

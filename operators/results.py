@@ -15,6 +15,7 @@ umbilics_vertices     the three vertices of that triangle
 umbilics_barycentric  weights of those vertices
 umbilics_persistence  gap at which it cancels with its partner, in 1 / world length;
                       3.4e38, the largest float, where topology keeps it; -1 where unknown
+umbilics_row          row among all candidates of the detection
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from mathutils import Matrix
 
 from .. import core
 from .glyph_images import UNIT, image_of, remove_unused
-from .mesh_data import MeshArrays
 from .preferences import Appearance
+from .record import Record
 
 COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
@@ -49,15 +50,34 @@ def empties_of(obj: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def replace(
+    context: bpy.types.Context, obj: bpy.types.Object, record: Record, rows: np.ndarray
+) -> None:
+    """Put an empty at each of the candidates `rows` (k,), in place of earlier ones."""
+    collection = collection_of(obj)
+    _remove(empties_of(obj))
+    _add(context, obj, collection, record, rows)
+
+
+def update(
+    context: bpy.types.Context, obj: bpy.types.Object, record: Record, rows: np.ndarray
+) -> None:
+    """As `replace`, for the same detection: empties that stay are left as they are."""
+    collection = collection_of(obj)
+    wanted = set(rows.tolist())
+    present = {empty.get("umbilics_row", -1): empty for empty in empties_of(obj)}
+    _remove([empty for row, empty in present.items() if row not in wanted])
+    missing = wanted - present.keys()
+    _add(context, obj, collection, record, np.array(sorted(missing), dtype=int))
+
+
+def _add(
     context: bpy.types.Context,
     obj: bpy.types.Object,
-    arrays: MeshArrays,
-    umbilics: core.Umbilics,
+    collection: bpy.types.Collection | None,
+    record: Record,
+    rows: np.ndarray,
 ) -> None:
-    """Put an empty at each umbilic, in place of those of an earlier detection."""
-    collection = collection_of(obj)
-    _remove_empties(obj)
-    if not len(umbilics):
+    if not len(rows):
         _remove_unused(collection)
         return
     if collection is None:
@@ -67,22 +87,38 @@ def replace(
     if collection not in root.children_recursive:
         root.children.link(collection)
     look = Appearance(context)
-    smallest = look.smallest_empty * float(np.ptp(arrays.vertices, axis=0).max())
-    size = np.maximum(look.empty_size * _edge_length(arrays, umbilics.triangle), smallest)
+    umbilics = record.detection.candidates.select(rows)
+    size = np.maximum(look.empty_size * record.edge[rows], look.smallest_empty * record.extent)
     frames = frames_of(umbilics)
     images = {kind: image_of(kind) for kind in set(umbilics.kind.tolist())}
-    to_object = Matrix(arrays.matrix).inverted()
-    for row in range(len(umbilics)):
-        kind = str(umbilics.kind[row])
+    to_object = Matrix(record.matrix).inverted()
+    local_views = _local_views(context, obj)
+    for place, row in enumerate(rows.tolist()):
+        kind = str(umbilics.kind[place])
         empty = bpy.data.objects.new(kind.capitalize(), None)
-        _dress(empty, images[kind], float(size[row]), look.colours[kind])
+        _dress(empty, images[kind], float(size[place]), look.colours[kind])
         empty.parent = obj
         # The inverse undoes a non-uniform scale, which would shear the empty.
         empty.matrix_parent_inverse = to_object
-        empty.matrix_basis = Matrix(frames[row])
-        for name, value in _properties(umbilics, arrays, row).items():
+        empty.matrix_basis = Matrix(frames[place])
+        for name, value in _properties(umbilics, record.corners[row], place).items():
             empty[f"umbilics_{name}"] = value
+        empty["umbilics_row"] = row
         collection.objects.link(empty)
+        for view in local_views:
+            empty.local_view_set(view, True)
+
+
+def _local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
+    """The 3D views in local view that show the object: what is new there has to be let in."""
+    return [
+        area.spaces.active
+        for window in context.window_manager.windows
+        for area in window.screen.areas
+        if area.type == "VIEW_3D"
+        and area.spaces.active.local_view is not None
+        and obj.local_view_get(area.spaces.active)
+    ]
 
 
 def remove(obj: bpy.types.Object) -> bool:
@@ -91,15 +127,14 @@ def remove(obj: bpy.types.Object) -> bool:
     What the user has put into the collection stays, and then the collection stays too.
     """
     collection = collection_of(obj)
-    removed = _remove_empties(obj)
-    _remove_unused(collection)
-    return removed
-
-
-def _remove_empties(obj: bpy.types.Object) -> bool:
     empties = empties_of(obj)
-    bpy.data.batch_remove(empties)
+    _remove(empties)
+    _remove_unused(collection)
     return bool(empties)
+
+
+def _remove(empties: list[bpy.types.Object]) -> None:
+    bpy.data.batch_remove(empties)
 
 
 def _remove_unused(collection: bpy.types.Collection | None) -> None:
@@ -121,14 +156,13 @@ def _dress(
     empty.color = colour
 
 
-def _properties(umbilics: core.Umbilics, arrays: MeshArrays, row: int) -> dict:
-    triangle = int(umbilics.triangle[row])
+def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict:
     return {
         "index": float(umbilics.index[row]),
         "kind": str(umbilics.kind[row]),
         "curvature": _finite(umbilics.curvature[row]),
-        "triangle": triangle,
-        "vertices": arrays.triangles[triangle].tolist(),
+        "triangle": int(umbilics.triangle[row]),
+        "vertices": corners.tolist(),
         "barycentric": [_finite(weight) for weight in umbilics.barycentric[row]],
         "persistence": _persistence(float(umbilics.persistence[row])),
     }
@@ -140,12 +174,6 @@ def _finite(value: float) -> float:
 
 def _persistence(value: float) -> float:
     return UNKNOWN if np.isnan(value) else min(value, PERMANENT)
-
-
-def _edge_length(arrays: MeshArrays, triangle: np.ndarray) -> np.ndarray:
-    """(k,) mean edge length of the given triangles."""
-    corners = arrays.vertices[arrays.triangles[triangle]]
-    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
 
 
 def _middle(separatrix: np.ndarray) -> np.ndarray:

@@ -1,0 +1,23 @@
+"""Who is told when the user changes a property: "filter", "view", "map" or "active"."""
+
+from collections.abc import Callable
+
+import bpy
+
+_listeners: dict[str, list[Callable[[bpy.types.Context], None]]] = {}
+
+
+def listen(what: str, listener: Callable[[bpy.types.Context], None]) -> None:
+    """Call `listener` after each change of that sort, until `forget`."""
+    _listeners.setdefault(what, []).append(listener)
+
+
+def forget(what: str, listener: Callable[[bpy.types.Context], None]) -> None:
+    """No longer call `listener`."""
+    _listeners[what].remove(listener)
+
+
+def notify(what: str, context: bpy.types.Context) -> None:
+    """Tell all that listen to that sort of change."""
+    for listener in tuple(_listeners.get(what, ())):
+        listener(context)

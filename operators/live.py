@@ -1,0 +1,125 @@
+"""Results are filtered again as soon as a filter changes; nothing is computed anew."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .. import core
+from . import changes, record, results, summary
+from .preferences import Appearance
+
+AUTOMATIC = -1.0
+
+
+def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The active and the selected objects that have results and can be changed."""
+    objects = [context.view_layer.objects.active, *context.view_layer.objects.selected]
+    return [
+        obj
+        for obj in dict.fromkeys(objects)
+        if obj is not None and obj.umbilics.detected and obj.library is None
+    ]
+
+
+def shown_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
+    """(k,) rows of the candidates that are to be seen; none if nothing is kept."""
+    kept = record.of(obj)
+    if kept is None:
+        return np.empty(0, dtype=int)
+    return _shown(obj, scene, kept.detection, used_filters(obj))
+
+
+def apply(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    settings: core.Settings,
+    fresh: bool = False,
+) -> None:
+    """Bring the object's summary, list and empties in line with the filters of `settings`.
+
+    `fresh`: they belong to an earlier detection and are all replaced.
+    """
+    kept = record.of(obj)
+    if kept is None:
+        return
+    scene = context.scene
+    summary.store(obj, core.filtered(kept.detection, settings, *_by_hand(obj)))
+    automatic = settings.persistence == core.AUTO
+    obj.umbilics.used_persistence = AUTOMATIC if automatic else settings.persistence
+    obj.umbilics.used_opening = settings.opening > 0
+    rows = _shown(obj, scene, kept.detection, settings)
+    candidates = kept.detection.candidates
+    summary.list_items(obj, candidates.select(rows), rows)
+    if obj.mode == "EDIT" and not fresh:
+        # Undo in Edit Mode would not take new objects back; they follow at the next change.
+        return
+    most = Appearance(context).most_empties
+    if not scene.umbilics_display.empties:
+        rows = rows[:0]
+    elif len(rows) > most:
+        order = np.argsort(-np.nan_to_num(candidates.persistence[rows]), kind="stable")
+        rows = np.sort(rows[order[:most]])
+    (results.replace if fresh else results.update)(context, obj, kept, rows)
+
+
+def chosen_filters(scene: bpy.types.Scene) -> core.Settings:
+    """The scene's filters; what a detection itself was made with counts for nothing here."""
+    group = scene.umbilics
+    persistence = core.AUTO if group.persistence_auto else float(group.persistence)
+    return core.Settings(persistence=persistence, opening=group.opening)
+
+
+def used_filters(obj: bpy.types.Object) -> core.Settings:
+    """The filters that the object's results went through."""
+    kept = obj.umbilics
+    persistence = core.AUTO if kept.used_persistence < 0.0 else float(kept.used_persistence)
+    return core.Settings(persistence=persistence, opening=int(kept.used_opening))
+
+
+def _shown(
+    obj: bpy.types.Object,
+    scene: bpy.types.Scene,
+    detection: core.Detection,
+    settings: core.Settings,
+) -> np.ndarray:
+    rows = core.kept_rows(detection, settings, *_by_hand(obj))
+    kinds = detection.candidates.kind[rows]
+    return rows[np.isin(kinds, list(scene.umbilics_display.kinds))]
+
+
+def _by_hand(obj: bpy.types.Object) -> tuple[list[int], list[int]]:
+    return summary.rows_of(obj.umbilics.pinned), summary.rows_of(obj.umbilics.deleted)
+
+
+def _filter_changed(context: bpy.types.Context) -> None:
+    for obj in with_results(context):
+        apply(context, obj, chosen_filters(context.scene))
+    changes.notify("view", context)
+
+
+def _active_changed(context: bpy.types.Context) -> None:
+    """Select the empty of the umbilic that was clicked in the list."""
+    obj = context.view_layer.objects.active
+    if obj is None or not obj.umbilics.active < len(obj.umbilics.items):
+        return
+    row = obj.umbilics.items[obj.umbilics.active].row
+    if row == obj.umbilics.active_row:
+        return
+    obj.umbilics.active_row = row
+    if obj.mode == "OBJECT":
+        for empty in results.empties_of(obj):
+            chosen = empty.get("umbilics_row") == row
+            if empty.name in context.view_layer.objects and empty.select_get() != chosen:
+                empty.select_set(chosen)
+    changes.notify("view", context)
+
+
+def register() -> None:
+    changes.listen("filter", _filter_changed)
+    changes.listen("active", _active_changed)
+
+
+def unregister() -> None:
+    changes.forget("filter", _filter_changed)
+    changes.forget("active", _active_changed)

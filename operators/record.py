@@ -1,0 +1,110 @@
+"""What is kept of a detection in the file, so that it can be filtered again at any time.
+
+The record is text in a property of the object: it comes back with undo, redo and reload by
+itself. Only the decoded form is kept in memory, by the stamp of its detection.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import uuid
+from dataclasses import asdict, dataclass
+
+import bpy
+import numpy as np
+
+from .. import core
+from .mesh_data import MeshArrays
+
+
+@dataclass(frozen=True)
+class Record:
+    """A detection as it is kept; no value at a vertex or triangle is in it.
+
+    Attributes
+    ----------
+    detection:
+        Its candidates and numbers, see `core.unpack`; lengths and places are the world's.
+    settings:
+        The settings it was made with, by name.
+    matrix:
+        (4, 4) float64 from the object's space to the world, then.
+    corners:
+        (k, 3) int32 vertices around each candidate.
+    edge:
+        (k,) float64 mean edge of the triangle of each candidate.
+    extent:
+        Largest side of the mesh's bounding box, in the world.
+    """
+
+    detection: core.Detection
+    settings: dict
+    matrix: np.ndarray
+    corners: np.ndarray
+    edge: np.ndarray
+    extent: float
+
+
+# By stamp. A record never changes, so that undo and copies of an object need no care.
+_decoded: dict[str, Record | None] = {}
+_MOST = 64
+
+
+def store(obj: bpy.types.Object, record: Record) -> None:
+    """Put the record away with the object, in place of an earlier one."""
+    target = io.BytesIO()
+    np.savez(
+        target,
+        detection=np.frombuffer(core.pack(record.detection), np.uint8),
+        settings=np.array(json.dumps(record.settings)),
+        matrix=record.matrix,
+        corners=record.corners,
+        edge=record.edge.astype(np.float32),
+        extent=record.extent,
+    )
+    obj.umbilics.record = base64.b64encode(target.getvalue()).decode("ascii")
+    obj.umbilics.stamp = uuid.uuid4().hex
+
+
+def of(obj: bpy.types.Object | None) -> Record | None:
+    """The object's record; None if it has none, or one that another version wrote."""
+    if obj is None or not obj.umbilics.detected:
+        return None
+    stamp = obj.umbilics.stamp
+    if stamp not in _decoded:
+        if len(_decoded) >= _MOST:
+            _decoded.clear()
+        _decoded[stamp] = _decode(obj.umbilics.record)
+    return _decoded[stamp]
+
+
+def make(arrays: MeshArrays, settings: core.Settings, detection: core.Detection) -> Record:
+    """The record of a detection on these arrays."""
+    corners = arrays.triangles[detection.candidates.triangle]
+    places = arrays.vertices[corners]
+    edge = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).mean(axis=1)
+    return Record(
+        detection=detection,
+        settings=asdict(settings),
+        matrix=arrays.matrix,
+        corners=corners,
+        edge=edge,
+        extent=float(np.ptp(arrays.vertices, axis=0).max()),
+    )
+
+
+def _decode(text: str) -> Record | None:
+    try:
+        with np.load(io.BytesIO(base64.b64decode(text)), allow_pickle=False) as found:
+            return Record(
+                detection=core.unpack(found["detection"].tobytes()),
+                settings=json.loads(str(found["settings"])),
+                matrix=found["matrix"],
+                corners=found["corners"],
+                edge=found["edge"].astype(float),
+                extent=float(found["extent"]),
+            )
+    except (ValueError, LookupError, OSError, EOFError):
+        return None
