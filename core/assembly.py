@@ -17,7 +17,6 @@ from .progress import Progress
 from .regions import RegionMap, describe_regions
 from .settings import Settings
 from .surface import Surface
-from .tangent import frame
 
 
 @dataclass(frozen=True)
@@ -29,6 +28,8 @@ class Parts:
 
     surface: Surface
     fitted: Estimate
+    noise: np.ndarray
+    radius: np.ndarray
     hits: Hits
     triangle_index: np.ndarray
     regions: RegionMap
@@ -49,8 +50,8 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         surface,
         parts.regions,
         0.5 * (field.k1 + field.k2),
-        field.noise,
-        parts.fitted.radius,
+        parts.noise,
+        parts.radius,
         parts.triangle_index,
     )
     closed = bool(surface.closed.all())
@@ -93,7 +94,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     normal = _interpolated(fitted.field.normal[corners], barycentric)
     mean = 0.5 * (fitted.field.k1 + fitted.field.k2)
     curvature = np.einsum("rk,rk->r", mean[corners], barycentric)
-    noise = np.einsum("rk,rk->r", fitted.field.noise[corners], barycentric)
+    noise = np.einsum("rk,rk->r", parts.noise[corners], barycentric)
     error = noise
     located = np.ones(len(hits), bool)
     if fitted.neighbourhood is not None and settings.method != "I":

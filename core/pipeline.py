@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .assembly import Parts, assemble
-from .charts import corner_uv
 from .cleaning import clean
 from .curvature import Estimate, estimate
 from .curvature_tensor import detect_by_curvature_tensor, unfolded_along_seams, unfolded_by_uv
 from .detection import CurvatureField, Detection
 from .errors import ChartError
+from .field_noise import field_noise
 from .hits import Hits
 from .index_method import detect_by_index
 from .interpolation import face_deviators, nearest_inside, zero_weights
@@ -78,13 +78,14 @@ def detect(
         part = progress.part("Fitting curvature", 0.1, 0.7)
         fitted = estimate(surface, settings, given, sharp, part)
     shape = fitted.field
+    noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
         part = progress.part("Turning around", 0.7, 0.8)
         found = _found(surface, shape, settings, triangles, seams, uv, part)
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        regions = _regions(surface, fitted, settings)
+        regions = _regions(surface, shape, noise, radius, settings)
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):
@@ -102,6 +103,8 @@ def detect(
             Parts(
                 surface=surface,
                 fitted=fitted,
+                noise=noise,
+                radius=radius,
                 hits=hits,
                 triangle_index=found.triangle_index,
                 regions=regions,
@@ -195,10 +198,27 @@ def _by_shape_operators(
     return _Found(hits, index)
 
 
-def _regions(surface: Surface, fitted: Estimate, settings: Settings) -> RegionMap:
+def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) standard error of the gap and (n,) radius that it belongs to.
+
+    Jets know theirs; of operators from elsewhere it is estimated from their neighbours.
+    """
+    field = fitted.field
+    if np.isfinite(field.noise).any():
+        return field.noise, fitted.radius
+    return field_noise(surface, field.k1, field.k2, field.d1, field.normal)
+
+
+def _regions(
+    surface: Surface,
+    shape: CurvatureField,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    settings: Settings,
+) -> RegionMap:
     if not settings.regions or settings.method != "S":
         return RegionMap.none(surface)
-    return find_regions(surface, fitted.field.gap, fitted.field.noise, fitted.radius)
+    return find_regions(surface, shape.gap, noise, radius)
 
 
 def _paired(
