@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -65,6 +66,8 @@ class MeshArrays:
         (m, 3, 2) float64 active UV map at the triangles' corners, or None.
     given:
         Curvatures k1, k2 (n,) and world directions d1, d2 (n, 3), float64, or None.
+    signature:
+        Of the mesh as it was read, see `signature`.
     """
 
     vertices: np.ndarray
@@ -76,14 +79,19 @@ class MeshArrays:
     sharp: np.ndarray
     uv: np.ndarray | None
     given: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None
+    signature: str = ""
 
 
 def read(
-    obj: bpy.types.Object, given_names: tuple[str, ...] | None = None, with_uv: bool = False
+    obj: bpy.types.Object,
+    given_names: tuple[str, ...] | None = None,
+    with_uv: bool = False,
+    depsgraph: bpy.types.Depsgraph | None = None,
 ) -> MeshArrays:
     """The object's mesh in world space; in Edit Mode as it is being edited.
 
-    `given_names` names the vertex attributes of k1, k2, d1 and d2, if they are wanted.
+    `given_names` names the vertex attributes of k1, k2, d1 and d2, if they are wanted. With a
+    `depsgraph` it is the mesh that modifiers and shape keys make.
 
     Raises
     ------
@@ -96,7 +104,7 @@ def read(
     determinant = np.linalg.det(matrix[:3, :3])
     if not np.isfinite(matrix).all() or determinant == 0.0:
         raise ObjectError(f"{obj.name} has a scale of zero. Give it a size in all directions.")
-    with _current_mesh(obj) as mesh:
+    with current_mesh(obj, depsgraph) as mesh:
         vertices = _to_world(positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
@@ -108,10 +116,27 @@ def read(
         uv = _active_uv(obj, mesh, loops) if with_uv else None
         given = _given(obj, mesh, matrix, given_names) if given_names else None
         polygon_count = len(mesh.polygons)
+        fingerprint = signature(mesh)
     if determinant < 0.0:
         triangles = np.ascontiguousarray(triangles[:, (0, 2, 1)])
         uv = None if uv is None else np.ascontiguousarray(uv[:, (0, 2, 1)])
-    return MeshArrays(vertices, triangles, polygon, polygon_count, matrix, seams, sharp, uv, given)
+    return MeshArrays(
+        vertices, triangles, polygon, polygon_count, matrix, seams, sharp, uv, given, fingerprint
+    )
+
+
+def signature(mesh: bpy.types.Mesh) -> str:
+    """Differs where vertices or faces differ, of a mesh that is not in Edit Mode.
+
+    The part before the last dash is that of the places, the part behind that of the faces.
+    """
+    position = mesh.attributes.get("position")
+    places = _fetch(position.data, "vector", 3, np.float32) if position else np.empty(0)
+    # An attribute again: reading loops is much slower.
+    corner = mesh.attributes.get(".corner_vert")
+    corners = _fetch(corner.data, "value", 1, np.int32) if corner else np.empty(0, np.int32)
+    faces = f"{len(mesh.vertices)}.{len(mesh.polygons)}.{zlib.crc32(corners):08x}"
+    return f"{zlib.crc32(places):08x}-{faces}"
 
 
 def check_result_names(obj: bpy.types.Object) -> None:
@@ -130,16 +155,12 @@ def check_result_names(obj: bpy.types.Object) -> None:
             )
 
 
-def check_unchanged(obj: bpy.types.Object, arrays: MeshArrays) -> None:
+def check_unchanged(
+    obj: bpy.types.Object, arrays: MeshArrays, depsgraph: bpy.types.Depsgraph | None = None
+) -> None:
     """Raise `ChangedMeshError` if the object's mesh is no longer the one that was read."""
-    with _current_mesh(obj) as mesh:
-        _, _, polygon = _triangles(mesh)
-        vertices = positions(mesh)
-        same = (
-            len(mesh.polygons) == arrays.polygon_count
-            and np.array_equal(polygon, arrays.polygon)
-            and np.array_equal(_to_world(vertices, arrays.matrix), arrays.vertices, equal_nan=True)
-        )
+    with current_mesh(obj, depsgraph) as mesh:
+        same = signature(mesh) == arrays.signature
     if not same:
         raise ChangedMeshError(f"{obj.name} was changed while it was being analysed. Detect again.")
 
@@ -195,9 +216,35 @@ def from_triangles(
     return mesh
 
 
+def read_result(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
+    """A result as an array (count,) or (count, 3), float32 or int32; None if it is not there.
+
+    The mesh must not be in Edit Mode: then there is nothing to read.
+    """
+    found = mesh.attributes.get(name)
+    if found is None or (found.domain, found.data_type) != RESULTS[name] or not len(found.data):
+        return None
+    width, dtype, key, _ = _LAYOUT[found.data_type]
+    return _fetch(found.data, key, width, dtype)
+
+
 @contextmanager
-def _current_mesh(obj: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
-    """The object's mesh; in Edit Mode a temporary copy of the mesh being edited."""
+def current_mesh(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None
+) -> Iterator[bpy.types.Mesh]:
+    """The object's mesh; in Edit Mode a temporary copy of the mesh being edited.
+
+    With a `depsgraph` it is a temporary copy of what modifiers and shape keys make of it.
+    """
+    if depsgraph is not None:
+        if obj.mode == "EDIT":
+            obj.update_from_editmode()
+        evaluated = obj.evaluated_get(depsgraph)
+        try:
+            yield evaluated.to_mesh()
+        finally:
+            evaluated.to_mesh_clear()
+        return
     if obj.mode != "EDIT":
         yield obj.data
         return
@@ -233,16 +280,25 @@ def _to_world(positions: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(m, 3) vertices and (m, 3) loops of Blender's loop triangles, (m,) their faces."""
     mesh.calc_loop_triangles()
-    triangles = _fetch(mesh.loop_triangles, "vertices", 3, np.int32)
-    loops = _fetch(mesh.loop_triangles, "loops", 3, np.int32)
     polygon = _fetch(mesh.loop_triangle_polygons, "value", 1, np.int32)
-    return triangles, loops, polygon
+    if len(mesh.loops) == 3 * len(mesh.polygons):
+        loops = np.arange(len(mesh.loops), dtype=np.int32).reshape(-1, 3)
+    else:
+        loops = _fetch(mesh.loop_triangles, "loops", 3, np.int32)
+    # Much faster than reading the vertices of the loop triangles themselves.
+    corner = mesh.attributes.get(".corner_vert")
+    if corner is None:
+        return loops, loops, polygon
+    return _fetch(corner.data, "value", 1, np.int32)[loops], loops, polygon
 
 
 def _marked_edges(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
-    vertices = _fetch(mesh.edges, "vertices", 2, np.int32)
+    """(s, 2) vertices of the edges marked as seams, and of those marked sharp."""
     seam = _fetch(mesh.edges, "use_seam", 1, bool)
     sharp = _fetch(mesh.edges, "use_edge_sharp", 1, bool)
+    if not (seam.any() or sharp.any()):
+        return np.empty((0, 2), dtype=np.int32), np.empty((0, 2), dtype=np.int32)
+    vertices = _fetch(mesh.edges, "vertices", 2, np.int32)
     return vertices[seam], vertices[sharp]
 
 

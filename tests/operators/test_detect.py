@@ -312,3 +312,30 @@ def test_given_attributes_are_used():
         setattr(group, f"given_{name}", f"umbilics_{name}")
     assert bpy.ops.umbilics.detect() == {"FINISHED"}
     assert np.abs(places(obj) - wanted).max() < 0.03
+
+
+def test_marked_edges_and_corners_reach_the_core(addon):
+    """Seams, sharp edges and UVs of a mesh of quads, mirrored and not."""
+    bpy.ops.mesh.primitive_cube_add()
+    obj = bpy.context.object
+    obj.data.edges[3].use_seam = True
+    obj.data.edges[5].use_edge_sharp = True
+    for sign in (1.0, -1.0):
+        obj.scale.x = sign
+        bpy.context.view_layer.update()
+        arrays = addon.operators.mesh_data.read(obj, with_uv=True)
+        assert arrays.seams.tolist() == [list(obj.data.edges[3].vertices)]
+        assert arrays.sharp.tolist() == [list(obj.data.edges[5].vertices)]
+        layer = obj.data.uv_layers.active
+        for triangle, corners in zip(arrays.triangles, arrays.uv, strict=True):
+            for vertex, uv in zip(triangle, corners, strict=True):
+                at_vertex = [
+                    tuple(layer.uv[loop.index].vector)
+                    for loop in obj.data.loops
+                    if loop.vertex_index == vertex
+                ]
+                assert tuple(uv) in at_vertex
+        a, b, c = (arrays.vertices[arrays.triangles[:, k]] for k in range(3))
+        outward = np.sum(np.cross(b - a, c - a) * (a + b + c), axis=1)
+        assert (outward > 0.0).all()
+        assert arrays.polygon.tolist() == sorted([0, 1, 2, 3, 4, 5] * 2)
