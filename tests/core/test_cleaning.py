@@ -1,0 +1,147 @@
+"""Any soup becomes an oriented manifold, and what was mended is said."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import core
+import surfaces
+from core.cleaning import clean
+
+TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def assert_manifold(surface) -> None:
+    """Every directed edge once, twins back to back, one fan around every vertex."""
+    m, n = len(surface.triangles), len(surface.vertices)
+    tails = surface.triangles.ravel().astype(np.int64)
+    heads = np.roll(surface.triangles, -1, axis=1).ravel()
+    assert len(np.unique(tails * n + heads)) == 3 * m
+    linked = np.flatnonzero(surface.twin >= 0)
+    twin = surface.twin[linked]
+    np.testing.assert_array_equal(surface.twin[twin], linked)
+    np.testing.assert_array_equal(tails[twin], heads[linked])
+    np.testing.assert_array_equal(heads[twin], tails[linked])
+    open_edges = np.flatnonzero(surface.twin < 0)
+    assert (np.bincount(tails[open_edges], minlength=n) <= 1).all()
+    np.testing.assert_array_equal(np.unique(tails), np.arange(n))
+    assert surface.neighbour_start[-1] == len(surface.neighbours)
+
+
+def test_a_clean_mesh_passes_through_untouched():
+    mesh = surfaces.ellipsoid(subdivisions=2)
+    surface, warnings = clean(mesh.vertices, mesh.triangles)
+    assert warnings == []
+    np.testing.assert_array_equal(surface.triangles, mesh.triangles)
+    np.testing.assert_allclose(surface.vertices * surface.unit + surface.origin, mesh.vertices)
+    assert_manifold(surface)
+    assert list(surface.euler_characteristic) == [2] and surface.closed.all()
+
+
+def test_inconsistent_windings_are_turned_to_the_majority():
+    mesh = surfaces.sphere(subdivisions=2)
+    triangles = mesh.triangles.copy()
+    triangles[::5] = triangles[::5, ::-1]
+    surface, warnings = clean(mesh.vertices, triangles)
+    assert any("wound against" in text for text in warnings)
+    volume = np.einsum("ij,ij->", surface.vertices[surface.triangles[:, 0]], np.cross(
+        surface.vertices[surface.triangles[:, 1]], surface.vertices[surface.triangles[:, 2]]
+    ))
+    assert volume > 0
+    assert_manifold(surface)
+
+
+def test_moebius_strip_is_cut_and_named_one_sided():
+    count = 40
+    turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    across = np.array([-0.3, 0.0, 0.3])
+    radius = 1 + across[None] * np.cos(turn / 2)[:, None]
+    points = np.stack(
+        [radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None],
+         across[None] * np.sin(turn / 2)[:, None]], axis=2,
+    ).reshape(-1, 3)
+    triangles = []
+    for i in range(count):
+        for j in range(2):
+            a, b = 3 * i + j, 3 * i + j + 1
+            last = i == count - 1
+            c = (2 - j) if last else 3 * (i + 1) + j
+            d = (1 - j) if last else 3 * (i + 1) + j + 1
+            triangles += [[a, c, b], [b, c, d]]
+    surface, warnings = clean(points, np.array(triangles))
+    assert any("one-sided" in text for text in warnings)
+    assert_manifold(surface)
+    assert len(surface.triangles) == len(triangles)
+
+
+def test_two_tetrahedra_at_one_vertex_become_two_pieces():
+    vertices = np.vstack([CORNERS, -CORNERS[1:]])
+    triangles = np.vstack([TETRAHEDRON, np.array([0, 4, 5, 6])[TETRAHEDRON][:, ::-1]])
+    surface, warnings = clean(vertices, triangles)
+    assert any("1 pinched vertex" in text for text in warnings)
+    assert_manifold(surface)
+    assert list(surface.euler_characteristic) == [2, 2]
+    np.testing.assert_array_equal(np.bincount(surface.source_vertex), [2, 1, 1, 1, 1, 1, 1])
+
+
+def test_three_sheets_on_an_edge_are_taken_apart():
+    vertices = np.array([[0.0, 0, 0], [0, 0, 1], [1, 0, 0], [-1, 1, 0], [-1, -1, 0]])
+    triangles = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
+    surface, warnings = clean(vertices, triangles)
+    assert any("three or more triangles" in text for text in warnings)
+    assert_manifold(surface)
+    assert len(surface.vertices) == 9
+
+
+def test_duplicates_and_repeated_corners_are_left_out():
+    triangles = np.vstack([TETRAHEDRON, TETRAHEDRON[:1], TETRAHEDRON[1:2, ::-1], [[0, 0, 1]]])
+    surface, warnings = clean(CORNERS, triangles)
+    assert any("2 duplicate triangles" in text for text in warnings)
+    assert any("1 triangle with repeated corners" in text for text in warnings)
+    np.testing.assert_array_equal(surface.source_triangle, [0, 1, 2, 3])
+    assert list(surface.euler_characteristic) == [2]
+
+
+def test_vertices_that_are_not_finite_lose_their_triangles_only():
+    mesh = surfaces.sphere(subdivisions=2)
+    vertices = mesh.vertices.copy()
+    vertices[7] = np.nan
+    surface, warnings = clean(vertices, mesh.triangles)
+    assert any("not finite" in text for text in warnings)
+    assert len(surface.triangles) == len(mesh.triangles) - (mesh.triangles == 7).any(axis=1).sum()
+    assert_manifold(surface)
+
+
+@pytest.mark.parametrize(
+    "vertices, triangles, words",
+    [
+        (CORNERS, np.zeros((0, 3), int), "no faces"),
+        (CORNERS[:, :2], TETRAHEDRON, r"\(n, 3\)"),
+        (CORNERS, TETRAHEDRON[:, :2], r"\(m, 3\)"),
+        (CORNERS, TETRAHEDRON.astype(float), "whole numbers"),
+        (CORNERS, TETRAHEDRON + 1, "there are 4"),
+        (CORNERS, TETRAHEDRON - 1, "-1"),
+        (CORNERS * np.nan, TETRAHEDRON, "finite"),
+        (CORNERS, np.zeros((3, 3), int), "three different"),
+        ([["a", "b", "c"]], TETRAHEDRON, "numbers"),
+    ],
+)
+def test_unusable_input_is_refused_in_words(vertices, triangles, words):
+    with pytest.raises(core.InvalidMeshError, match=words):
+        clean(vertices, triangles)
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.integers(4, 30), st.integers(1, 60))
+def test_any_soup_becomes_a_manifold(seed, points, count):
+    random = np.random.default_rng(seed)
+    vertices = random.standard_normal((points, 3))
+    triangles = random.integers(0, points, (count, 3))
+    try:
+        surface, _ = clean(vertices, triangles)
+    except core.InvalidMeshError:
+        assert not (np.diff(np.sort(triangles, axis=1), axis=1) > 0).all(axis=1).any()
+        return
+    assert_manifold(surface)
