@@ -1,8 +1,10 @@
 """Run pytest inside Blender, against the installed extension.
 
     blender -b --python tools/pytest_in_blender.py -- PACKAGES pytest-arguments…
+    python tools/pytest_in_blender.py -- PACKAGES pytest-arguments…
 
-PACKAGES is the folder with pytest for Blender's Python.
+PACKAGES is the folder with pytest for Blender's Python. The second form is for a Python that has
+Blender as a module.
 """
 
 import os
@@ -10,6 +12,10 @@ import sys
 from pathlib import Path
 
 import bpy
+
+if not bpy.app.binary_path:
+    # The module reads no preferences, where it is enabled already.
+    bpy.ops.preferences.addon_enable(module="bl_ext.user_default.umbilics")
 
 packages, *arguments = sys.argv[sys.argv.index("--") + 1 :]
 tests = Path(__file__).resolve().parent.parent / "tests"

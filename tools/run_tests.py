@@ -9,6 +9,11 @@ extension's zip, and its installation in preferences of its own. The suites are
             against the installed zip
   gui       tests/gui, in an ordinary Python, which drives windows by tools/window
 
+and, only with --matrix,
+
+  matrix    the suite blender in each Blender that there is as a Python module: 4.2 LTS, 4.5 LTS,
+            5.0 and 5.2 LTS, where SciPy must come from the zip's own wheel
+
 Other arguments are pytest's. Paths among them choose the suites too.
 """
 
@@ -20,8 +25,11 @@ import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
+import blender_modules
 import build_extension
 import isolated_blender
 from places import BLENDER, REPOSITORY, cache_folder, say
@@ -95,15 +103,36 @@ class Tests:
         paths = paths_of(suite, self.given)
         if not paths:
             return
-        report = self.folder / f"{suite}.xml"
-        arguments = [f"--junitxml={report}", *self.options, *paths]
+        self._counted(suite, getattr(self, f"_{suite}"), paths)
+
+    def run_matrix(self) -> None:
+        """The suite blender in every Blender module; one that must be there and is not fails."""
+        paths = paths_of("blender", self.given)
+        if not paths:
+            return
+        zip_file = build_extension.build(self.folder / "matrix", "linux-x64")
+        for module in blender_modules.MODULES:
+            name = f"Blender {module.name}, Python {module.python}"
+            try:
+                command = blender_modules.command_of(module)
+            except blender_modules.UnavailableError as reason:
+                say(f"{name}: NOT TESTED, {reason}.")
+                if module.required:
+                    self.failed.append(name)
+                continue
+            environment = isolated_blender.environment(self.folder / module.bpy)
+            say(f"{name}: {blender_modules.install(command, zip_file, environment)}")
+            self._counted(name, partial(self._inside, command, environment), paths)
+
+    def _counted(self, name: str, run: Callable[[list[str]], int], paths: list[str]) -> None:
+        report = self.folder / f"{name}.xml"
         start = time.monotonic()
-        code = getattr(self, f"_{suite}")(arguments)
+        code = run([f"--junitxml={report}", *self.options, *paths])
         counts = counts_in(report)
         self.counts += counts
-        say(f"{suite}: {in_words(counts)} in {time.monotonic() - start:.0f} s")
+        say(f"{name}: {in_words(counts)} in {time.monotonic() - start:.0f} s")
         if code not in (0, NO_TESTS):
-            self.failed.append(suite)
+            self.failed.append(name)
 
     def _core(self, arguments: list[str]) -> int:
         return self._pytest([test_python(), "-m", "pytest"], arguments, dict(os.environ))
@@ -112,12 +141,15 @@ class Tests:
         return self._pytest([test_python(), "-m", "pytest"], arguments, self._environment())
 
     def _blender(self, arguments: list[str]) -> int:
+        command = [BLENDER, "-b", "--python-exit-code", "1", "--python"]
+        return self._inside(command, self._environment(), arguments)
+
+    def _inside(self, command: list, environment: dict, arguments: list[str]) -> int:
         if not any(argument in ("-m", "--markexpr") for argument in arguments) and not self.given:
             arguments = ["-m", "not slow", *arguments]
-        command = [BLENDER, "-b", "--python-exit-code", "1"]
-        command += ["--python", REPOSITORY / "tools" / "pytest_in_blender.py"]
-        command += ["--", packages_for_blender()]
-        return self._pytest(command, arguments, self._environment())
+        script = REPOSITORY / "tools" / "pytest_in_blender.py"
+        command = [*command, script, "--", packages_for_blender()]
+        return self._pytest(command, arguments, environment)
 
     def _gui(self, arguments: list[str]) -> int:
         environment = self._environment() | {"UMBILICS_WINDOW": str(REPOSITORY / "tools/window")}
@@ -161,6 +193,9 @@ def main() -> None:
         parser.add_argument(
             f"--{suite}", action="append_const", const=suite, dest="suites", help="only this suite"
         )
+    parser.add_argument(
+        "--matrix", action="store_true", help="only the Blenders that are Python modules"
+    )
     parser.add_argument("--summary", type=Path, help="write the closing line to this file too")
     chosen, rest = parser.parse_known_args()
     paths, options = split_arguments(rest)
@@ -169,8 +204,10 @@ def main() -> None:
     scratch.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         tests = Tests(Path(folder), paths, options)
-        for suite in chosen.suites or SUITES:
+        for suite in chosen.suites or ([] if chosen.matrix else SUITES):
             tests.run(suite)
+        if chosen.matrix:
+            tests.run_matrix()
 
     if tests.failed:
         say(f"failed: {', '.join(tests.failed)}")

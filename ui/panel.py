@@ -134,7 +134,8 @@ def _line(layout, name: str, value: str, icon: str = "NONE") -> None:
 
 def _paragraph(layout, context, text: str) -> None:
     """Text broken into lines: a label of Blender's does not break by itself."""
-    width = context.region.width / context.preferences.system.ui_scale - _MARGIN
+    # The scale is 0 where Blender is a Python module and never had a window.
+    width = context.region.width / (context.preferences.system.ui_scale or 1.0) - _MARGIN
     column = layout.column(align=True)
     column.scale_y = 0.8
     for number, line in enumerate(textwrap.wrap(text, max(int(width / _LETTER), 20))):
