@@ -123,13 +123,13 @@ def cross_field(
     unit = wanted / np.maximum(np.abs(wanted), 1e-12)
     right = weight * np.where(feature, unit, data)
     system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
-    u = solve(system, right, np.where(feature, unit, data), progress.part("", 0.15, 0.75))
+    u = solve(system, right, progress.part("Solving", 0.15, 0.75))
     u = _smoothest(surface, system, u, confidence, area, feature, progress)
     direction = _direction(u, e1, e2)
     progress.step(0.8)
-    face_direction = _on_faces(surface, u, axis, progress.part("", 0.8, 0.9))
+    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.8, 0.9))
     d2 = np.cross(normal, direction)
-    index = certified_index(surface, direction, d2, progress.part("", 0.9, 1.0), symmetry=4)
+    index = certified_index(surface, direction, d2, progress.part("Counting", 0.9, 1.0), symmetry=4)
     return CrossField(
         direction=direction,
         normal=normal,
@@ -171,8 +171,7 @@ def _data(
 def _weights_and_areas(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """(3 m,) half the cotangent across from each half-edge; (n,) a third of the areas around."""
     corner = surface.vertices[surface.triangles]
-    normal, area = surface.face_normal_area
-    del normal
+    _, area = surface.face_normal_area
     tiny = np.finfo(float).tiny
     weights = np.empty((len(area), 3))
     for k in range(3):
@@ -237,7 +236,7 @@ def _smoothest(
     value = u[rows]
     component = surface.component[rows]
     for _ in range(INVERSE_STEPS):
-        value = solve(part, area[rows] * value, value, Progress(), tolerance=1e-4)
+        value = solve(part, area[rows] * value, Progress())
         size = np.sqrt(np.bincount(component, weights=area[rows] * np.abs(value) ** 2))
         value /= np.maximum(size, np.finfo(float).tiny)[component]
     progress.step(0.78)
@@ -252,9 +251,7 @@ def _direction(u: np.ndarray, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:
     return np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
 
 
-def _on_faces(
-    surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress
-) -> np.ndarray:
+def _on_faces(surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress) -> np.ndarray:
     """(m, 3) unit direction in each triangle: the mean of its corners' crosses, carried there."""
     normal, _ = surface.face_normal_area
     result = np.empty((len(normal), 3))

@@ -17,5 +17,13 @@ class ChartError(UmbilicsError):
     """Method C cannot unfold a chart of the mesh: it is closed or not a disk."""
 
 
+class GuidanceError(UmbilicsError):
+    """The guidance that was asked for does not exist on this surface."""
+
+
+class FormatError(UmbilicsError):
+    """A file is not what its format says."""
+
+
 class CancelledError(UmbilicsError):
     """The user asked to stop; nothing was written."""

