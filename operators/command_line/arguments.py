@@ -15,7 +15,7 @@ from .importers import SUFFIXES
 
 _OUTPUTS = ("json", "blend", "png", "ply")
 # What only makes sense together with --out.
-_BATCH = ("also", "jobs", "report", "resume", "part", "summary")
+_BATCH = ("also", "jobs", "report", "resume", "part", "tolerant", "summary")
 _CURVATURE_NAMES = {
     "k1": "larger principal curvature",
     "k2": "smaller principal curvature",
@@ -175,6 +175,12 @@ def _add_batch(parser: argparse.ArgumentParser) -> None:
         help="give a file up after S seconds (default: 3600)",
     )
     group.add_argument(
+        "--tolerant",
+        action="store_true",
+        help="exit with 0 although files failed, for farms that would try again; the summary "
+        "says which",
+    )
+    group.add_argument(
         "--summary", action="store_true", help="only make one summary of all the parts in DIR"
     )
 
@@ -209,6 +215,7 @@ def _batch(
         part=found.part,
         report=found.report,
         resume=found.resume,
+        tolerant=found.tolerant,
         time_limit=found.time_limit,
     )
 

@@ -42,6 +42,8 @@ class Plan:
         CSV or JSON-lines file of the summary, or None for DIR/report.csv.
     resume:
         Leave out what an earlier run has done.
+    tolerant:
+        Files that fail do not make the batch fail.
     time_limit:
         Seconds after which a file is given up.
     """
@@ -54,6 +56,7 @@ class Plan:
     part: tuple[int, int]
     report: Path | None
     resume: bool
+    tolerant: bool
     time_limit: float
 
 

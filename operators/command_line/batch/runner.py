@@ -54,7 +54,8 @@ def run(plan: Plan, blender: list[str]) -> int:
     entries = [kept.entries[task.name] for task in plan.tasks if task.name in kept.entries]
     report = plan.report or plan.out / f"report{part}.csv"
     journal.write_report(report, entries)
-    return _conclude(entries, report, len(plan.tasks) - len(entries))
+    code = _conclude(entries, report, len(plan.tasks) - len(entries))
+    return DONE if code == FAILED and plan.tolerant else code
 
 
 def summarize(out: Path, report: Path | None) -> int:
