@@ -31,8 +31,10 @@ def typical_curvature(surface: Surface, k1: np.ndarray, k2: np.ndarray) -> float
     """
     largest = np.maximum(np.abs(k1), np.abs(k2))
     largest = largest[np.isfinite(largest)]
-    diagonal = np.linalg.norm(np.ptp(surface.vertices, axis=0))
-    return max(float(np.median(largest)) if len(largest) else 0.0, 2.0 / float(diagonal))
+    median = float(np.median(largest)) if len(largest) else 0.0
+    diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    # A mesh may lie in a single point.
+    return max(median, 2.0 / diagonal) if diagonal > 0.0 else median
 
 
 def surface_types(k1: np.ndarray, k2: np.ndarray, tolerance: float) -> np.ndarray:
