@@ -16,7 +16,7 @@ installed = Path(bpy.utils.user_resource("EXTENSIONS")) / "user_default" / "umbi
 sys.path[:0] = [str(path) for path in (installed, tools, tools.parent / "tests")]
 
 from places import say  # noqa: E402
-from validation import convergence, cost, introduction, models, patch  # noqa: E402
+from validation import convergence, cost, equations, introduction, models, patch  # noqa: E402
 from validation.page import Page  # noqa: E402
 
 PARTS = {
@@ -34,5 +34,7 @@ for name, write in PARTS.items():
     start = time.perf_counter()
     write(page)
     say(f"{name}: {time.perf_counter() - start:.0f} s")
+if not only:
+    equations.write(page)
 introduction.close(page)
 page.save()

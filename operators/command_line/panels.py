@@ -18,7 +18,7 @@ from .stage import Stage, View, save_pixels
 _SIDE = 800
 _CLAY = (0.86, 0.85, 0.82, 1.0)
 _INK = (0.10, 0.11, 0.13, 1.0)
-_DROPPED = (0.62, 0.62, 0.62, 1.0)
+_DROPPED = (0.38, 0.38, 0.38, 1.0)
 
 
 @dataclass(frozen=True)
