@@ -9,6 +9,7 @@ _MODULES = (
     "display",
     "summary",
     "live",
+    "stale",
     "running",
     "detect",
     "cancel",

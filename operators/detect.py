@@ -1,9 +1,9 @@
-"""Operator: find the umbilics of the active mesh."""
+"""Operator: find the umbilics of the active mesh and of the other selected ones."""
 
 import bpy
 
 from .. import core
-from . import engine, properties, running
+from . import engine, properties, running, selection
 from .words import outcome
 from .workspace import finished
 
@@ -12,13 +12,15 @@ class UMBILICS_OT_detect(bpy.types.Operator):
     bl_idname = "umbilics.detect"
     bl_label = "Detect Umbilics"
     bl_description = (
-        "Find the points of the active mesh where the surface curves equally in all directions"
+        "Find the umbilics of the active mesh and of the other selected ones: the points where "
+        "the surface curves equally in all directions"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
-        reason = engine.why_not(context.active_object)
+        whys = [engine.why_not(obj) for obj in selection.wanted(context)]
+        reason = "" if "" in whys else whys[0]
         if running.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
@@ -28,17 +30,20 @@ class UMBILICS_OT_detect(bpy.types.Operator):
     def execute(self, context):
         """Run straight through."""
         try:
-            inputs = _gather(context)
-            return self._write(context, inputs, engine.compute(inputs))
+            jobs, refused = _gather(context)
         except core.UmbilicsError as error:
-            return self._fail(error)
+            return self._fail([error])
+        return self._write(context, jobs, [running.outcome_of(job) for job in jobs], refused)
 
     def invoke(self, context, event):
         """Run beside the window."""
         try:
-            running.begin(_gather(context))
+            jobs, self._refused = _gather(context)
         except core.UmbilicsError as error:
-            return self._fail(error)
+            return self._fail([error])
+        if not jobs:
+            return self._fail(self._refused)
+        running.begin(*jobs)
         self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -55,14 +60,12 @@ class UMBILICS_OT_detect(bpy.types.Operator):
             return {"PASS_THROUGH"}
         self.cancel(context)
         try:
-            detection = run.result()
-            edited = context.mode == "EDIT_MESH"
-            return finished(self._write(context, run.inputs, detection), edited)
+            outcomes = run.results()
         except core.CancelledError:
             self.report({"INFO"}, "Detection cancelled; nothing was changed.")
             return {"CANCELLED"}
-        except core.UmbilicsError as error:
-            return self._fail(error)
+        edited = context.mode == "EDIT_MESH"
+        return finished(self._write(context, run.jobs, outcomes, self._refused), edited)
 
     def cancel(self, context):
         """End the thread and take the progress away, also when a file is opened or closed."""
@@ -70,24 +73,47 @@ class UMBILICS_OT_detect(bpy.types.Operator):
         context.window_manager.event_timer_remove(self._timer)
         running.show(context)
 
-    def _write(self, context, inputs, detection):
-        engine.write(context, inputs, detection)
-        level = "WARNING" if detection.warnings else "INFO"
-        self.report({level}, " ".join((f"{outcome(detection)}.", *detection.warnings)))
+    def _write(self, context, jobs, outcomes, refused):
+        errors, written = list(refused), 0
+        for job, found in zip(jobs, outcomes, strict=True):
+            try:
+                if isinstance(found, core.UmbilicsError):
+                    raise found
+                engine.write(context, job, found)
+            except core.UmbilicsError as error:
+                errors.append(error)
+                continue
+            written += 1
+            level = "WARNING" if found.warnings else "INFO"
+            name = f"{job.object_name}: " if len(jobs) + len(refused) > 1 else ""
+            self.report({level}, " ".join((f"{name}{outcome(found)}.", *found.warnings)))
+        if not written:
+            return self._fail(errors)
+        for error in errors:
+            self.report({"WARNING"}, str(error))
         return {"FINISHED"}
 
-    def _fail(self, error):
-        self.report({"ERROR"}, str(error))
+    def _fail(self, errors):
+        self.report({"ERROR"}, " ".join(str(error) for error in errors))
         return {"CANCELLED"}
 
 
 def _gather(context):
+    """What to compute, and why some of the wanted objects are left out."""
     # The transforms of objects made or moved by a script are brought up to date only here.
     context.view_layer.update()
-    group = context.scene.umbilics
-    return engine.gather(
-        context.active_object, properties.to_settings(group), properties.given_names(group)
-    )
+    scene = context.scene
+    settings = properties.to_settings(scene.umbilics)
+    evaluated = scene.umbilics_display.source == "EVALUATED"
+    depsgraph = context.evaluated_depsgraph_get() if evaluated else None
+    jobs, refused = [], []
+    for obj in selection.wanted(context):
+        try:
+            names = properties.given_names(scene.umbilics)
+            jobs.append(engine.gather(obj, settings, names, depsgraph=depsgraph))
+        except core.UmbilicsError as error:
+            refused.append(error)
+    return jobs, refused
 
 
 def register() -> None:

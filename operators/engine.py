@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import live, mesh_data, record, results, summary
+from . import live, mesh_data, record, results, summary, targets
 from .errors import ObjectError
 from .workspace import object_mode
 
@@ -24,6 +24,7 @@ class Inputs:
     object_name: str
     arrays: mesh_data.MeshArrays
     settings: core.Settings
+    evaluated: bool = False
 
 
 def gather(
@@ -31,8 +32,11 @@ def gather(
     settings: core.Settings,
     given_names: tuple[str, ...] | None = None,
     all_methods: bool = False,
+    depsgraph: bpy.types.Depsgraph | None = None,
 ) -> Inputs:
     """Read an object; the scene is not changed. `all_methods`: also what only method C needs.
+
+    With a `depsgraph` the mesh is read as modifiers and shape keys make it.
 
     Raises
     ------
@@ -45,8 +49,9 @@ def gather(
         obj,
         given_names if settings.curvature == "given" else None,
         with_uv=(settings.method == "C" or all_methods) and settings.charts == "uv",
+        depsgraph=depsgraph,
     )
-    return Inputs(obj.name, arrays, settings)
+    return Inputs(obj.name, arrays, settings, depsgraph is not None)
 
 
 def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
@@ -86,13 +91,19 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
     if obj is None:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
     check_object(obj)
-    mesh_data.check_unchanged(obj, inputs.arrays)
+    depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
+    mesh_data.check_unchanged(obj, inputs.arrays, depsgraph)
     mesh_data.check_result_names(obj)
     with object_mode(context, obj):
+        if inputs.evaluated and not targets.corresponds(obj, inputs.arrays):
+            obj = targets.copy_for(context, obj, context.evaluated_depsgraph_get())
         mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
         summary.forget(obj)
-        obj.umbilics.detected = True
-        obj.umbilics.method = inputs.settings.method
+        kept = obj.umbilics
+        kept.detected = True
+        kept.method = inputs.settings.method
+        kept.source = "EVALUATED" if inputs.evaluated else "BASE"
+        kept.signature = inputs.arrays.signature
         record.store(obj, record.make(inputs.arrays, inputs.settings, detection))
         live.apply(context, obj, inputs.settings, fresh=True)
 
@@ -103,7 +114,10 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         attributes = mesh_data.remove_results(obj.data)
         empties = results.remove(obj)
         described = summary.forget(obj)
-    return bool(attributes or empties or described)
+        is_copy = targets.COPY_TAG in obj
+        if is_copy:
+            targets.remove_copy(context, obj)
+    return bool(attributes or empties or described or is_copy)
 
 
 def check_object(obj: bpy.types.Object | None) -> None:

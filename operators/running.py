@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 
 import bpy
 
@@ -13,7 +14,7 @@ _current: Run | None = None
 
 
 class Run:
-    """One detection in a worker thread; always ended by `result`, which joins it.
+    """Detections on one or more meshes in a worker thread, which `results` joins.
 
     Attributes
     ----------
@@ -21,12 +22,13 @@ class Run:
         How much is done, 0 to 1, and what is being done, for the user.
     """
 
-    def __init__(self, inputs: engine.Inputs) -> None:
-        self.inputs = inputs
+    def __init__(self, jobs: Sequence[engine.Inputs]) -> None:
+        self.jobs = jobs
         self.fraction = 0.0
         self.stage = "Starting"
         self._stop = threading.Event()
-        self._outcome: core.Detection | None = None
+        self._name = ""
+        self._outcomes: list[core.Detection | core.UmbilicsError] = []
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._work, name="umbilics")
 
@@ -49,25 +51,47 @@ class Run:
     def join(self) -> None:
         self._thread.join()
 
-    def result(self) -> core.Detection:
-        """Wait for the worker; its detection, or the error that ended it."""
+    def results(self) -> list[core.Detection | core.UmbilicsError]:
+        """Wait for the worker; for each job its detection, or why there is none.
+
+        Raises
+        ------
+        core.CancelledError
+            The user stopped it.
+        """
         self.join()
         if self._error is not None:
             raise self._error
-        return self._outcome
+        return self._outcomes
 
     def _work(self) -> None:
+        progress = core.Progress(self._report, self._stop.is_set)
+        count = len(self.jobs)
         try:
-            progress = core.Progress(self._report, self._stop.is_set)
-            self._outcome = engine.compute(self.inputs, progress)
-        except BaseException as error:  # raised again in the main thread by `result`
+            for number, job in enumerate(self.jobs):
+                self._name = f"{job.object_name}: " if count > 1 else ""
+                part = progress.part("", number / count, (number + 1) / count)
+                self._outcomes.append(outcome_of(job, part))
+        except BaseException as error:  # raised again in the main thread by `results`
             self._error = error
 
     def _report(self, fraction: float, stage: str) -> None:
         if not self.cancelled:
             # Parts may run beside each other; a bar that goes back would only worry.
             self.fraction = max(self.fraction, fraction)
-            self.stage = stage or self.stage
+            self.stage = f"{self._name}{stage}" if stage else self.stage
+
+
+def outcome_of(
+    job: engine.Inputs, progress: core.Progress | None = None
+) -> core.Detection | core.UmbilicsError:
+    """The detection, or why there is none; `CancelledError` is raised."""
+    try:
+        return engine.compute(job, progress)
+    except core.CancelledError:
+        raise
+    except core.UmbilicsError as error:
+        return error
 
 
 def current() -> Run | None:
@@ -75,10 +99,10 @@ def current() -> Run | None:
     return _current
 
 
-def begin(inputs: engine.Inputs) -> Run:
-    """Start a detection beside the window; there is one at a time."""
+def begin(*jobs: engine.Inputs) -> Run:
+    """Start detections beside the window, one after the other; there is one run at a time."""
     global _current
-    _current = Run(inputs)
+    _current = Run(jobs)
     _current.start()
     return _current
 

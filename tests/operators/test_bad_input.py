@@ -218,7 +218,7 @@ def test_run_can_be_cancelled_and_leaves_no_thread(addon):
     running.end()
     assert run.finished
     with pytest.raises(addon.core.CancelledError):
-        run.result()
+        run.results()
     assert running.current() is None
     assert census() == before
     assert all(thread.name != "umbilics" for thread in threading.enumerate())

@@ -1,0 +1,73 @@
+"""Where the results of a mesh with modifiers go: to the base mesh, or to a copy tagged as ours.
+
+The copy carries the custom property `umbilics_copy_of`, the name of the object it was made of,
+and `umbilics_base`, the signature of that object's own mesh at the time.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from . import mesh_data
+
+COPY_TAG = "umbilics_copy_of"
+BASE_TAG = "umbilics_base"
+
+
+def source_of(obj: bpy.types.Object | None) -> bpy.types.Object | None:
+    """The object that a tagged copy was made of, if both are there; any other object itself."""
+    if obj is None or COPY_TAG not in obj:
+        return obj
+    return bpy.data.objects.get(obj[COPY_TAG])
+
+
+def corresponds(obj: bpy.types.Object, arrays: mesh_data.MeshArrays) -> bool:
+    """Whether vertices and faces that were read are those of the object's own mesh."""
+    with mesh_data.current_mesh(obj) as mesh:
+        return mesh_data.signature(mesh).rpartition("-")[2] == arrays.signature.rpartition("-")[2]
+
+
+def copy_for(
+    context: bpy.types.Context, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph
+) -> bpy.types.Object:
+    """An object whose own mesh is what the modifiers make of `obj`, in place of an earlier one.
+
+    The source is hidden, since both would lie in the same place.
+    """
+    mesh = bpy.data.meshes.new_from_object(
+        obj.evaluated_get(depsgraph), preserve_all_data_layers=True, depsgraph=depsgraph
+    )
+    copy = next((other for other in bpy.data.objects if other.get(COPY_TAG) == obj.name), None)
+    if copy is None:
+        copy = bpy.data.objects.new(f"{obj.name} with modifiers", mesh)
+        for collection in obj.users_collection:
+            collection.objects.link(copy)
+    else:
+        old, copy.data = copy.data, mesh
+        if not old.users:
+            bpy.data.meshes.remove(old)
+    mesh.name = copy.name
+    copy.matrix_world = obj.matrix_world
+    copy[COPY_TAG] = obj.name
+    with mesh_data.current_mesh(obj) as base:
+        copy[BASE_TAG] = mesh_data.signature(base)
+    if obj.mode == "OBJECT" and context.view_layer.objects.active == obj:
+        obj.select_set(False)
+        copy.select_set(True)
+        context.view_layer.objects.active = copy
+    obj.hide_set(True)
+    return copy
+
+
+def remove_copy(context: bpy.types.Context, copy: bpy.types.Object) -> None:
+    """Remove a tagged copy and show its source again."""
+    source, mesh = source_of(copy), copy.data
+    was_active = context.view_layer.objects.active == copy
+    bpy.data.objects.remove(copy)
+    if not mesh.users:
+        bpy.data.meshes.remove(mesh)
+    if source is not None and source.name in context.view_layer.objects:
+        source.hide_set(False)
+        if was_active:
+            source.select_set(True)
+            context.view_layer.objects.active = source
