@@ -269,7 +269,9 @@ def _assemble(
     low, high = points.min(axis=0), points.max(axis=0)
     # Halves first: the sum of two huge coordinates would overflow.
     origin = 0.5 * low + 0.5 * high
-    unit = float((0.5 * high - 0.5 * low).max()) or 1.0
+    unit = float((0.5 * high - 0.5 * low).max())
+    if unit == 0.0:
+        raise InvalidMeshError("All faces of the mesh lie in one point: there is no surface.")
     border = np.zeros(len(source), bool)
     open_edges = np.flatnonzero(links.twin < 0)
     border[corners.ravel()[open_edges]] = True

@@ -7,6 +7,7 @@ shape operator is then expressed at the fitted normal with both fundamental form
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ from .tangent import frame, principal_directions
 DEGREE = 3
 # Vertices whose neighbourhoods are found together: their rows stay near the caches.
 CHUNK = 16384
+# Rings that are added, one at a time, where the samples leave a cubic undetermined.
+RETRIES = 2
 # Samples per block of fits: a (samples, fits) array of float64 then fits the second cache.
 SAMPLES_PER_BLOCK = 24576
 # Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance d^2 (mean 1) bring the bias of the
@@ -105,7 +108,30 @@ def fit_jets(
             )
 
     run(chunk, range(0, c, CHUNK), progress)
+    _retry_wider(surface, normals, neighbourhood, centres, jets)
     return jets
+
+
+def _retry_wider(
+    surface: Surface,
+    normals: np.ndarray,
+    neighbourhood: Neighbourhood,
+    centres: np.ndarray,
+    jets: Jets,
+) -> None:
+    """Fit again, over more rings, where the samples did not determine the cubic: on the border
+    of a regular grid two rings are only three rows, and three rows fix no cube."""
+    coordinates = np.ascontiguousarray(surface.vertices.T)
+    for more in range(1, RETRIES + 1):
+        slots = np.flatnonzero(~jets.determined)
+        if not len(slots):
+            return
+        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more)
+        for some, members in wider.blocks(centres[slots], SAMPLES_PER_BLOCK):
+            chosen = slots[some]
+            _fit_block(
+                coordinates, normals, centres[chosen], members, wider.focused, chosen, jets
+            )
 
 
 def _fit_block(

@@ -67,7 +67,7 @@ class Neighbourhood:
         """Rows of `start` grown by rings, stopping at walls."""
         if self.walls is None:
             return grow(start, self.graph, rings)
-        passable = sparse.diags_array((~self.walls).astype(np.int32))
+        passable = sparse.diags_array((~self.walls).astype(np.int32), dtype=np.int32)
         through = (passable @ self.graph).tocsr()
         # A wall vertex still sees its own ring, on both of its sides.
         reach = start + start @ self.graph

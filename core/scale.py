@@ -25,9 +25,9 @@ SAMPLED = 2000
 # shape is lost. On noisy ellipsoids, patches and tori this picks a scale whose true error is at
 # most 1.4 times the least.
 AGREEMENT = 0.95
-# The same for weights that favour near samples against equal ones over the same two rings. They
-# pay only where the shape shows above the noise.
-FOCUS_AGREEMENT = 1.5
+# Disagreement of two and three rings from which the shape shows so clearly above the noise that
+# weights in favour of near samples pay.
+CLEAN = 1.5
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
 # Residuals below this share of the radius are round-off: there is no noise to average out.
@@ -54,20 +54,17 @@ def choose(
         return fit_jets(surface, start, candidate, progress, centres)
 
     neighbourhood = dataclasses.replace(neighbourhood, rings=2, focused=False)
-    focused = dataclasses.replace(neighbourhood, focused=True)
     smaller = fitted(neighbourhood)
     if np.median(smaller.residual) <= ROUND_OFF * np.median(smaller.radius):
-        return focused
+        return dataclasses.replace(neighbourhood, focused=True)
     for rings in range(3, MOST_RINGS + 1):
         candidate = dataclasses.replace(neighbourhood, rings=rings)
         larger = fitted(candidate)
-        if not _agree(smaller, larger, normals[centres], AGREEMENT):
-            break
+        disagreement = _disagreement(smaller, larger, normals[centres])
+        if disagreement > AGREEMENT:
+            clean = rings == 3 and disagreement > CLEAN
+            return dataclasses.replace(neighbourhood, focused=clean)
         smaller, neighbourhood = larger, candidate
-    if neighbourhood.rings == 2 and not _agree(
-        fitted(focused), smaller, normals[centres], FOCUS_AGREEMENT
-    ):
-        return focused
     return neighbourhood
 
 
@@ -81,17 +78,17 @@ def starting_normals(
     return smooth_normals(surface, normals, neighbourhood.rings)
 
 
-def _agree(smaller: Jets, larger: Jets, normals: np.ndarray, most: float) -> bool:
-    """Whether two fits differ by at most so many standard errors of the smaller one."""
+def _disagreement(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
+    """Median change from one scale to the next, in standard errors of the smaller one."""
     both = smaller.determined & larger.determined
-    if not both.any():
-        return False
+    error = float(np.median(smaller.noise[both])) if both.any() else 0.0
+    if error == 0.0:
+        return np.inf
     e1, e2 = frame(normals.T)
     bent = np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))
     # The mean curvature too: on a sphere the deviator stays zero however far the fit reaches.
     curved = np.abs(smaller.k1 + smaller.k2 - larger.k1 - larger.k2)
-    change = max(float(np.median(bent[both])), float(np.median(curved[both])))
-    return change <= most * float(np.median(smaller.noise[both]))
+    return max(float(np.median(bent[both])), float(np.median(curved[both]))) / error
 
 
 def _deviator(jets: Jets, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:

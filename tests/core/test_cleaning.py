@@ -124,6 +124,7 @@ def test_vertices_that_are_not_finite_lose_their_triangles_only():
         (CORNERS, TETRAHEDRON + 1, "there are 4"),
         (CORNERS, TETRAHEDRON - 1, "-1"),
         (CORNERS * np.nan, TETRAHEDRON, "finite"),
+        (CORNERS * 0 + 3, TETRAHEDRON, "one point"),
         (CORNERS, np.zeros((3, 3), int), "three different"),
         ([["a", "b", "c"]], TETRAHEDRON, "numbers"),
     ],

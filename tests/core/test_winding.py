@@ -1,0 +1,64 @@
+"""The certified index: consistent over every surface, equal to the known one."""
+
+import numpy as np
+import pytest
+from fields import exact_field, surface_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import surfaces
+from core.progress import Progress
+from core.winding import certified_index
+
+
+def test_exact_directions_give_the_true_umbilics():
+    mesh = surfaces.random_ellipsoid(count=4000)
+    surface = surface_of(mesh)
+    field = exact_field(mesh, surface)
+    index = certified_index(surface, field.d1, field.d2, Progress())
+    rows = np.flatnonzero(index)
+    assert list(index[rows]) == [0.5] * 4
+    centre = mesh.vertices[mesh.triangles[rows]].mean(axis=1)
+    size = np.linalg.norm(np.ptp(mesh.vertices[mesh.triangles[rows]], axis=1), axis=1)
+    distance = np.linalg.norm(centre[:, None] - mesh.umbilics.position[None], axis=2).min(axis=1)
+    assert (distance < size).all()
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+def test_any_line_field_with_any_normals_sums_to_the_euler_characteristic(seed):
+    random = np.random.default_rng(seed)
+    for mesh, characteristic in (
+        (surfaces.sphere(subdivisions=1), 2),
+        (surfaces.torus(columns=9, rows=7), 0),
+    ):
+        surface = surface_of(mesh)
+        normal = random.standard_normal(surface.vertices.shape)
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        d1 = np.cross(normal, random.standard_normal(normal.shape))
+        d1 /= np.linalg.norm(d1, axis=1)[:, None]
+        index = certified_index(surface, d1, np.cross(normal, d1), Progress())
+        assert index.sum() == characteristic
+        np.testing.assert_array_equal(2 * index, np.rint(2 * index))
+
+
+def test_opposite_normals_and_flat_triangles_do_no_harm():
+    mesh = surfaces.sphere(subdivisions=2)
+    surface = surface_of(mesh)
+    field = exact_field(mesh, surface)
+    d1, d2 = field.d1.copy(), field.d2.copy()
+    d2[::3] = -d2[::3]
+    assert certified_index(surface, d1, d2, Progress()).sum() == 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_renumbering_changes_nothing(seed):
+    mesh = surfaces.noisy(surfaces.ellipsoid(subdivisions=3), 0.2, seed=seed)
+    shuffled = surfaces.renumbered(mesh, seed=seed)
+    sums = []
+    for each in (mesh, shuffled):
+        surface = surface_of(each)
+        field = exact_field(each, surface)
+        index = certified_index(surface, field.d1, field.d2, Progress())
+        sums.append(np.sort(index[index != 0]))
+    np.testing.assert_array_equal(*sums)
