@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .errors import InvalidMeshError
-from .half_edges import HalfEdges, fan_labels, link
+from .half_edges import HalfEdges, fan_labels, has_pinched_vertex, link
 from .surface import Surface
 
 
@@ -237,14 +237,15 @@ def _split_fans(
     corners: np.ndarray, source: np.ndarray, links: HalfEdges, warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, HalfEdges]:
     """Take pinched vertices, where several fans touch, apart; also drops unused vertices."""
-    labels = fan_labels(links.twin)
-    half_edges = np.arange(len(labels), dtype=labels.dtype)
-    fans = int(np.count_nonzero((labels == half_edges) | (labels == half_edges - len(labels))))
     used = np.diff(links.neighbour_start) > 0
-    pinched = fans - int(np.count_nonzero(used))
-    if not pinched and used.all():
+    is_pinched = has_pinched_vertex(corners, links.twin, len(source))
+    if not is_pinched and used.all():
         return corners, source, links
-    if pinched:
+    if is_pinched:
+        labels = fan_labels(links.twin)
+        half_edges = np.arange(len(labels), dtype=labels.dtype)
+        fans = int(np.count_nonzero((labels == half_edges) | (labels == half_edges - len(labels))))
+        pinched = fans - int(np.count_nonzero(used))
         warnings.append(
             f"{_count(pinched, 'pinched vertex').replace('vertexs', 'vertices')}: the sheets "
             "that touch there were taken apart."

@@ -33,15 +33,23 @@ def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     m = len(triangles)
     tails = triangles.ravel()
     heads = triangles[:, [1, 2, 0]].ravel()
-    names = np.arange(1, 3 * m + 1, dtype=np.int64)
+    names = np.arange(3 * m, dtype=np.int32)
     shape = (vertex_count, vertex_count)
     forward = sparse.coo_array((names, (tails, heads)), shape=shape).tocsr()
     if forward.nnz < 3 * m:
         return None
     backward = forward.T.tocsr()
+    if np.array_equal(forward.indptr, backward.indptr) and np.array_equal(
+        forward.indices, backward.indices
+    ):
+        # Without a border every edge has both directions, in the same places.
+        twin = np.empty(3 * m, np.int32)
+        twin[forward.data] = backward.data
+        return HalfEdges(twin, forward.indptr, forward.indices)
     # One sum aligns both directions of every edge: the low half names the half-edge from row
-    # to column, the high half the one that comes back.
-    backward.data <<= 32
+    # to column, counted from 1, the high half the one that comes back.
+    forward.data = forward.data.astype(np.int64) + 1
+    backward.data = (backward.data.astype(np.int64) + 1) << 32
     both = forward + backward
     out = (both.data & 0xFFFFFFFF) - 1
     back = (both.data >> 32) - 1
@@ -55,6 +63,38 @@ def previous(half_edges: np.ndarray) -> np.ndarray:
     return np.where(half_edges % 3 == 0, half_edges + 2, half_edges - 1)
 
 
+def _next_around(twin: np.ndarray) -> np.ndarray:
+    """(3 m,) the corner that follows each one around its vertex, -1 at the end of an open fan."""
+    return np.ascontiguousarray(twin.reshape(-1, 3)[:, [2, 0, 1]]).ravel()
+
+
+def has_pinched_vertex(triangles: np.ndarray, twin: np.ndarray, vertex_count: int) -> bool:
+    """Whether several fans of triangles touch at some vertex.
+
+    One fan is walked around every vertex, all together; it must have as many corners as there
+    are at the vertex.
+    """
+    tails = triangles.ravel()
+    step = _next_around(twin)
+    valence = np.bincount(tails, minlength=vertex_count)
+    first = np.full(vertex_count, -1, np.int32)
+    first[tails] = np.arange(len(tails), dtype=np.int32)
+    openings = np.flatnonzero(twin < 0)
+    first[tails[openings]] = openings
+    walking = np.flatnonzero(first >= 0)
+    begin = current = first[walking]
+    length = 0
+    while len(walking):
+        length += 1
+        current = step[current]
+        going = (current >= 0) & (current != begin)
+        if not going.all():
+            if (valence[walking[~going]] != length).any():
+                return True
+            walking, begin, current = walking[going], begin[going], current[going]
+    return False
+
+
 def fan_labels(twin: np.ndarray) -> np.ndarray:
     """(3 m,) label of the fan of triangles that each corner lies in: equal around a vertex.
 
@@ -63,9 +103,7 @@ def fan_labels(twin: np.ndarray) -> np.ndarray:
     """
     count = len(twin)
     corners = np.arange(count, dtype=np.int32)
-    before = corners - 1
-    before[::3] += 3
-    step = twin[before]
+    step = _next_around(twin)
     last = step < 0
     step = np.where(last, corners, step)
     labels = np.where(last, corners - np.int32(count), corners)
