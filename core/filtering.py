@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .detection import Detection, Umbilics
-from .persistence import choose_level, survivors, trust_ratio
+from .persistence import made_by_noise, survivors, trust_ratio
 from .settings import AUTO, Settings
 
 # Above this share of the median gap the cancelled pairs are as large as the signal, and the
@@ -33,9 +33,13 @@ def filtered(
     for `kept_rows`.
     """
     candidates = detection.candidates
-    paired = ~np.isnan(candidates.persistence)
-    level = _level(candidates, settings)
-    ratio = trust_ratio(candidates.persistence[paired], level, detection.curvature.gap)
+    dropped = candidates.persistence[_cancelled(candidates, settings)]
+    if settings.persistence == AUTO:
+        level = float(np.nextafter(dropped.max(), np.inf)) if len(dropped) else 0.0
+    else:
+        paired = not np.isnan(candidates.persistence).all()
+        level = float(settings.persistence) if paired else 0.0
+    ratio = trust_ratio(dropped, detection.curvature.gap)
     umbilics = candidates.select(kept_rows(detection, settings, pinned, deleted))
     warnings = [text for text in detection.warnings if text != SMOOTH_MORE]
     if ratio > TRUSTED:
@@ -62,8 +66,7 @@ def kept_rows(
     do not exist are ignored.
     """
     candidates = detection.candidates
-    paired = ~np.isnan(candidates.persistence)
-    kept = survivors(candidates.persistence, _level(candidates, settings)) | ~paired
+    kept = ~_cancelled(candidates, settings)
     if settings.opening:
         kept &= candidates.elliptic
     kept &= ~candidates.at_border
@@ -72,8 +75,9 @@ def kept_rows(
     return np.flatnonzero(kept)
 
 
-def _level(candidates: Umbilics, settings: Settings) -> float:
-    """The persistence below which pairs are dropped, in 1 / length."""
-    if settings.persistence != AUTO:
-        return 0.0 if np.isnan(candidates.persistence).all() else float(settings.persistence)
-    return choose_level(candidates.persistence, candidates.partner, candidates.noise)
+def _cancelled(candidates: Umbilics, settings: Settings) -> np.ndarray:
+    """(k,) bool, the pairs that `settings.persistence` drops; umbilics without one are kept."""
+    persistence = candidates.persistence
+    if settings.persistence == AUTO:
+        return made_by_noise(persistence, candidates.noise)
+    return ~survivors(persistence, float(settings.persistence)) & ~np.isnan(persistence)

@@ -20,7 +20,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .surface import Surface
-from .tolerances import PAIR_NOISE, PAIR_WORTH
+from .tolerances import PAIR_NOISE
 
 # Fewer candidates than this are compared faster without arrays.
 _FEW = 24
@@ -84,45 +84,38 @@ def survivors(persistence: np.ndarray, level: float) -> np.ndarray:
     return persistence >= level
 
 
-def choose_level(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarray) -> float:
-    """The persistence level that parts the pairs made by noise from those of the surface.
+def made_by_noise(persistence: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """(k,) bool, True for the umbilics that come in pairs made by noise: the automatic choice.
 
     A pair is noise where it cancels below a small multiple of the gap's standard error, the
-    lesser one of the two places: a pair of one clear umbilic and one at a ragged border is the
-    clear one's. Noise differs over a mesh, so no level may part all pairs; the level chosen
-    keeps the most pairs right, and keeping a pair of the surface counts for several of noise.
+    lesser one of its places: a pair of one clear umbilic and one at a ragged border is the
+    clear one's. Noise differs over a mesh, so that each pair is judged by itself.
 
     Parameters
     ----------
-    persistence, partner:
-        (k,) as `measure_persistence` gives them.
+    persistence:
+        (k,) as `measure_persistence` gives it. Umbilics that cancel together have the same one
+        and go together; those at NaN or infinity stay.
     noise:
-        (k,) standard error of the gap at each umbilic, in the unit of `persistence`; where it
-        is not known the pair is kept.
-
-    Returns
-    -------
-    Just above the persistence of the last pair to drop; 0 where none is.
+        (k,) standard error of the gap at each umbilic, in the unit of `persistence`; NaN where
+        it is not known.
     """
-    rows = np.flatnonzero(partner >= 0)
-    height = persistence[rows]
-    lesser = np.fmin(noise[rows], noise[partner[rows]])
-    spurious = height <= PAIR_NOISE * lesser
-    heights, place = np.unique(height, return_inverse=True)
-    gain = np.where(spurious, 1.0, -PAIR_WORTH)
-    gained = np.cumsum(np.bincount(place, weights=gain, minlength=len(heights)))
-    if len(heights) == 0 or gained.max() <= 0.0:
-        return 0.0
-    return float(np.nextafter(heights[gained.argmax()], np.inf))
+    heights, group = np.unique(persistence, return_inverse=True)
+    lesser = np.full(len(heights), np.inf)
+    np.fmin.at(lesser, group, noise)
+    # Nothing known of any of them: keep them.
+    lesser[~np.isfinite(lesser)] = -np.inf
+    with np.errstate(invalid="ignore"):
+        spurious = np.isfinite(heights) & (heights <= PAIR_NOISE * lesser)
+    return spurious[group]
 
 
-def trust_ratio(persistence: np.ndarray, level: float, gap: np.ndarray) -> float:
-    """Largest persistence dropped at a level over the median gap; 0 where nothing is dropped.
+def trust_ratio(dropped: np.ndarray, gap: np.ndarray) -> float:
+    """Largest of the persistences (d,) that were dropped over the median gap; 0 without any.
 
     Up to about 0.5 the umbilics left sit where the surface has them; above 0.7 the noise that
     was cancelled is as large as the signal and they may not.
     """
-    dropped = persistence[~survivors(persistence, level)]
     finite = gap[np.isfinite(gap)]
     if len(dropped) == 0 or len(finite) == 0:
         return 0.0

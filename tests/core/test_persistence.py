@@ -13,7 +13,7 @@ from scipy.sparse import csgraph
 from surfaces import icosphere, random_points
 
 from core.cleaning import clean
-from core.persistence import choose_level, measure_persistence, survivors, trust_ratio
+from core.persistence import made_by_noise, measure_persistence, survivors, trust_ratio
 from core.surface import Surface
 
 
@@ -187,39 +187,40 @@ def test_gaps_that_are_not_finite_count_as_the_largest():
 
 
 def test_trust_ratio():
-    persistence = np.array([0.1, 0.1, 0.4, 0.4, np.inf])
+    dropped = np.array([0.1, 0.1, 0.4, 0.4])
     gap = np.array([0.5, 1.0, np.nan, 2.0])
-    assert trust_ratio(persistence, 0.0, gap) == 0.0
-    assert trust_ratio(persistence, 0.4, gap) == pytest.approx(0.1)
-    assert trust_ratio(persistence, 1.0, gap) == pytest.approx(0.4)
-    assert trust_ratio(persistence, 1.0, 0.0 * gap) == np.inf
+    assert trust_ratio(dropped[:0], gap) == 0.0
+    assert trust_ratio(dropped[:2], gap) == pytest.approx(0.1)
+    assert trust_ratio(dropped, gap) == pytest.approx(0.4)
+    assert trust_ratio(dropped, 0.0 * gap) == np.inf
+    assert trust_ratio(dropped, np.nan * gap) == 0.0
+
+
+def test_survivors_of_a_level():
+    persistence = np.array([0.1, 0.1, 0.4, 0.4, np.inf])
     assert survivors(persistence, 0.2).tolist() == [False, False, True, True, True]
+    assert survivors(persistence, 0.0).all()
+    assert survivors(persistence, 0.4).tolist() == [False, False, True, True, True]
 
 
-def test_level_parts_noise_from_surface():
+def test_noise_makes_pairs():
     persistence = np.array([0.1, 0.1, 0.3, 0.3, 2.0, 2.0, np.inf])
-    partner = np.array([1, 0, 3, 2, 5, 4, -1])
-    kept = [False] * 4 + [True] * 3
-    level = choose_level(persistence, partner, np.full(7, 0.2))
-    assert survivors(persistence, level).tolist() == kept
+    noise = np.full(7, 0.2)
+    assert made_by_noise(persistence, noise).tolist() == [True] * 4 + [False] * 3
     # The clear one of a pair speaks for both.
-    noise = np.array([0.2, 0.2, 0.2, 0.2, 0.2, 50.0, 0.2])
-    assert choose_level(persistence, partner, noise) == level
-    # One pair of the surface outweighs two of noise, and not many of them.
-    noise = np.array([0.01, 0.01, 0.2, 0.2, 2.0, 2.0, 0.2])
-    assert choose_level(persistence, partner, noise) == 0.0
-    many = np.concatenate([persistence[:2], np.repeat(np.arange(2, 6), 2)])
-    partners = np.arange(10) ^ 1
-    errors = np.array([0.01, 0.01] + [4.0] * 8)
-    assert not survivors(many, choose_level(many, partners, errors)).any()
+    noise = np.array([0.2, 0.001, 0.2, 0.2, 50.0, 0.2, 50.0])
+    assert made_by_noise(persistence, noise).tolist() == [False] * 2 + [True] * 2 + [False] * 3
+    noise[0] = np.nan
+    assert not made_by_noise(persistence, noise)[:2].any()
+    noise[1] = 0.2
+    assert made_by_noise(persistence, noise)[:2].all()
 
 
-def test_level_of_clean_or_unknown_operators_keeps_all():
-    persistence, partner = np.array([0.3, 0.3, np.inf]), np.array([1, 0, -1])
+def test_clean_or_unknown_operators_keep_all():
+    persistence = np.array([0.3, 0.3, np.inf, np.nan])
     for noise in (1e-4, np.nan, 0.0):
-        assert choose_level(persistence, partner, np.full(3, noise)) == 0.0
-    assert choose_level(np.zeros(0), np.zeros(0, dtype=int), np.zeros(0)) == 0.0
-    assert choose_level(np.full(2, np.inf), np.full(2, -1), np.ones(2)) == 0.0
+        assert not made_by_noise(persistence, np.full(4, noise)).any()
+    assert made_by_noise(np.zeros(0), np.zeros(0)).shape == (0,)
 
 
 @pytest.mark.slow
