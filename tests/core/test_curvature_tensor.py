@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from fields import exact_field, field_on_plane, flat_surface, points_of, surface_of
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid, noisy, paraboloid, renumbered, seed_patch
 
@@ -30,6 +30,10 @@ NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
 )
 def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
     """Proposition 3.5: in conformal coordinates operator and curvature tensor are one."""
+    places = np.array([place for place, _ in zeros])
+    # Zeros in one triangle are not what a linear interpolation can tell apart.
+    apart = np.abs(places[:, None] - places[None]) + np.eye(len(places))
+    assume(apart.min() > 0.3)
     surface, z = flat_surface(cells=23)
     deviator = np.full(len(z), np.exp(1j * turn))
     for place, conjugate in zeros:
