@@ -10,6 +10,7 @@ import numpy as np
 from .cleaning import clean
 from .cross_field import CrossField, cross_field
 from .detection import CurvatureField, Detection
+from .face_field import face_field_singularities
 from .features import feature_half_edges, is_convex
 from .guidance_settings import GuidanceSettings
 from .lines import Lines
@@ -18,6 +19,7 @@ from .progress import Progress
 from .separatrices import separatrices, skeleton
 from .streamlines import evenly_spaced_lines
 from .surface import Surface
+from .symmetry import MirrorPlane, find_mirror_plane
 from .triangle_planes import TrianglePlanes, lay_out
 
 
@@ -125,7 +127,13 @@ class Guide:
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
         poles = plan_poles(
-            surface, planes, cross, self.detection.umbilics, list(self.detection.regions), zone
+            surface,
+            planes,
+            cross,
+            self.detection.umbilics,
+            list(self.detection.regions),
+            zone,
+            settings.plan,
         )
         end = time.perf_counter()
         progress.step(1.0)
@@ -159,6 +167,30 @@ class Guide:
             feature_side=edges % 3,
             feature_convex=is_convex(surface, edges),
             timings={"cross field": field_seconds, "poles": pole_seconds},
+        )
+
+    def singular_vertices(self, guidance: Guidance) -> tuple[np.ndarray, np.ndarray]:
+        """Input vertices (s,) where the field of the faces is singular, and 4 times its index."""
+        planes = self.planes(Progress())
+        direction = guidance.face_direction[self.surface.source_triangle]
+        vertex, quarters = face_field_singularities(self.surface, planes, direction)
+        return self.surface.source_vertex[vertex], quarters
+
+    def symmetry(self, progress: Progress | None = None) -> MirrorPlane:
+        """The mirror plane of the surface.
+
+        Raises
+        ------
+        GuidanceError
+            It has none.
+        """
+        surface = self.surface
+        return find_mirror_plane(
+            surface.vertices * surface.unit + surface.origin,
+            surface.face_normal_area,
+            surface.triangles,
+            self.detection.umbilics,
+            progress or Progress(),
         )
 
     def lines(

@@ -51,6 +51,25 @@ class GuidanceSettings:
         help="The cross field runs along open borders",
         kind="flag",
     )
+    plan: str = setting(
+        "field",
+        label="Poles",
+        help="Which umbilics become poles",
+        kind="choice",
+        choices=(
+            Choice(
+                "field",
+                "Of the Smoothed Field",
+                "Two poles for each umbilic that the smoothed cross field still has; opposite "
+                "umbilics that merge in it cancel",
+            ),
+            Choice(
+                "umbilics",
+                "Of Every Umbilic",
+                "Two poles for every umbilic that was kept, whatever the smoothing",
+            ),
+        ),
+    )
     spacing: float | str = setting(
         AUTO,
         label="Spacing",

@@ -101,12 +101,14 @@ def plan_poles(
     umbilics: Umbilics,
     regions: list[Region],
     zone: np.ndarray | None = None,
+    plan: str = "field",
 ) -> Poles:
     """Poles from the kept umbilics and the singularities of the cross field.
 
     Each umbilic takes the nearest singularities of its sign, two of them, as they stand apart
-    in the smoothed field; what the field has lost is put across the separatrix instead. Of the
-    other singularities opposite ones cancel, and as many are planned as the sum still wants: on
+    in the smoothed field. With plan "field" these and all its other singularities are the
+    poles. With "umbilics" every umbilic has its two: what the field has lost is put across the
+    separatrix; of the other singularities only as many are planned as the sum still wants, on
     regions, whose indices are spread by the field, and where the filters left the sum open.
 
     Parameters
@@ -115,28 +117,33 @@ def plan_poles(
         Those kept by the detection, in input rows.
     zone:
         (input vertices,) bool, True where no pole is wanted.
+    plan:
+        `GuidanceSettings.plan`.
     """
     rows = _surface_rows(surface, umbilics.triangle)
     single, sign = _singularities(cross.triangle_index)
     place = surface.vertices[surface.triangles[single]].mean(axis=1)
     edge = float(np.sqrt(np.median(surface.face_normal_area[1])) * 1.5)
     owner = _claimed(surface, cross, umbilics, rows, single, sign, place, edge)
-    plan = _Plan([], [], [], [])
+    poles = _Plan([], [], [], [])
     mine = np.flatnonzero(owner >= 0)
     centre = np.full((len(single), 3), 1.0 / 3.0)
-    plan.add(single[mine], centre[mine], sign[mine], owner[mine])
-    _across_separatrices(surface, planes, cross, umbilics, rows, owner, edge, plan)
-    _remaining(surface, regions, cross, single, sign, place, owner, plan)
-    triangle = np.concatenate(plan.triangle).astype(np.int64)
-    barycentric = np.concatenate(plan.barycentric).reshape(-1, 3)
-    sign = np.concatenate(plan.sign).astype(np.int64)
-    umbilic = np.concatenate(plan.umbilic).astype(np.int64)
+    poles.add(single[mine], centre[mine], sign[mine], owner[mine])
+    if plan == "field":
+        others = np.flatnonzero(owner < 0)
+        poles.add(single[others], centre[others], sign[others], owner[others])
+    else:
+        _across_separatrices(surface, planes, cross, umbilics, rows, owner, edge, poles)
+        _remaining(surface, regions, cross, single, sign, place, owner, poles)
+    triangle = np.concatenate(poles.triangle).astype(np.int64)
+    barycentric = np.concatenate(poles.barycentric).reshape(-1, 3)
+    sign = np.concatenate(poles.sign).astype(np.int64)
+    umbilic = np.concatenate(poles.umbilic).astype(np.int64)
     order = np.lexsort((np.where(umbilic < 0, len(umbilics), umbilic),))
     triangle, barycentric = triangle[order], barycentric[order]
     sign, umbilic = sign[order], umbilic[order]
     triangle, barycentric, moved = _outside(surface, zone, triangle, barycentric)
     position = np.einsum("kc,kcx->kx", barycentric, surface.vertices[surface.triangles[triangle]])
-    region = np.full(len(surface.source_triangle), -1)
     whose = np.full(int(surface.source_triangle.max()) + 1, -1)
     for number, found in enumerate(regions):
         whose[found.triangles] = number

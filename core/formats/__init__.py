@@ -1,0 +1,31 @@
+"""Files that remeshers and field libraries read: each format has a writer and a reader.
+
+docs/formats.md says who reads what. All are text in ASCII with Unix line ends.
+"""
+
+from .curves import read_curves, write_curves
+from .dmat import read_dmat, write_dmat
+from .points import read_points_csv, read_points_json, write_points_csv, write_points_json
+from .rawfield import read_rawfield, write_rawfield
+from .rosy import read_rosy, write_rosy
+from .sharp import read_sharp, write_sharp
+from .sing import read_sing, write_sing
+
+__all__ = [
+    "read_curves",
+    "read_dmat",
+    "read_points_csv",
+    "read_points_json",
+    "read_rawfield",
+    "read_rosy",
+    "read_sharp",
+    "read_sing",
+    "write_curves",
+    "write_dmat",
+    "write_points_csv",
+    "write_points_json",
+    "write_rawfield",
+    "write_rosy",
+    "write_sharp",
+    "write_sing",
+]

@@ -1,0 +1,91 @@
+"""Numbers as text, and back, for all the formats."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import FormatError
+
+# Seventeen digits bring every double back unchanged.
+NUMBER = "%.17g"
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write ASCII text with Unix line ends on every system.
+
+    Raises
+    ------
+    FormatError
+        The file cannot be written.
+    """
+    try:
+        with open(path, "w", encoding="ascii", newline="\n") as file:
+            file.write(text)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written ({error.strerror}).") from error
+
+
+def read_text(path: Path | str) -> str:
+    """The text of a file.
+
+    Raises
+    ------
+    FormatError
+        The file cannot be read or is not text.
+    """
+    try:
+        with open(path, encoding="ascii") as file:
+            return file.read()
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read ({error.strerror}).") from error
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is not a text file.") from error
+
+
+def rows_of(values: np.ndarray, separator: str = " ") -> str:
+    """A line for each row of (r, c) numbers; whole numbers stay whole."""
+    values = np.asarray(values)
+    if not values.size:
+        return ""
+    number = "%d" if values.dtype.kind in "iub" else NUMBER
+    line = separator.join([number] * values.shape[1]) + "\n"
+    return (line * len(values)) % tuple(values.ravel().tolist())
+
+
+def numbers_of(path: Path | str, words: list[str], dtype: type = float) -> np.ndarray:
+    """(w,) words as numbers.
+
+    Raises
+    ------
+    FormatError
+        One of them is not a number.
+    """
+    try:
+        return np.array(words, dtype=dtype)
+    except (ValueError, OverflowError) as error:
+        raise FormatError(f"{path}: holds something that is not a number.") from error
+
+
+def counts_of(path: Path | str, words: list[str], expected: int) -> list[int]:
+    """The whole numbers, none negative, that head a file.
+
+    Raises
+    ------
+    FormatError
+        There are too few, or they are not whole.
+    """
+    try:
+        counts = [int(word) for word in words[:expected]]
+    except ValueError as error:
+        raise FormatError(f"{path}: does not begin with {expected} whole numbers.") from error
+    if len(counts) < expected or min(counts, default=0) < 0:
+        raise FormatError(f"{path}: does not begin with {expected} whole numbers.")
+    return counts
+
+
+def check_count(path: Path | str, found: int, expected: int) -> None:
+    """Raise `FormatError` if a file holds more or fewer numbers than it says."""
+    if found != expected:
+        raise FormatError(f"{path}: holds {found} numbers where its head says {expected}.")
