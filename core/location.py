@@ -154,7 +154,10 @@ def _refine_block(
     edge = np.linalg.norm(
         surface.vertices[corners] - surface.vertices[np.roll(corners, 1, axis=1)], axis=2
     ).mean(axis=1)
-    u, v, settled = _zero(fit, FARTHEST * edge / radius)
+    # Edges of the triangle itself or, where that is a small one, of as many vertices spread
+    # evenly over the disc of the samples.
+    spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))
+    u, v, settled = _zero(fit, FARTHEST * np.maximum(edge / radius, spread))
     operator = _operator_at(fit, u, v)
     along_u = (_deviator_at(fit, u + STEP, v) - _deviator_at(fit, u - STEP, v)) / (2 * STEP)
     along_v = (_deviator_at(fit, u, v + STEP) - _deviator_at(fit, u, v - STEP)) / (2 * STEP)
