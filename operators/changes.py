@@ -1,6 +1,7 @@
 """Who is told when the user changes a property: "filter", "view", "map" or "active"."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import bpy
 
@@ -15,6 +16,16 @@ def listen(what: str, listener: Callable[[bpy.types.Context], None]) -> None:
 def forget(what: str, listener: Callable[[bpy.types.Context], None]) -> None:
     """No longer call `listener`."""
     _listeners[what].remove(listener)
+
+
+@contextmanager
+def silence(what: str) -> Iterator[None]:
+    """Within the block nobody is told: for values that the add-on itself sets."""
+    listeners = _listeners.pop(what, [])
+    try:
+        yield
+    finally:
+        _listeners[what] = listeners
 
 
 def notify(what: str, context: bpy.types.Context) -> None:

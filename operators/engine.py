@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import live, mesh_data, record, results, summary, targets
+from . import live, maps, mesh_data, record, results, summary, targets
 from .errors import ObjectError
 from .workspace import object_mode
 
@@ -106,6 +106,8 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
         kept.signature = inputs.arrays.signature
         record.store(obj, record.make(inputs.arrays, inputs.settings, detection))
         live.apply(context, obj, inputs.settings, fresh=True)
+        if maps.is_shown_on(obj):
+            maps.show(context, obj)
 
 
 def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
@@ -114,6 +116,7 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         attributes = mesh_data.remove_results(obj.data)
         empties = results.remove(obj)
         described = summary.forget(obj)
+        maps.hide(obj)
         is_copy = targets.COPY_TAG in obj
         if is_copy:
             targets.remove_copy(context, obj)

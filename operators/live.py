@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import time
+
 import bpy
 import numpy as np
 
 from .. import core
-from . import changes, record, results, summary
+from . import changes, framing, record, results, summary
 from .preferences import Appearance
 
 AUTOMATIC = -1.0
+# Object, row and time of the last click in the list, to know a double click by.
+_clicked = ("", -1, 0.0)
 
 
 def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -99,13 +103,16 @@ def _filter_changed(context: bpy.types.Context) -> None:
 
 
 def _active_changed(context: bpy.types.Context) -> None:
-    """Select the empty of the umbilic that was clicked in the list."""
+    """Select the umbilic that was clicked in the list; frame it if it is clicked twice."""
+    global _clicked
     obj = context.view_layer.objects.active
     if obj is None or not obj.umbilics.active < len(obj.umbilics.items):
         return
     row = obj.umbilics.items[obj.umbilics.active].row
-    if row == obj.umbilics.active_row:
-        return
+    before, _clicked = _clicked, (obj.name_full, row, time.monotonic())
+    pause = context.preferences.inputs.mouse_double_click_time / 1000.0
+    if before[:2] == _clicked[:2] and _clicked[2] - before[2] < pause:
+        framing.frame(context, row)
     obj.umbilics.active_row = row
     if obj.mode == "OBJECT":
         for empty in results.empties_of(obj):

@@ -195,6 +195,11 @@ def remove_results(mesh: bpy.types.Mesh, names: Collection[str] = RESULTS.keys()
     return removed
 
 
+def to_corners(mesh: bpy.types.Mesh, values: np.ndarray) -> np.ndarray:
+    """Values of the faces (p,) at each of their corners."""
+    return np.repeat(values, _fetch(mesh.polygons, "loop_total", 1, np.int32))
+
+
 def from_triangles(
     vertices: np.ndarray, triangles: np.ndarray, smooth: bool = False
 ) -> bpy.types.Mesh:

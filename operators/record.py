@@ -95,6 +95,20 @@ def make(arrays: MeshArrays, settings: core.Settings, detection: core.Detection)
     )
 
 
+def movement(obj: bpy.types.Object, record: Record) -> np.ndarray:
+    """(4, 4) from where the record's places are to where they are now."""
+    return np.array(obj.matrix_world) @ np.linalg.inv(record.matrix)
+
+
+def place_now(obj: bpy.types.Object, record: Record, row: int) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) position and (3,) unit normal of a candidate in the world as it is now."""
+    moved = movement(obj, record)
+    candidates = record.detection.candidates
+    position = moved[:3, :3] @ candidates.position[row] + moved[:3, 3]
+    normal = np.linalg.inv(moved[:3, :3]).T @ candidates.normal[row]
+    return position, normal / max(np.linalg.norm(normal), 1e-30)
+
+
 def _decode(text: str) -> Record | None:
     try:
         with np.load(io.BytesIO(base64.b64decode(text)), allow_pickle=False) as found:

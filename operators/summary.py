@@ -15,7 +15,7 @@ from bpy.props import (
 )
 
 from .. import core
-from .changes import notify
+from .changes import notify, silence
 from .words import is_balanced
 
 # A longer list would neither be read nor keep up with a slider.
@@ -125,7 +125,8 @@ def list_items(obj: bpy.types.Object, umbilics: core.Umbilics, rows: np.ndarray)
     kept.hidden_items = len(rows) - len(chosen)
     place = np.flatnonzero(rows[chosen] == kept.active_row)
     if len(place) and place[0] != kept.active:
-        kept.active = int(place[0])
+        with silence("active"):
+            kept.active = int(place[0])
 
 
 def rows_of(text: str) -> list[int]:

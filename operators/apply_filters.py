@@ -1,0 +1,36 @@
+"""Operator: filter results again that went through other filters."""
+
+import bpy
+
+from . import changes, live
+
+
+class UMBILICS_OT_apply_filters(bpy.types.Operator):
+    bl_idname = "umbilics.apply_filters"
+    bl_label = "Apply Filters to Umbilics"
+    bl_description = (
+        "Bring the results of the active and selected objects in line with the filters; nothing "
+        "is computed again"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if not live.with_results(context):
+            cls.poll_message_set("Detect umbilics first.")
+            return False
+        return True
+
+    def execute(self, context):
+        for obj in live.with_results(context):
+            live.apply(context, obj, live.chosen_filters(context.scene))
+        changes.notify("view", context)
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_apply_filters)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_apply_filters)

@@ -1,0 +1,33 @@
+"""Operator: copy where an umbilic is."""
+
+import bpy
+
+from . import record, umbilic_actions
+
+
+class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
+    bl_idname = "umbilics.copy_coordinates"
+    bl_label = "Copy Umbilic Coordinates"
+    bl_description = "Copy the world coordinates of this umbilic to the clipboard"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return umbilic_actions.is_chosen(cls, context)
+
+    def execute(self, context):
+        obj = context.view_layer.objects.active
+        row = umbilic_actions.chosen_row(context)
+        position, _ = record.place_now(obj, record.of(obj), row)
+        text = ", ".join(f"{value:.6g}" for value in position)
+        context.window_manager.clipboard = text
+        self.report({"INFO"}, f"Copied {text}")
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_copy_coordinates)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_copy_coordinates)

@@ -1,0 +1,28 @@
+"""Operator: take one umbilic out of the results."""
+
+import bpy
+
+from . import umbilic_actions
+
+
+class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
+    bl_idname = "umbilics.delete_umbilic"
+    bl_label = "Delete Umbilic"
+    bl_description = "Take this umbilic out of the results. Undo, or Restore Deleted, brings it back"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return umbilic_actions.is_chosen(cls, context)
+
+    def execute(self, context):
+        umbilic_actions.toggle(context, "deleted", umbilic_actions.chosen_row(context))
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_delete_umbilic)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_delete_umbilic)

@@ -1,0 +1,28 @@
+"""Operator: bring an umbilic into view."""
+
+import bpy
+
+from . import framing, umbilic_actions
+
+
+class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
+    bl_idname = "umbilics.frame_umbilic"
+    bl_label = "Frame Umbilic"
+    bl_description = "Bring this umbilic into the middle of the view"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return umbilic_actions.is_chosen(cls, context)
+
+    def execute(self, context):
+        framing.frame(context, umbilic_actions.chosen_row(context))
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_frame_umbilic)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_frame_umbilic)

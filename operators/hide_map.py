@@ -1,0 +1,45 @@
+"""Operator: remove the map and put the view back as it was."""
+
+import bpy
+
+from . import maps, view_shading
+from .workspace import object_mode
+
+
+class UMBILICS_OT_hide_map(bpy.types.Operator):
+    bl_idname = "umbilics.hide_map"
+    bl_label = "Hide Curvature Map"
+    bl_description = "Remove the colours of the map and shade the view exactly as it was before"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        area = context.area
+        changed = (
+            area is not None
+            and area.type == "VIEW_3D"
+            and view_shading.is_changed(context.screen, area)
+        )
+        if not changed and not any(map(maps.is_shown_on, context.scene.objects)):
+            cls.poll_message_set("No map is shown.")
+            return False
+        return True
+
+    def execute(self, context):
+        for obj in context.scene.objects:
+            if maps.is_shown_on(obj) and obj.data.library is None:
+                with object_mode(context, obj):
+                    maps.hide(obj)
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    view_shading.put_back(window.screen, area)
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_hide_map)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_hide_map)

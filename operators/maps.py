@@ -1,0 +1,182 @@
+"""Colours of a mesh that show curvature, in a colour attribute of ours.
+
+The attribute `umbilics_map` is on vertices for values and surface types, on face corners for
+regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .. import core
+from ..core import colour_maps
+from . import changes, live, mesh_data, units
+
+NAME = "umbilics_map"
+BEFORE = "umbilics_colour_before"
+
+# Where zero parts the values in two, and which power of 1 / length they are.
+_SIGNED = {"k1": True, "k2": True, "mean": True, "gauss": True, "gap": False}
+POWER = {"k1": 1, "k2": 1, "mean": 1, "gauss": 2, "gap": 1}
+TITLES = {
+    "k1": "Curvature κ₁",
+    "k2": "Curvature κ₂",
+    "mean": "Mean curvature H",
+    "gauss": "Gaussian curvature K",
+    "gap": "Gap κ₁ − κ₂",
+    "type": "Surface type",
+    "region": "Umbilical regions",
+}
+# With as many regions the colours are not told apart by a legend any more.
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True)
+class Legend:
+    """What the colours of a map mean.
+
+    Attributes
+    ----------
+    title:
+        Above the colours, with the unit.
+    colours:
+        (s, 3) sRGB from low to high, or one for each name.
+    low, high:
+        Range of the values; not read where there are names.
+    names:
+        Of the colours one by one; empty for a scale.
+    """
+
+    title: str
+    colours: np.ndarray
+    low: float
+    high: float
+    names: tuple[str, ...] = ()
+
+
+def is_shown_on(obj: bpy.types.Object | None) -> bool:
+    """Whether the object's mesh carries a map of ours."""
+    return obj is not None and obj.type == "MESH" and NAME in obj.data.color_attributes
+
+
+def show(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Colour the object by the scene's choice; False if it has no values to show."""
+    display = context.scene.umbilics_display
+    mesh = obj.data
+    values = _values(mesh, display.map)
+    if values is None:
+        return False
+    if display.map in POWER:
+        low, high = _range(display, values)
+        colours = colour_maps.coloured(values, low, high, _scale(display.map))
+    elif display.map == "type":
+        colours = np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])[values]
+    else:
+        colours = _region_colours(obj)[values]
+    _store(mesh, colours, "CORNER" if display.map == "region" else "POINT")
+    return True
+
+
+def hide(obj: bpy.types.Object) -> bool:
+    """Remove the colours and make the attribute active that was; whether there were any."""
+    if not is_shown_on(obj):
+        return False
+    colours = obj.data.color_attributes
+    colours.remove(colours[NAME])
+    before = colours.find(obj.data.get(BEFORE, ""))
+    if before >= 0:
+        colours.active_color_index = before
+    if BEFORE in obj.data:
+        del obj.data[BEFORE]
+    return True
+
+
+def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
+    """What the colours that `show` gave the object mean."""
+    display = scene.umbilics_display
+    title = TITLES[display.map]
+    if display.map == "type":
+        names = tuple(name.capitalize() for name in core.SURFACE_TYPES)
+        return Legend(title, colour_maps.TYPE_COLOURS, 0.0, 0.0, names)
+    if display.map == "region":
+        count = min(obj.umbilics.regions, _MOST_NAMED)
+        names = ("None", *(f"Region {number + 1}" for number in range(count)))
+        return Legend(title, _region_colours(obj)[: count + 1], 0.0, 0.0, names)
+    unit, factor = units.of_curvature(scene, POWER[display.map])
+    low, high = display.range_low * factor, display.range_high * factor
+    return Legend(f"{title}  [{unit}]", _scale(display.map), low, high)
+
+
+def _values(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
+    """(n,) values at the vertices, or codes at vertices or corners; None without results."""
+    if name == "region":
+        regions = mesh_data.read_result(mesh, "umbilics_region")
+        return None if regions is None else mesh_data.to_corners(mesh, regions)
+    if name == "type":
+        return mesh_data.read_result(mesh, "umbilics_surface_type")
+    k1 = mesh_data.read_result(mesh, "umbilics_k1")
+    k2 = mesh_data.read_result(mesh, "umbilics_k2")
+    if k1 is None or k2 is None:
+        return None
+    return {
+        "k1": lambda: k1,
+        "k2": lambda: k2,
+        "mean": lambda: 0.5 * (k1 + k2),
+        "gauss": lambda: k1 * k2,
+        "gap": lambda: k1 - k2,
+    }[name]()
+
+
+def _range(display: bpy.types.PropertyGroup, values: np.ndarray) -> tuple[float, float]:
+    """The range of the colours, which the scene keeps for the legend and for locking."""
+    if not display.lock_range:
+        low, high = colour_maps.robust_range(values, display.percentile, _SIGNED[display.map])
+        with changes.silence("map"):
+            display.range_low, display.range_high = low, high
+    return display.range_low, display.range_high
+
+
+def _scale(name: str) -> np.ndarray:
+    return colour_maps.diverging() if _SIGNED[name] else colour_maps.sequential()
+
+
+def _region_colours(obj: bpy.types.Object) -> np.ndarray:
+    """(regions + 1, 3) sRGB: light grey outside, then one for each region."""
+    count = max(obj.umbilics.regions, 0)
+    return np.vstack([np.full((1, 3), 0.86), colour_maps.distinct(count)])
+
+
+def _store(mesh: bpy.types.Mesh, colours: np.ndarray, domain: str) -> None:
+    present = mesh.color_attributes.get(NAME)
+    if present is None:
+        active = mesh.color_attributes.active_color
+        mesh[BEFORE] = active.name if active is not None else ""
+    elif present.domain != domain:
+        mesh.color_attributes.remove(present)
+        present = None
+    if present is None:
+        present = mesh.color_attributes.new(NAME, "BYTE_COLOR", domain)
+        present = mesh.color_attributes[NAME]
+    rgba = np.ones((len(colours), 4), dtype=np.float32)
+    rgba[:, :3] = colours
+    present.data.foreach_set("color_srgb", rgba.ravel())
+    mesh.color_attributes.active_color_index = mesh.color_attributes.find(NAME)
+    mesh.update()
+
+
+def _map_changed(context: bpy.types.Context) -> None:
+    for obj in live.with_results(context):
+        if is_shown_on(obj) and obj.mode == "OBJECT":
+            show(context, obj)
+    changes.notify("view", context)
+
+
+def register() -> None:
+    changes.listen("map", _map_changed)
+
+
+def unregister() -> None:
+    changes.forget("map", _map_changed)

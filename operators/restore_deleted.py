@@ -1,0 +1,35 @@
+"""Operator: bring back the umbilics that were deleted by hand."""
+
+import bpy
+
+from . import changes, live
+
+
+class UMBILICS_OT_restore_deleted(bpy.types.Operator):
+    bl_idname = "umbilics.restore_deleted"
+    bl_label = "Restore Deleted Umbilics"
+    bl_description = "Bring back the umbilics of the active object that were deleted by hand"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        obj = context.view_layer.objects.active
+        if obj is None or not obj.umbilics.deleted:
+            cls.poll_message_set("No umbilic was deleted.")
+            return False
+        return True
+
+    def execute(self, context):
+        obj = context.view_layer.objects.active
+        obj.umbilics.deleted = ""
+        live.apply(context, obj, live.used_filters(obj))
+        changes.notify("view", context)
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_restore_deleted)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_restore_deleted)

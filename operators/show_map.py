@@ -1,0 +1,48 @@
+"""Operator: colour the mesh by a curvature and show it."""
+
+import bpy
+
+from . import live, maps, running, view_shading
+from .workspace import object_mode
+
+
+class UMBILICS_OT_show_map(bpy.types.Operator):
+    bl_idname = "umbilics.show_map"
+    bl_label = "Show Curvature Map"
+    bl_description = (
+        "Colour the active and selected meshes by the chosen map, and show colours in this view. "
+        "Hide Map puts all of it back"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        reason = ""
+        if not live.with_results(context):
+            reason = "Detect umbilics first: the map shows what the detection measured."
+        if running.current() is not None:
+            reason = "A detection is running. Wait for it, or press Esc."
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        shown = []
+        for obj in live.with_results(context):
+            with object_mode(context, obj):
+                if maps.show(context, obj):
+                    shown.append(obj)
+        if not shown:
+            self.report({"ERROR"}, "The results were removed from the mesh. Detect again.")
+            return {"CANCELLED"}
+        if context.area is not None and context.area.type == "VIEW_3D":
+            view_shading.show_attributes(context.screen, context.area)
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_show_map)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_show_map)
