@@ -6,6 +6,7 @@ import bpy
 
 from .. import core
 from ..operators import running
+from ..operators.add_arrows import UMBILICS_OT_add_arrows
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.detect import UMBILICS_OT_detect
@@ -75,6 +76,7 @@ class UMBILICS_PT_result(_Tab, bpy.types.Panel):
                 f"{result.expected_index_sum:g}",
                 icon="CHECKMARK" if result.balanced else "ERROR",
             )
+        self.layout.operator(UMBILICS_OT_add_arrows.bl_idname, icon="ARROW_LEFTRIGHT")
         for warning in result.warnings:
             _paragraph(self.layout.box(), context, warning.text)
 

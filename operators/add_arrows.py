@@ -1,0 +1,48 @@
+"""Operator: draw the principal directions of the active mesh with Geometry Nodes."""
+
+import bpy
+
+from . import engine
+from .arrow_nodes import GROUP_TAG, arrow_group
+
+
+class UMBILICS_OT_add_arrows(bpy.types.Operator):
+    bl_idname = "umbilics.add_arrows"
+    bl_label = "Add Arrows"
+    bl_description = (
+        "Draw arrows along the principal directions with a Geometry Nodes modifier, from the "
+        "attributes that a detection left on the mesh"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        obj = context.active_object
+        reason = engine.why_not(obj)
+        if not reason and not obj.umbilics.detected:
+            reason = f"{obj.name} has no results. Detect first."
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        obj = context.active_object
+        if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
+            self.report({"INFO"}, f"{obj.name} has arrows already.")
+            return {"CANCELLED"}
+        modifier = obj.modifiers.new("Umbilics Arrows", "NODES")
+        modifier.node_group = arrow_group()
+        return {"FINISHED"}
+
+
+def is_ours(modifier: bpy.types.Modifier) -> bool:
+    """Whether a Geometry Nodes modifier draws our arrows."""
+    return modifier.node_group is not None and GROUP_TAG in modifier.node_group
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_add_arrows)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_add_arrows)
