@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -85,6 +85,11 @@ class Guide:
         self._counts = len(vertices), len(triangles)
         self._field = _on_surface(self.surface, detection.curvature)
         self._planes: TrianglePlanes | None = None
+
+    def keep(self, rows: np.ndarray) -> None:
+        """Go on with the given candidates of the detection as the kept umbilics."""
+        umbilics = self.detection.candidates.select(rows)
+        self.detection = replace(self.detection, umbilics=umbilics)
 
     @property
     def undirected(self) -> np.ndarray:

@@ -95,6 +95,10 @@ def find_mirror_plane(
     rough.sort(key=lambda item: item[1])
     finals = [_refined(plane, samples, target, STEPS) for plane, _ in rough[:FINALISTS]]
     best, least = min(finals, key=lambda item: item[1])
+    # On meshes that are symmetric vertex by vertex this finds the plane to the last digits.
+    exact, remaining = _refined(best, *_of_vertices(vertices, triangles, face_normal_area), STEPS)
+    if remaining < least:
+        best, least = exact, remaining
     normal, offset = best
     score = 1.0 - least / (ASYMMETRIC * size)
     if score <= 0.0:
@@ -129,6 +133,23 @@ def _sampled(vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tupl
     samples, _ = points(SAMPLES)
     dense, normals = points(16 * SAMPLES)
     return middle, samples, (cKDTree(dense), normals)
+
+
+def _of_vertices(vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple) -> tuple:
+    """Some vertices to reflect, and a tree of all of them with their normals."""
+    normal, area = face_normal_area
+    total = np.stack(
+        [
+            np.bincount(
+                triangles.ravel(), np.repeat(normal[:, axis] * area, 3), minlength=len(vertices)
+            )
+            for axis in range(3)
+        ],
+        axis=1,
+    )
+    total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
+    step = max(1, len(vertices) // (4 * SAMPLES))
+    return vertices[::step], (cKDTree(vertices), total)
 
 
 def _reflected(points: np.ndarray, normal: np.ndarray, offset: float | np.ndarray) -> np.ndarray:

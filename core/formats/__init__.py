@@ -5,6 +5,7 @@ docs/formats.md says who reads what. All are text in ASCII with Unix line ends.
 
 from .curves import read_curves, write_curves
 from .dmat import read_dmat, write_dmat
+from .mesh import read_mesh, write_mesh
 from .points import read_points_csv, read_points_json, write_points_csv, write_points_json
 from .rawfield import read_rawfield, write_rawfield
 from .rosy import read_rosy, write_rosy
@@ -14,6 +15,7 @@ from .sing import read_sing, write_sing
 __all__ = [
     "read_curves",
     "read_dmat",
+    "read_mesh",
     "read_points_csv",
     "read_points_json",
     "read_rawfield",
@@ -22,6 +24,7 @@ __all__ = [
     "read_sing",
     "write_curves",
     "write_dmat",
+    "write_mesh",
     "write_points_csv",
     "write_points_json",
     "write_rawfield",
