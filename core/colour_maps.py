@@ -29,7 +29,7 @@ _FROM_LAB = np.linalg.inv(_TO_LAB)
 
 _STEPS = 256
 # Lightness at the ends, hue in degrees at the ends, and chroma at its largest.
-_SEQUENTIAL = {"lightness": (0.22, 0.93), "hue": (292.0, 98.0), "chroma": 0.135}
+_SEQUENTIAL = {"lightness": (0.28, 0.93), "hue": (292.0, 98.0), "chroma": 0.135}
 _DIVERGING = {"lightness": (0.40, 0.95), "hue": (256.0, 38.0), "chroma": 0.145}
 
 TYPE_COLOURS = np.array(

@@ -20,6 +20,8 @@ BEFORE = "umbilics_colour_before"
 
 # Where zero parts the values in two, and which power of 1 / length they are.
 _SIGNED = {"k1": True, "k2": True, "mean": True, "gauss": True, "gap": False}
+# Maps whose low values are dark, so that what is drawn over them has to be light.
+DARK = ("gap",)
 POWER = {"k1": 1, "k2": 1, "mean": 1, "gauss": 2, "gap": 1}
 TITLES = {
     "k1": "Curvature κ₁",

@@ -23,7 +23,7 @@ def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
         unreadable = "The results are of another version of this add-on."
         return [unreadable] if obj.umbilics.detected else []
     found = []
-    if _is_edited(context, obj):
+    if is_edited(context, obj):
         found.append("The mesh was edited.")
     if not _same_scale(np.array(obj.matrix_world), kept.matrix):
         found.append("The object was scaled.")
@@ -77,7 +77,8 @@ def _same_scale(now: np.ndarray, then: np.ndarray) -> bool:
     return bool(np.allclose(*metrics, rtol=_SAME_SCALE, atol=_SAME_SCALE * np.abs(metrics[1]).max()))
 
 
-def _is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Whether the mesh is no longer the one that was analysed, as far as is known now."""
     key = obj.name_full, obj.umbilics.stamp
     if key not in _edited:
         if obj.mode != "OBJECT":

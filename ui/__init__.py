@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-_MODULES = ("panel",)
+_MODULES = ("overlay", "panel")
 
 
 def register() -> None:

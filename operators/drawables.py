@@ -1,0 +1,281 @@
+"""What the overlay draws, as arrays: extracted here without a GPU, drawn elsewhere.
+
+Every vertex is a place in the object's space with two directions, U and V, and how far to go
+along them: some of it in lengths of the world, some in pixels of the screen. So one extraction
+serves every view and zoom, and a moved object needs no new one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .. import core
+from ..core import point_layers
+from . import live, mesh_data, record, results
+from .glyphs import OUTLINES
+from .preferences import Appearance
+
+# A direction counts fully where the gap is this part of its median, and nothing at a fifth of it.
+_CLEAR_GAP = 0.3
+# Strokes drawn or left out together; smaller blocks of a layer fit a close view better.
+_BLOCK = 2048
+# Half the length of a stroke, in distances between strokes.
+_STROKE = 0.42
+# Rays and rims in sizes of a glyph; the ring around the chosen one.
+_RAY, _RIM, _RING = 3.4, 1.28, 2.1
+_CIRCLE = 32
+_DARK = (0.008, 0.008, 0.01)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Triangles whose vertices the shader moves into place.
+
+    Attributes
+    ----------
+    centre, u, v:
+        (p, 3) float32 in the object's space.
+    reach:
+        (p, 4) float32: along U and V in world lengths, then along U and V in pixels.
+    colour:
+        (p, 4) float32 linear sRGB and opacity.
+    triangles:
+        (t, 3) int32.
+    """
+
+    centre: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    reach: np.ndarray
+    colour: np.ndarray
+    triangles: np.ndarray
+
+
+@dataclass(frozen=True)
+class Strokes:
+    """Principal directions, in layers from few to all.
+
+    Attributes
+    ----------
+    places, d1, d2:
+        (n, 3) float32 in the object's space, in the order of the layers.
+    weight:
+        (n,) float32 from 0, where a direction means nothing, to 1.
+    blocks:
+        Rows (first, end, layer) of points that lie near each other.
+    sphere:
+        (blocks, 4) float32 centre and radius of each.
+    cell:
+        Distance between the points of the first layer; it halves from layer to layer.
+    """
+
+    places: np.ndarray
+    d1: np.ndarray
+    d2: np.ndarray
+    weight: np.ndarray
+    blocks: np.ndarray
+    sphere: np.ndarray
+    cell: float
+
+
+def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
+    """Places, d1, d2 (n, 3) and gap (n,) at the vertices; None where there is nothing to draw."""
+    if obj.mode != "OBJECT":
+        return None
+    names = ("umbilics_d1", "umbilics_d2", "umbilics_gap")
+    found = [mesh_data.read_result(obj.data, name) for name in names]
+    if any(values is None for values in found):
+        return None
+    return mesh_data.positions(obj.data), *found
+
+
+def strokes(places: np.ndarray, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray) -> Strokes:
+    """Arrange what `read_field` gave; touches arrays only, so that any thread may do it."""
+    known = np.flatnonzero(d1.any(axis=1))
+    layered = point_layers.layers(places[known])
+    order = known[np.concatenate(layered.rows)]
+    typical = float(np.median(gap[known])) if len(known) else 0.0
+    ratio = gap[order] / (_CLEAR_GAP * typical) if typical > 0.0 else np.ones(len(order))
+    weight = np.clip((ratio - 0.2) / 0.8, 0.0, 1.0)
+    blocks, first = [], 0
+    for layer, rows in enumerate(layered.rows):
+        for start in range(0, len(rows), _BLOCK):
+            end = min(start + _BLOCK, len(rows))
+            blocks.append((first + start, first + end, layer))
+        first += len(rows)
+    places = places[order].astype(np.float32)
+    spheres = np.zeros((len(blocks), 4), np.float32)
+    for row, (start, end, _) in enumerate(blocks):
+        low, high = places[start:end].min(axis=0), places[start:end].max(axis=0)
+        spheres[row, :3] = 0.5 * (low + high)
+        spheres[row, 3] = 0.5 * np.linalg.norm(high - low)
+    return Strokes(
+        places,
+        d1[order],
+        d2[order],
+        (weight * weight * (3.0 - 2.0 * weight)).astype(np.float32),
+        np.array(blocks, dtype=np.int64).reshape(-1, 3),
+        spheres,
+        layered.cell,
+    )
+
+
+def stroke_shape(
+    found: Strokes, block: int, second: bool, width: float, colour: tuple[float, ...]
+) -> Shape:
+    """The strokes of one block, one unit long; the shader is told how long that is."""
+    first, end, _ = found.blocks[block]
+    rows = slice(int(first), int(end))
+    along, across = found.d1[rows], found.d2[rows]
+    if second:
+        along, across = across, along
+    corners = np.array([(-1, 0, 0, -1), (1, 0, 0, -1), (1, 0, 0, 1), (-1, 0, 0, 1)], np.float32)
+    corners *= (_STROKE, 0.0, 0.0, 0.5 * width)
+    colours = np.tile(np.array(colour, np.float32), (end - first, 1))
+    colours[:, 3] *= found.weight[rows]
+    return _repeated(
+        found.places[rows], along, across, corners, colours, np.array([[0, 1, 2], [0, 2, 3]])
+    )
+
+
+def umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> list[Shape]:
+    """Discs, rays and glyphs of the object's umbilics, in the order they are drawn.
+
+    `faint`: the results are stale, and look it.
+    """
+    kept = record.of(obj)
+    rows = live.shown_rows(obj, context.scene)
+    if kept is None or not len(rows):
+        return []
+    display, look = context.scene.umbilics_display, Appearance(context)
+    chosen = kept.detection.candidates.select(rows)
+    back = np.linalg.inv(kept.matrix)
+    centre = chosen.position @ back[:3, :3].T + back[:3, 3]
+    frames = results.frames_of(chosen)
+    u, v = (frames[:, :3, axis] @ back[:3, :3].T for axis in (0, 1))
+    opacity = 0.35 if faint else 1.0
+    shapes = []
+    if display.discs:
+        shapes.append(_discs(centre, u, v, chosen.uncertainty, look, opacity))
+    if display.rays:
+        shapes.append(_rays(chosen, centre, back, look, opacity))
+    if display.glyphs:
+        drawn = _without_empty(obj, rows)
+        for kind in core.KINDS:
+            of_kind = drawn & (chosen.kind == kind)
+            if of_kind.any():
+                place = centre[of_kind], u[of_kind], v[of_kind]
+                shapes += _glyphs(kind, *place, look, opacity)
+    active = rows == obj.umbilics.active_row
+    if active.any():
+        shapes.append(_ring(centre[active], u[active], v[active], look))
+    return shapes
+
+
+def _without_empty(obj: bpy.types.Object, rows: np.ndarray) -> np.ndarray:
+    """(k,) bool, the rows that no visible empty shows already."""
+    seen = [e.get("umbilics_row", -1) for e in results.empties_of(obj) if e.visible_get()]
+    return ~np.isin(rows, seen)
+
+
+def _glyphs(
+    kind: str,
+    centre: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    look: Appearance,
+    opacity: float,
+) -> list[Shape]:
+    """A dark rim, then the glyph in its colour: it stands out from any background."""
+    shapes = []
+    outline = OUTLINES[kind]
+    fan = np.arange(len(outline))
+    triangles = np.column_stack([np.full(len(fan), len(fan)), fan, np.roll(fan, -1)])
+    reach = np.linalg.norm(outline, axis=1, keepdims=True)
+    for grown, colour in (
+        (outline * (1.0 + (_RIM - 1.0) / np.maximum(reach, 0.3)), _DARK),
+        (outline, look.colours[kind][:3]),
+    ):
+        corners = np.zeros((len(outline) + 1, 4), np.float32)
+        corners[:-1, 2:] = 0.75 * look.glyph_size * grown
+        colours = np.tile(np.array([*colour, opacity], np.float32), (len(centre), 1))
+        shapes.append(_repeated(centre, u, v, corners, colours, triangles))
+    return shapes
+
+
+def _rays(
+    chosen: core.Umbilics, centre: np.ndarray, back: np.ndarray, look: Appearance, opacity: float
+) -> Shape:
+    """From the umbilic outwards, thinning out."""
+    known = np.isfinite(chosen.separatrix).all(axis=2)
+    which, ray = np.nonzero(known)
+    # The line runs into the point along the separatrix: it is seen on the side it comes from.
+    along = chosen.separatrix[which, ray]
+    across = np.cross(chosen.normal[which], along)
+    u, v = along @ back[:3, :3].T, across @ back[:3, :3].T
+    length, half = _RAY * look.glyph_size, 0.75 * look.stroke_width
+    corners = np.array([(0, 0, 0, -half), (0, 0, length, 0), (0, 0, 0, half)], np.float32)
+    colours = np.zeros((len(which), 4), np.float32)
+    for kind in core.KINDS:
+        of_kind = chosen.kind[which] == kind
+        colours[of_kind] = (*look.colours[kind][:3], opacity)
+    return _repeated(centre[which], u, v, corners, colours, np.array([[0, 1, 2]]))
+
+
+def _discs(
+    centre: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    radius: np.ndarray,
+    look: Appearance,
+    opacity: float,
+) -> Shape:
+    """Translucent discs as wide as the standard error of the place."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
+    corners = np.zeros((_CIRCLE + 1, 4), np.float32)
+    corners[:-1, :2] = np.column_stack([np.cos(angle), np.sin(angle)])
+    fan = np.arange(_CIRCLE)
+    triangles = np.column_stack([np.full(_CIRCLE, _CIRCLE), fan, np.roll(fan, -1)])
+    colours = np.tile(np.array([1.0, 1.0, 1.0, 0.35 * opacity], np.float32), (len(centre), 1))
+    shape = _repeated(centre, u, v, corners, colours, triangles)
+    shape.reach[:, :2] *= np.repeat(np.nan_to_num(radius), _CIRCLE + 1)[:, None]
+    return shape
+
+
+def _ring(centre: np.ndarray, u: np.ndarray, v: np.ndarray, look: Appearance) -> Shape:
+    """A white ring around the umbilic that is active in the list."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
+    around = np.column_stack([np.cos(angle), np.sin(angle)])
+    corners = np.zeros((2 * _CIRCLE, 4), np.float32)
+    corners[:_CIRCLE, 2:] = (_RING * look.glyph_size - 1.0) * around
+    corners[_CIRCLE:, 2:] = (_RING * look.glyph_size + 1.0) * around
+    a = np.arange(_CIRCLE)
+    b = np.roll(a, -1)
+    triangles = np.vstack(
+        [np.column_stack([a, a + _CIRCLE, b]), np.column_stack([b, a + _CIRCLE, b + _CIRCLE])]
+    )
+    colours = np.ones((len(centre), 4), np.float32)
+    return _repeated(centre, u, v, corners, colours, triangles)
+
+
+def _repeated(
+    centre: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    corners: np.ndarray,
+    colours: np.ndarray,
+    triangles: np.ndarray,
+) -> Shape:
+    """The same corners (c, 4) and triangles (t, 3) at each of k places."""
+    count, size = len(centre), len(corners)
+    first = (np.arange(count) * size)[:, None, None]
+    each = [np.repeat(values, size, axis=0).astype(np.float32) for values in (centre, u, v)]
+    return Shape(
+        *each,
+        np.tile(corners, (count, 1)).astype(np.float32),
+        np.repeat(colours, size, axis=0).astype(np.float32),
+        (triangles[None] + first).reshape(-1, 3).astype(np.int32),
+    )

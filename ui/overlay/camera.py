@@ -1,0 +1,73 @@
+"""Where a 3D view looks from, in the few numbers that drawing needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+
+@dataclass(frozen=True)
+class Camera:
+    """One region of a 3D view.
+
+    Attributes
+    ----------
+    view_projection:
+        From the world to the clip space.
+    viewer:
+        Place of the viewer and 1 in perspective, direction to it and 0 without.
+    pixel:
+        Length of a pixel in the world at clip depth w = 1.
+    pivot:
+        What the view turns around.
+    """
+
+    view_projection: Matrix
+    viewer: tuple[float, float, float, float]
+    pixel: float
+    pivot: Vector
+
+    @classmethod
+    def of(cls, region: bpy.types.Region, view: bpy.types.RegionView3D) -> Camera:
+        """The camera of a region as it is being drawn."""
+        window = view.window_matrix
+        back = view.view_matrix.inverted()
+        perspective = abs(window[3][3]) < 0.5
+        place = back.translation if perspective else back.col[2].to_3d()
+        # In the camera's own view the aspect is the camera's: the larger scale is the pixel's.
+        pixel = 2.0 / max(region.height * abs(window[1][1]), 1e-30)
+        viewer = (*place, 1.0 if perspective else 0.0)
+        return cls(view.perspective_matrix.copy(), viewer, pixel, view.view_location.copy())
+
+    def depth(self, place: Vector) -> float:
+        """Clip depth w of a place: 1 everywhere without perspective."""
+        return (self.view_projection @ place.to_4d())[3]
+
+    def pixel_near(self, centre: Vector, radius: float) -> float:
+        """Length of a pixel about where the user looks at a sphere."""
+        if (self.pivot - centre).length < 2.0 * radius:
+            depth = self.depth(self.pivot)
+            nearest = self.depth(centre) - radius
+            # Close to the surface it is nearer than the pivot, which often lies deep inside.
+            depth = max(min(depth, max(nearest, 0.3 * depth)), 1e-9) if self.viewer[3] else depth
+        else:
+            depth = max(self.depth(centre) - 0.5 * radius, 1e-9)
+        return self.pixel * depth
+
+    def sees(self, spheres: np.ndarray, model: Matrix) -> np.ndarray:
+        """(b,) bool, whether spheres (b, 4) of the object's space may be in the picture."""
+        matrix = np.array(self.view_projection)
+        moved = np.array(model)
+        scale = np.linalg.norm(moved[:3, :3], axis=0).max()
+        centres = spheres[:, :3] @ moved[:3, :3].T + moved[:3, 3]
+        radius = spheres[:, 3] * scale
+        inside = np.ones(len(spheres), bool)
+        for axis in (0, 1):
+            for sign in (1.0, -1.0):
+                plane = matrix[3] + sign * matrix[axis]
+                length = np.linalg.norm(plane[:3])
+                inside &= centres @ plane[:3] + plane[3] > -radius * length
+        return inside

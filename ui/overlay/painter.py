@@ -1,0 +1,164 @@
+"""Draws the results of one object from batches that are kept until what they show changes."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, field
+
+import bpy
+import gpu
+from mathutils import Vector
+
+from ...operators import drawables, live, maps, stale
+from ...operators.preferences import Appearance
+from . import shader
+from .camera import Camera
+
+# Directions of this many objects stay in memory.
+_MOST = 8
+# Strokes lie flat: they are lifted by this part of their length to clear a curved surface.
+_LIFT = 0.1
+
+_directions: OrderedDict[str, _Directions] = OrderedDict()
+_umbilics: dict[str, _Umbilics] = {}
+
+
+@dataclass
+class _Directions:
+    """Strokes of one detection; arranged by a thread, since a million take a second."""
+
+    strokes: drawables.Strokes | None = None
+    thread: threading.Thread | None = None
+    batches: dict[tuple, gpu.types.GPUBatch] = field(default_factory=dict)
+
+
+@dataclass
+class _Umbilics:
+    """Glyphs and what goes with them, and the signature of what they were made from."""
+
+    signature: tuple = ()
+    batches: list[gpu.types.GPUBatch] = field(default_factory=list)
+
+
+def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> None:
+    """Draw what the scene's choices ask for."""
+    display = context.scene.umbilics_display
+    edited = stale.is_edited(context, obj)
+    program = shader.shader()
+    program.bind()
+    program.uniform_float("view_projection", camera.view_projection)
+    program.uniform_float("model", obj.matrix_world)
+    program.uniform_float("viewer", camera.viewer)
+    if display.directions and not edited:
+        _draw_directions(context, obj, camera, program)
+    program.uniform_float("size", (1.0, camera.pixel, 1.0, 0.0))
+    for batch in _umbilic_batches(context, obj, edited):
+        batch.draw(program)
+
+
+def forget() -> None:
+    """Let go of everything on the GPU, and of the threads."""
+    for kept in _directions.values():
+        if kept.thread is not None:
+            kept.thread.join()
+    _directions.clear()
+    _umbilics.clear()
+
+
+def is_waiting() -> bool:
+    """Whether a thread arranges strokes that will be drawn later."""
+    waiting = False
+    for kept in _directions.values():
+        if kept.thread is not None and not kept.thread.is_alive():
+            kept.thread.join()
+            kept.thread = None
+        waiting |= kept.thread is not None
+    return waiting
+
+
+def _draw_directions(context, obj, camera: Camera, program) -> None:
+    kept = _arranged(obj)
+    if kept is None or kept.strokes is None:
+        return
+    display, look = context.scene.umbilics_display, Appearance(context)
+    found = kept.strokes
+    if not len(found.blocks):
+        return
+    scale = max(obj.matrix_world.to_scale(), key=abs)
+    scale = abs(scale) or 1.0
+    swapped = display.map in maps.DARK and maps.is_shown_on(obj)
+    centre, radius = _sphere(obj)
+    spacing = display.density * context.preferences.system.ui_scale
+    wanted = spacing * camera.pixel_near(centre, radius)
+    # Layers up to the whole part are drawn, the next one fades in.
+    level = math.log2(max(found.cell * scale / wanted, 1e-9))
+    last = max(math.ceil(level), 0)
+    shown = (found.blocks[:, 2] <= last) & camera.sees(found.sphere, obj.matrix_world)
+    for block in shown.nonzero()[0].tolist():
+        layer = int(found.blocks[block, 2])
+        opacity = min(max(level - layer + 1.0, 0.0), 1.0) if layer else 1.0
+        if opacity <= 0.02:
+            continue
+        program.uniform_float("size", (wanted, camera.pixel, opacity, _LIFT * wanted))
+        for second in (False, True)[: 1 + display.crosses]:
+            # On a map that is dark the colours change places.
+            colour = look.stroke_colours[second != swapped]
+            key = block, second, look.stroke_width, colour
+            if key not in kept.batches:
+                shape = drawables.stroke_shape(found, block, second, look.stroke_width, colour)
+                kept.batches[key] = shader.batch(shape)
+            kept.batches[key].draw(program)
+
+
+def _arranged(obj) -> _Directions | None:
+    """The strokes of the object's detection; the first time a thread begins to arrange them."""
+    stamp = obj.umbilics.stamp
+    kept = _directions.get(stamp)
+    if kept is None:
+        arrays = drawables.read_field(obj)
+        if arrays is None:
+            return None
+        kept = _directions[stamp] = _Directions()
+
+        def work() -> None:
+            kept.strokes = drawables.strokes(*arrays)
+
+        kept.thread = threading.Thread(target=work, name="umbilics strokes")
+        kept.thread.start()
+        while len(_directions) > _MOST:
+            _, oldest = _directions.popitem(last=False)
+            if oldest.thread is not None:
+                oldest.thread.join()
+    _directions.move_to_end(stamp)
+    return kept
+
+
+def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
+    display, look = context.scene.umbilics_display, Appearance(context)
+    mine = obj.umbilics
+    # The empties say by their number and visibility which glyphs they take over.
+    visible = tuple(child.visible_get() for child in obj.children) if display.glyphs else ()
+    signature = (
+        mine.stamp,
+        live.shown_rows(obj, context.scene).tobytes(),
+        mine.active_row,
+        faint,
+        visible,
+        (display.glyphs, display.rays, display.discs),
+        (look.glyph_size, look.stroke_width, tuple(look.colours.values())),
+    )
+    kept = _umbilics.setdefault(obj.name_full, _Umbilics())
+    if kept.signature != signature:
+        shapes = drawables.umbilics(context, obj, faint)
+        kept.batches = [shader.batch(shape) for shape in shapes if len(shape.triangles)]
+        kept.signature = signature
+    return kept.batches
+
+
+def _sphere(obj: bpy.types.Object) -> tuple[Vector, float]:
+    """A sphere around the object, in the world."""
+    corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
+    centre = sum(corners, Vector()) / 8.0
+    return centre, max((corner - centre).length for corner in corners)
