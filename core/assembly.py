@@ -15,6 +15,7 @@ from .interpolation import face_deviators
 from .location import refine
 from .progress import Progress
 from .regions import RegionMap, describe_regions
+from .scale import change_of_scale
 from .settings import Settings
 from .surface import Surface
 
@@ -104,6 +105,9 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     noise = np.einsum("rk,rk->r", parts.noise[corners], barycentric)
     error = noise
     located = np.ones(len(hits), bool)
+    if fitted.neighbourhood is not None:
+        change = change_of_scale(surface, fitted.field, fitted.neighbourhood, corners.ravel())
+        noise = np.hypot(noise, change.reshape(-1, 3).mean(axis=1))
     if fitted.neighbourhood is not None and settings.method != "I":
         places = refine(
             surface, fitted.field.normal, triangle, barycentric, fitted.neighbourhood, progress
@@ -161,9 +165,13 @@ def _at_border(
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """(k,) standard error of the place: that of the deviator over its least slope ||p|-|q||."""
+    """(k,) standard error of the place: that of the deviator over its least slope ||p|-|q||.
+
+    No more than the diagonal of the unit box: nothing is known of the place then.
+    """
     slope = np.abs(np.abs(p) - np.abs(q))
-    return np.divide(error, slope, out=np.full(len(p), np.inf), where=slope > 0)
+    size = 2.0 * np.sqrt(3.0)
+    return np.fmin(np.divide(error, slope, out=np.full(len(p), size), where=slope > 0), size)
 
 
 def _rays(p: np.ndarray, q: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

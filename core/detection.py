@@ -76,7 +76,8 @@ class Umbilics:
     uncertainty:
         (k,) float64 standard error of the position, in length.
     noise:
-        (k,) float64 standard error of the gap at the point, in 1 / length; NaN where unknown.
+        (k,) float64 error of the gap around the point, in 1 / length: its standard error, and
+        how much it changes when the fit reaches further. NaN where unknown.
     separatrix:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.

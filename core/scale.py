@@ -11,6 +11,7 @@ import dataclasses
 
 import numpy as np
 
+from .detection import CurvatureField
 from .jets import Jets, fit_jets
 from .neighbourhoods import Neighbourhood
 from .normals import smooth_normals
@@ -30,6 +31,11 @@ AGREEMENT = 0.95
 CLEAN = 1.5
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
+# Rings that a fit must reach further to show whether the mesh resolves the shape, and the share
+# of the change that counts as error. With these the test patch keeps its weak pair in all of
+# fourteen meshings, and a scanned bunny eight of a hundred umbilics.
+FURTHER = 2
+CHANGE_SHARE = 0.5
 # Residuals below this share of the radius are round-off: there is no noise to average out.
 ROUND_OFF = 1e-10
 
@@ -78,6 +84,32 @@ def starting_normals(
     return smooth_normals(surface, normals, neighbourhood.rings)
 
 
+def change_of_scale(
+    surface: Surface, field: CurvatureField, neighbourhood: Neighbourhood, vertices: np.ndarray
+) -> np.ndarray:
+    """(c,) error of the deviator at some vertices by how it changes when the fit reaches further.
+
+    Where the mesh resolves the shape it hardly changes; where detail is as small as the edges it
+    changes as much as the deviator itself, though the residuals of the fit may be small.
+
+    Parameters
+    ----------
+    field:
+        Shape operators at the vertices of the surface, fitted to `neighbourhood`.
+    vertices:
+        (c,) vertices of the surface.
+    """
+    wider = dataclasses.replace(
+        neighbourhood, rings=neighbourhood.rings + FURTHER, reach=None, focused=False
+    )
+    unique, place = np.unique(vertices, return_inverse=True)
+    jets = fit_jets(surface, field.normal, wider, Progress(), unique)
+    e1, e2 = frame(field.normal[unique].T)
+    here = CurvatureField(**{name: value[unique] for name, value in vars(field).items()})
+    change = np.abs(_deviator(here, e1, e2) - _deviator(jets, e1, e2))
+    return CHANGE_SHARE * change[place]
+
+
 def _disagreement(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
     """Median change from one scale to the next, in standard errors of the smaller one."""
     both = smaller.determined & larger.determined
@@ -91,6 +123,6 @@ def _disagreement(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
     return max(float(np.median(bent[both])), float(np.median(curved[both]))) / error
 
 
-def _deviator(jets: Jets, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:
+def _deviator(jets: Jets | CurvatureField, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:
     direction = np.einsum("nc,cn->n", jets.d1, e1) + 1j * np.einsum("nc,cn->n", jets.d1, e2)
     return (jets.k1 - jets.k2) * direction**2

@@ -5,6 +5,7 @@ import pytest
 
 import core
 import surfaces
+from mesh_files import read_mesh
 
 
 def mean_edge(surface: surfaces.AnalyticSurface) -> float:
@@ -14,9 +15,7 @@ def mean_edge(surface: surfaces.AnalyticSurface) -> float:
 
 def errors_in_edges(found: core.Umbilics, surface: surfaces.AnalyticSurface) -> np.ndarray:
     """Distance from each true umbilic to the nearest found one, in mean edge lengths."""
-    distance = np.linalg.norm(
-        found.position[:, None] - surface.umbilics.position[None], axis=2
-    )
+    distance = np.linalg.norm(found.position[:, None] - surface.umbilics.position[None], axis=2)
     return distance.min(axis=0) / mean_edge(surface)
 
 
@@ -114,12 +113,24 @@ def test_barycentric_coordinates_give_the_position():
 
 def test_filtering_again_needs_no_detection():
     surface = surfaces.noisy(surfaces.ellipsoid(subdivisions=4), 0.3, seed=1)
-    every = core.detect(surface.vertices, surface.triangles, core.Settings(persistence=0.0))
+    settings = {"scale": 2.0, "regions": False}
+    every = core.detect(
+        surface.vertices, surface.triangles, core.Settings(persistence=0.0, **settings)
+    )
     assert len(every.umbilics) == len(every.candidates) > 4
-    fewer = core.filtered(every, core.Settings(persistence=1e9))
-    direct = core.detect(surface.vertices, surface.triangles, core.Settings(persistence=1e9))
+    strict = core.Settings(persistence=1e9, **settings)
+    fewer = core.filtered(every, strict)
+    direct = core.detect(surface.vertices, surface.triangles, strict)
     np.testing.assert_array_equal(fewer.umbilics.position, direct.umbilics.position)
+    assert len(fewer.umbilics) < len(every.umbilics)
     assert fewer.index_sum == every.index_sum == 2
+
+
+def test_a_scan_keeps_a_small_share_of_what_its_noise_makes(meshes_folder):
+    vertices, triangles = read_mesh(meshes_folder / "bunny_hr_os.obj")
+    detection = core.detect(vertices, triangles)
+    assert detection.index_sum == detection.expected_index_sum == 2
+    assert 4 <= len(detection.umbilics) < 0.1 * len(detection.candidates)
 
 
 def test_progress_rises_to_one_and_cancelling_stops():
