@@ -204,9 +204,11 @@ def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
     Jets know theirs; of operators from elsewhere it is estimated from their neighbours.
     """
     field = fitted.field
-    if np.isfinite(field.noise).any():
+    known = np.isfinite(field.noise)
+    if known.all():
         return field.noise, fitted.radius
-    return field_noise(surface, field.k1, field.k2, field.d1, field.normal)
+    noise, radius = field_noise(surface, field.k1, field.k2, field.d1, field.normal)
+    return np.where(known, field.noise, noise), np.where(known, fitted.radius, radius)
 
 
 def _regions(

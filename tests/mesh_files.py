@@ -1,0 +1,108 @@
+"""Vertices and triangles of OBJ, STL and PLY files, read plainly for the tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+
+def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles (m, 3) of a file; polygons are cut into fans."""
+    return {".obj": _read_obj, ".stl": _read_stl, ".ply": _read_ply}[path.suffix.lower()](path)
+
+
+def _fans(polygons: list[list[int]]) -> np.ndarray:
+    triangles = [
+        (polygon[0], polygon[k], polygon[k + 1])
+        for polygon in polygons
+        for k in range(1, len(polygon) - 1)
+    ]
+    return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+
+
+def _read_obj(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    vertices, polygons = [], []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            vertices.append([float(word) for word in words[1:4]])
+        elif words[:1] == ["f"]:
+            corners = [int(word.split("/")[0]) for word in words[1:]]
+            # Negative numbers count back from the last vertex so far.
+            polygons.append([i - 1 if i > 0 else len(vertices) + i for i in corners])
+    return np.array(vertices), _fans(polygons)
+
+
+def _read_stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    data = path.read_bytes()
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == 84 + 50 * count:
+        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+        corners = np.frombuffer(data, record, count, 84)["corners"].reshape(-1, 3)
+    else:
+        words = [line.split() for line in data.decode("ascii", "replace").splitlines()]
+        corners = np.array([word[1:4] for word in words if word[:1] == ["vertex"]], np.float32)
+    vertices, place = np.unique(corners, axis=0, return_inverse=True)
+    return vertices.astype(float), place.reshape(-1, 3).astype(np.int64)
+
+
+_PLY_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
+    "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
+}  # fmt: skip
+
+
+def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    data = path.read_bytes()
+    end = data.index(b"end_header")
+    start = data.index(b"\n", end) + 1
+    header = [line.split() for line in data[:end].decode("ascii").splitlines()]
+    form = next(words[1] for words in header if words[0] == "format")
+    if form == "ascii":
+        return _ply_words(data[start:].split(), header)
+    order = "<" if "little" in form else ">"
+    vertices, polygons, position = np.zeros((0, 3)), [], start
+    for name, count, properties in _elements(header):
+        lists = [words for words in properties if words[1] == "list"]
+        if not lists:
+            kind = np.dtype([(words[2], order + _PLY_TYPES[words[1]]) for words in properties])
+            rows = np.frombuffer(data, kind, count, position)
+            position += count * kind.itemsize
+            if name == "vertex":
+                vertices = np.stack([rows[axis].astype(float) for axis in "xyz"], axis=1)
+            continue
+        size = np.dtype(order + _PLY_TYPES[lists[0][2]])
+        item = np.dtype(order + _PLY_TYPES[lists[0][3]])
+        for _ in range(count):
+            corners = int(np.frombuffer(data, size, 1, position)[0])
+            position += size.itemsize
+            polygons.append(np.frombuffer(data, item, corners, position).tolist())
+            position += corners * item.itemsize
+    return vertices, _fans(polygons)
+
+
+def _elements(header: list[list[str]]) -> list[tuple[str, int, list[list[str]]]]:
+    elements: list[tuple[str, int, list[list[str]]]] = []
+    for words in header:
+        if words[0] == "element":
+            elements.append((words[1], int(words[2]), []))
+        elif words[0] == "property":
+            elements[-1][2].append(words)
+    return elements
+
+
+def _ply_words(words: list[bytes], header: list[list[str]]) -> tuple[np.ndarray, np.ndarray]:
+    vertices, polygons, position = [], [], 0
+    for name, count, properties in _elements(header):
+        for _ in range(count):
+            if name == "face":
+                corners = int(words[position])
+                polygons.append([int(w) for w in words[position + 1 : position + 1 + corners]])
+                position += 1 + corners
+            else:
+                if name == "vertex":
+                    vertices.append([float(word) for word in words[position : position + 3]])
+                position += len(properties)
+    return np.array(vertices), _fans(polygons)
