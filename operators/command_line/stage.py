@@ -103,6 +103,8 @@ class Stage:
         render.resolution_percentage = 100
         render.image_settings.file_format = "PNG"
         render.image_settings.color_mode = "RGBA"
+        # Dithering against bands is noise to a PNG: files four times as large.
+        render.dither_intensity = 0.0
         self.scene.view_settings.view_transform = "Standard"
         self.scene.display.render_aa = "8"
         shading = self.scene.display.shading
@@ -173,14 +175,19 @@ def save_pixels(path: Path, pixels: np.ndarray) -> None:
     """
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("umbilics picture", width, height)
+    # Only rendering to a file takes the compression; a scene says how.
+    scene = bpy.data.scenes.new("umbilics picture")
+    scene.view_settings.view_transform = "Standard"
+    scene.render.dither_intensity = 0.0
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.compression = "PNG", "RGB", 100
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
-        image.filepath_raw = str(path.resolve())
-        image.file_format = "PNG"
         with quiet():
-            image.save()
+            image.save_render(str(path.resolve()), scene=scene)
     except (OSError, RuntimeError) as error:
         raise FileError(f"{path}: cannot be written ({str(error).strip()}).") from error
     finally:
         bpy.data.images.remove(image)
+        bpy.data.scenes.remove(scene)
