@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .detection import CurvatureField
-from .fans import successors
 from .hits import Hits
 from .progress import Progress
 from .surface import Surface
@@ -68,7 +67,8 @@ def _total_jump(surface: Surface, curvature: CurvatureField, progress: Progress)
         )
         progress.step(begin / len(corner_vertex))
     # Each triangle at a vertex spans one side of its ring; in a sum their order is no matter.
-    after = successors(surface)
+    # The next corner around the vertex leaves along the side that comes back to this one.
+    after = np.roll(surface.twin.reshape(-1, 3), 1, axis=1).ravel()
     jump = argument[after] - argument
     jump -= 2.0 * np.pi * np.ceil(jump / (2.0 * np.pi) - 0.5)  # into (-pi, pi]
     return np.bincount(corner_vertex, jump, minlength=len(surface.vertices))
