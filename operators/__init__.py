@@ -24,6 +24,14 @@ _MODULES = (
     "copy_coordinates",
     "show_map",
     "hide_map",
+    "guidance_data",
+    "guide",
+    "lines",
+    "separatrices",
+    "mark_seams",
+    "symmetry",
+    "align_to_x",
+    "export_field",
     "command_line",
 )
 

@@ -9,7 +9,9 @@ from .workspace import finished
 class UMBILICS_OT_clear(bpy.types.Operator):
     bl_idname = "umbilics.clear"
     bl_label = "Clear Umbilics"
-    bl_description = "Remove the umbilics of the active mesh: empties, collection and attributes"
+    bl_description = (
+        "Remove the umbilics of the active mesh, and the poles, lines and marks made of them"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

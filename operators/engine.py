@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import live, maps, mesh_data, record, results, summary, targets
+from . import guidance_results, live, maps, mesh_data, record, results, summary, targets
 from .errors import ObjectError
 from .workspace import object_mode
 
@@ -116,11 +116,12 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         attributes = mesh_data.remove_results(obj.data)
         empties = results.remove(obj)
         described = summary.forget(obj)
+        guided = guidance_results.remove_all(obj)
         maps.hide(obj)
         is_copy = targets.COPY_TAG in obj
         if is_copy:
             targets.remove_copy(context, obj)
-    return bool(attributes or empties or described or is_copy)
+    return bool(attributes or empties or described or guided or is_copy)
 
 
 def check_object(obj: bpy.types.Object | None) -> None:

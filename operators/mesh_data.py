@@ -139,10 +139,12 @@ def signature(mesh: bpy.types.Mesh) -> str:
     return f"{zlib.crc32(places):08x}-{faces}"
 
 
-def check_result_names(obj: bpy.types.Object) -> None:
+def check_result_names(
+    obj: bpy.types.Object, layouts: dict[str, tuple[str, str]] = RESULTS
+) -> None:
     """Raise `AttributeNameError` if a result's name is taken by something that is not ours."""
     mesh = obj.data
-    for name, (domain, kind) in RESULTS.items():
+    for name, (domain, kind) in layouts.items():
         found = mesh.attributes.get(name)
         if found is not None and (found.domain, found.data_type) != (domain, kind):
             raise AttributeNameError(
@@ -172,8 +174,15 @@ def write_results(mesh: bpy.types.Mesh, arrays: MeshArrays, results: dict[str, n
     What is not finite is stored as 0, so that nothing downstream meets a NaN.
     """
     remove_results(mesh, RESULTS.keys() - results.keys())
+    write_attributes(mesh, results, RESULTS)
+
+
+def write_attributes(
+    mesh: bpy.types.Mesh, results: dict[str, np.ndarray], layouts: dict[str, tuple[str, str]]
+) -> None:
+    """Store arrays under their names, with the domains and types of `layouts`; as above."""
     for name in results:
-        domain, kind = RESULTS[name]
+        domain, kind = layouts[name]
         _, dtype, key, _ = _LAYOUT[kind]
         attribute = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
         values = np.nan_to_num(results[name], nan=0.0, posinf=0.0, neginf=0.0)
@@ -183,11 +192,15 @@ def write_results(mesh: bpy.types.Mesh, arrays: MeshArrays, results: dict[str, n
     mesh.update()
 
 
-def remove_results(mesh: bpy.types.Mesh, names: Collection[str] = RESULTS.keys()) -> int:
+def remove_results(
+    mesh: bpy.types.Mesh,
+    names: Collection[str] = RESULTS.keys(),
+    layouts: dict[str, tuple[str, str]] = RESULTS,
+) -> int:
     """Remove our attributes from a mesh that is not in Edit Mode; says how many there were."""
     removed = 0
     for name in names:
-        layout = RESULTS[name]
+        layout = layouts[name]
         found = mesh.attributes.get(name)
         if found is not None and (found.domain, found.data_type) == layout:
             mesh.attributes.remove(found)
@@ -295,6 +308,36 @@ def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray
     if corner is None:
         return loops, loops, polygon
     return _fetch(corner.data, "value", 1, np.int32)[loops], loops, polygon
+
+
+def edge_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(e, 2) int32 vertices of the mesh's edges."""
+    return _fetch(mesh.edges, "vertices", 2, np.int32)
+
+
+def mark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> np.ndarray:
+    """Mark edges (e,) bool as "seam" or "edge_sharp"; (e,) bool those that were not before."""
+    before = _fetch(mesh.edges, f"use_{mark}", 1, bool)
+    mesh.edges.foreach_set(f"use_{mark}", before | chosen)
+    return chosen & ~before
+
+
+def unmark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> None:
+    """Take a mark from edges (e,) bool."""
+    before = _fetch(mesh.edges, f"use_{mark}", 1, bool)
+    mesh.edges.foreach_set(f"use_{mark}", before & ~chosen)
+
+
+def in_vertex_group(obj: bpy.types.Object, name: str, count: int) -> np.ndarray | None:
+    """(count,) bool vertices that weigh more than a half in a group; None without the group."""
+    group = obj.vertex_groups.get(name) if name else None
+    if group is None or len(obj.data.vertices) != count:
+        return None
+    weights = (
+        any(one.group == group.index and one.weight > 0.5 for one in vertex.groups)
+        for vertex in obj.data.vertices
+    )
+    return np.fromiter(weights, bool, count)
 
 
 def _marked_edges(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:

@@ -54,10 +54,11 @@ def _property(name: str, option: core.Option, default):
     return FloatProperty(default=default, precision=4, **bounds, **text)
 
 
-def _properties() -> dict:
+def annotations_of(settings: type) -> dict:
+    """Blender properties for the options of a class of settings."""
     made = {}
-    for name, option in core.options().items():
-        default = core.defaults()[name]
+    for name, option in core.options(settings).items():
+        default = core.defaults(settings)[name]
         if option.automatic:
             made[f"{name}_auto"] = BoolProperty(
                 name=f"Automatic {option.label}",
@@ -66,6 +67,11 @@ def _properties() -> dict:
                 update=_filter_changed if name in LIVE else None,
             )
         made[name] = _property(name, option, default)
+    return made
+
+
+def _properties() -> dict:
+    made = annotations_of(core.Settings)
     for name in GIVEN_NAMES:
         made[f"given_{name}"] = StringProperty(
             name=name,
@@ -86,8 +92,13 @@ def to_settings(group: UMBILICS_PG_settings) -> core.Settings:
     core.InvalidSettingsError
         The values do not fit each other.
     """
+    return core.Settings(**values_of(group, core.Settings))
+
+
+def values_of(group: bpy.types.PropertyGroup, settings: type) -> dict:
+    """The values of a property group that `annotations_of` made, as the core wants them."""
     values = {}
-    for name, option in core.options().items():
+    for name, option in core.options(settings).items():
         value = getattr(group, name)
         if option.automatic and getattr(group, f"{name}_auto"):
             value = core.AUTO
@@ -97,7 +108,7 @@ def to_settings(group: UMBILICS_PG_settings) -> core.Settings:
             value = math.degrees(value) if option.unit == "degrees" else value
             value = float(f"{value:.7g}")
         values[name] = value
-    return core.Settings(**values)
+    return values
 
 
 def from_settings(group: UMBILICS_PG_settings, settings: core.Settings) -> None:

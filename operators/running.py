@@ -87,7 +87,7 @@ def outcome_of(
 ) -> core.Detection | core.UmbilicsError:
     """The detection, or why there is none; `CancelledError` is raised."""
     try:
-        return engine.compute(job, progress)
+        return job.compute(progress) if hasattr(job, "compute") else engine.compute(job, progress)
     except core.CancelledError:
         raise
     except core.UmbilicsError as error:

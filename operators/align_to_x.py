@@ -1,0 +1,46 @@
+"""Operator: turn and move the active object so that its mirror plane is x = 0."""
+
+import bpy
+from mathutils import Matrix, Vector
+
+from . import guidance_results
+
+
+class UMBILICS_OT_align_to_x(bpy.types.Operator):
+    bl_idname = "umbilics.align_to_x"
+    bl_label = "Align to X"
+    bl_description = (
+        "Turn and move the active object so that its mirror plane becomes the plane x = 0, as "
+        "the Mirror modifier wants it; the mesh itself is not changed"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        obj = context.active_object
+        if obj is None or not guidance_results.parts_of(obj, guidance_results.MIRROR):
+            cls.poll_message_set("Find the mirror plane first.")
+            return False
+        return True
+
+    def execute(self, context):
+        context.view_layer.update()
+        obj = context.active_object
+        plane = guidance_results.parts_of(obj, guidance_results.MIRROR)[0].matrix_world
+        normal = plane.col[1].to_3d().normalized()
+        if normal.x < 0.0:
+            normal = -normal
+        turn = normal.rotation_difference(Vector((1.0, 0.0, 0.0))).to_matrix().to_4x4()
+        middle = obj.matrix_world.translation.copy()
+        turned = Matrix.Translation(middle) @ turn @ Matrix.Translation(-middle)
+        place = turned @ plane.translation
+        obj.matrix_world = Matrix.Translation((-place.x, 0.0, 0.0)) @ turned @ obj.matrix_world
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_align_to_x)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_align_to_x)

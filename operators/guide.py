@@ -1,0 +1,45 @@
+"""Operator: the cross field and the pole plan of the active mesh."""
+
+import math
+
+import bpy
+
+from . import guidance_results, guiding
+from .guidance_operator import GuidanceOperator
+
+
+class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.guide"
+    bl_label = "Plan Poles"
+    bl_description = (
+        "Smooth a cross field over the active mesh and put an empty wherever a quad mesh that "
+        "follows it needs a vertex of three or five edges"
+    )
+
+    def job(self, context):
+        return guiding.gather(context, context.active_object, guiding.plan)
+
+    def put(self, context, job, found):
+        guidance, umbilics = found
+        arrays = job.inputs.arrays
+        guiding.write(
+            context,
+            job,
+            lambda obj: guidance_results.write_plan(context, obj, arrays, guidance, umbilics),
+        )
+        poles = guidance.poles
+        three = int((poles.valence == 3).sum())
+        text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
+        text += f"4 - valence sums to {poles.total}"
+        if math.isfinite(poles.expected):
+            return f"{text}, four times the Euler characteristic is {poles.expected:g}."
+        return f"{text} on an open surface."
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_guide)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_guide)
+    guiding.forget()

@@ -1,0 +1,29 @@
+"""Operator: lines of curvature of the active mesh as curves."""
+
+import bpy
+
+from . import guidance_results, guiding
+from .guidance_operator import GuidanceOperator, write_lines
+
+
+class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.lines"
+    bl_label = "Lines of Curvature"
+    bl_description = (
+        "Draw evenly spaced lines of curvature on the active mesh, a curve object for each family"
+    )
+
+    def job(self, context):
+        return guiding.gather(context, context.active_object, guiding.lines)
+
+    def put(self, context, job, found):
+        write_lines(context, job, found, guidance_results.LINES)
+        return f"{len(found)} lines of curvature."
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_lines)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_lines)

@@ -1,0 +1,52 @@
+"""Operator: lines to seams or sharp edges of the active mesh."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from . import guidance_results, guiding
+from .guidance_operator import GuidanceOperator
+
+_WORK = {"SEPARATRICES": guiding.separatrices, "LINES": guiding.lines}
+_MARK = {"SEAM": "seam", "SHARP": "edge_sharp"}
+
+
+class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.mark_seams"
+    bl_label = "Mark Edges"
+    bl_description = (
+        "Mark the edges nearest to the lines as seams or sharp edges, which remeshers follow; "
+        "marks of your own stay"
+    )
+
+    lines: EnumProperty(
+        name="Lines",
+        items=[
+            ("SEPARATRICES", "Separatrices", "The lines that run into umbilics"),
+            ("LINES", "Lines of Curvature", "The evenly spaced lines"),
+        ],
+    )
+    mark: EnumProperty(
+        name="Mark As",
+        items=[("SEAM", "Seam", "Mark seams"), ("SHARP", "Sharp", "Mark sharp edges")],
+    )
+
+    def job(self, context):
+        work = guiding.edges_along(_WORK[self.lines])
+        return guiding.gather(context, context.active_object, work, with_edges=True)
+
+    def put(self, context, job, found):
+        counts = []
+        guiding.write(
+            context,
+            job,
+            lambda obj: counts.append(guidance_results.mark(obj, found, _MARK[self.mark])),
+        )
+        return f"{counts[0]} edges marked."
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_mark_seams)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_mark_seams)

@@ -1,0 +1,38 @@
+"""Operator: the mirror plane of the active mesh."""
+
+import bpy
+
+from . import guidance_results, guiding
+from .guidance_operator import GuidanceOperator
+
+
+class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.symmetry"
+    bl_label = "Find Mirror Plane"
+    bl_description = (
+        "Find the plane that mirrors the active mesh onto itself, from umbilics that are images "
+        "of each other"
+    )
+
+    def job(self, context):
+        return guiding.gather(context, context.active_object, guiding.mirror)
+
+    def put(self, context, job, found):
+        arrays = job.inputs.arrays
+        guiding.write(
+            context,
+            job,
+            lambda obj: guidance_results.write_mirror(context, obj, arrays, found),
+        )
+        return (
+            f"Mirror plane from {len(found.pairs)} matched umbilics; the image lies "
+            f"{found.error:.3g} away from the shape."
+        )
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_symmetry)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_symmetry)

@@ -1,0 +1,143 @@
+"""The sub-panel "Retopology": the plan of a quad mesh, its lines, files and symmetry."""
+
+import bpy
+
+from ..operators import guidance_results, running
+from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.export_field import UMBILICS_OT_export_field
+from ..operators.guide import UMBILICS_OT_guide
+from ..operators.lines import UMBILICS_OT_lines
+from ..operators.mark_seams import UMBILICS_OT_mark_seams
+from ..operators.separatrices import UMBILICS_OT_separatrices
+from ..operators.symmetry import UMBILICS_OT_symmetry
+
+_ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
+
+
+class _Tab:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Umbilics"
+
+
+class UMBILICS_UL_poles(bpy.types.UIList):
+    """Poles: valence, where each comes from, how sure it is."""
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+        row = layout.row(align=True)
+        gone = item.name not in context.scene.objects
+        row.active = not gone
+        row.label(text=f"{item.valence} edges", icon=_ICON.get(item.valence, "DOT"))
+        row.label(text="deleted" if gone else item.origin)
+        row.label(text=f"{100.0 * item.confidence:.0f} %")
+
+
+class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
+    bl_label = "Retopology"
+    bl_parent_id = "UMBILICS_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 50
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.active = running.current() is None
+        group, obj = context.scene.umbilics_guidance, context.active_object
+        column = layout.column()
+        column.prop(group, "smoothness", slider=True)
+        column.prop(group, "plan")
+        if obj is not None and obj.type == "MESH":
+            column.prop_search(group, "zone", obj, "vertex_groups")
+        layout.operator(UMBILICS_OT_guide.bl_idname, icon="EMPTY_AXIS")
+        if obj is None or not obj.umbilics_plan.planned:
+            return
+        plan = obj.umbilics_plan
+        layout.template_list(
+            "UMBILICS_UL_poles", "", plan, "poles", plan, "active", rows=3, maxrows=8
+        )
+        total = guidance_results.pole_sum(obj)
+        split = layout.split(factor=0.65)
+        split.label(text="Sum of 4 - valence")
+        if not plan.closed:
+            split.label(text=f"{total} (open)")
+        else:
+            icon = "CHECKMARK" if total == plan.expected else "ERROR"
+            split.label(text=f"{total} of {plan.expected}", icon=icon)
+
+
+class UMBILICS_PT_features(_Tab, bpy.types.Panel):
+    bl_label = "Align To"
+    bl_parent_id = "UMBILICS_PT_retopology"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        group = context.scene.umbilics_guidance
+        for name in ("feature_angle", "align_sharp", "align_borders"):
+            layout.prop(group, name)
+
+
+class UMBILICS_PT_lines(_Tab, bpy.types.Panel):
+    bl_label = "Lines"
+    bl_parent_id = "UMBILICS_PT_retopology"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.active = running.current() is None
+        group = context.scene.umbilics_guidance
+        layout.prop(group, "families")
+        _automatic(layout, group, "spacing")
+        layout.prop(group, "closest")
+        layout.prop(group, "shortest")
+        layout.operator(UMBILICS_OT_lines.bl_idname, icon="CURVE_DATA")
+        _automatic(layout, group, "length_limit")
+        layout.operator(UMBILICS_OT_separatrices.bl_idname, icon="CURVE_PATH")
+        layout.operator_menu_enum(UMBILICS_OT_mark_seams.bl_idname, "lines", icon="MOD_EDGESPLIT")
+
+
+class UMBILICS_PT_hand_over(_Tab, bpy.types.Panel):
+    bl_label = "Export and Symmetry"
+    bl_parent_id = "UMBILICS_PT_retopology"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.active = running.current() is None
+        layout.operator(UMBILICS_OT_export_field.bl_idname, icon="EXPORT")
+        column = layout.column(align=True)
+        column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
+        column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
+        obj = context.active_object
+        if obj is not None and obj.umbilics_plan.mirror:
+            layout.label(text=obj.umbilics_plan.mirror)
+
+
+def _automatic(layout, group, name: str) -> None:
+    """A number beside the switch that leaves it to the add-on."""
+    row = layout.row(align=True, heading=group.bl_rna.properties[name].name)
+    row.prop(group, f"{name}_auto", text="Auto", toggle=True)
+    if not getattr(group, f"{name}_auto"):
+        row.prop(group, name, text="")
+
+
+_CLASSES = (
+    UMBILICS_UL_poles,
+    UMBILICS_PT_retopology,
+    UMBILICS_PT_features,
+    UMBILICS_PT_lines,
+    UMBILICS_PT_hand_over,
+)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)
