@@ -13,7 +13,7 @@ from .errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .filtering import filtered, kept_rows
+from .filtering import TRUSTED, filtered, kept_rows
 from .guidance import Guidance, Guide
 from .guidance_files import FILE_KINDS, Exported, write_guidance
 from .guidance_settings import GuidanceSettings
@@ -32,6 +32,7 @@ __all__ = [
     "FILE_KINDS",
     "KINDS",
     "SURFACE_TYPES",
+    "TRUSTED",
     "USUAL_OPENING",
     "CancelledError",
     "ChartError",

@@ -8,7 +8,7 @@ from . import umbilic_actions
 class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
     bl_idname = "umbilics.delete_umbilic"
     bl_label = "Delete Umbilic"
-    bl_description = "Take this umbilic out of the results. Undo, or Restore Deleted, brings it back"
+    bl_description = "Take this umbilic out of the results; Restore Deleted brings it back"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

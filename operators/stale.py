@@ -74,7 +74,9 @@ def _is_read(name: str, settings: core.Settings) -> bool:
 def _same_scale(now: np.ndarray, then: np.ndarray) -> bool:
     """Whether two transforms (4, 4) differ by a movement only."""
     metrics = [matrix[:3, :3].T @ matrix[:3, :3] for matrix in (now, then)]
-    return bool(np.allclose(*metrics, rtol=_SAME_SCALE, atol=_SAME_SCALE * np.abs(metrics[1]).max()))
+    return bool(
+        np.allclose(*metrics, rtol=_SAME_SCALE, atol=_SAME_SCALE * np.abs(metrics[1]).max())
+    )
 
 
 def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:

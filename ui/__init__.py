@@ -2,7 +2,17 @@
 
 from importlib import import_module
 
-_MODULES = ("overlay", "panel")
+_MODULES = (
+    "overlay",
+    "presets",
+    "panel",
+    "retopology",
+    "list_panel",
+    "display_panel",
+    "statistics_panel",
+    "menus",
+    "manual",
+)
 
 
 def register() -> None:

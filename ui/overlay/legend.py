@@ -84,9 +84,7 @@ def _text(text: str, x: float, y: float) -> None:
 def _rectangle(x: float, y: float, width: float, height: float, colour) -> None:
     program = gpu.shader.from_builtin("UNIFORM_COLOR")
     corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
-    batch = batch_for_shader(
-        program, "TRIS", {"pos": corners}, indices=[(0, 1, 2), (0, 2, 3)]
-    )
+    batch = batch_for_shader(program, "TRIS", {"pos": corners}, indices=[(0, 1, 2), (0, 2, 3)])
     program.bind()
     program.uniform_float("color", colour)
     batch.draw(program)

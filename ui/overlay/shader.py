@@ -55,7 +55,13 @@ def shader() -> gpu.types.GPUShader:
         info.push_constant("VEC4", "viewer")
         info.push_constant("VEC4", "size")
         for slot, (name, kind) in enumerate(
-            (("centre", "VEC3"), ("u", "VEC3"), ("v", "VEC3"), ("reach", "VEC4"), ("colour", "VEC4"))
+            (
+                ("centre", "VEC3"),
+                ("u", "VEC3"),
+                ("v", "VEC3"),
+                ("reach", "VEC4"),
+                ("colour", "VEC4"),
+            )
         ):
             info.vertex_in(slot, kind, name)
         passed = gpu.types.GPUStageInterfaceInfo("umbilics_overlay")

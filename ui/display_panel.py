@@ -1,0 +1,69 @@
+"""What is drawn over the view, and the map of curvature."""
+
+import bpy
+
+from ..operators import maps, view_shading
+from ..operators.hide_map import UMBILICS_OT_hide_map
+from ..operators.show_map import UMBILICS_OT_show_map
+from .parts import Part, split
+
+
+class UMBILICS_PT_map(Part, bpy.types.Panel):
+    bl_label = "Map"
+
+    def draw(self, context):
+        layout = split(self.layout)
+        display = context.scene.umbilics_display
+        layout.prop(display, "map")
+        if display.map in maps.POWER:
+            row = layout.row(align=True)
+            row.active = not display.lock_range
+            row.prop(display, "percentile")
+            row.prop(
+                display, "lock_range", text="", icon="LOCKED" if display.lock_range else "UNLOCKED"
+            )
+            if display.lock_range:
+                ends = layout.column(align=True)
+                ends.prop(display, "range_low")
+                ends.prop(display, "range_high")
+        layout.prop(display, "legend")
+        shown = maps.is_shown_on(context.active_object)
+        changed = context.area is not None and view_shading.is_changed(context.screen, context.area)
+        buttons = layout.row(align=True)
+        buttons.operator(UMBILICS_OT_show_map.bl_idname, text="Show Map", icon="COLOR")
+        if shown or changed:
+            buttons.operator(UMBILICS_OT_hide_map.bl_idname, text="Put Back", icon="LOOP_BACK")
+
+
+class UMBILICS_PT_overlay(Part, bpy.types.Panel):
+    bl_label = "Overlay"
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.umbilics_display, "overlay", text="")
+
+    def draw(self, context):
+        layout = split(self.layout)
+        display = context.scene.umbilics_display
+        layout.active = display.overlay
+        strokes = layout.column(heading="Directions")
+        strokes.prop(display, "directions", text="Strokes")
+        if display.directions:
+            strokes.prop(display, "crosses")
+            strokes.prop(display, "density")
+        marks = layout.column(heading="Umbilics")
+        marks.prop(display, "glyphs")
+        marks.prop(display, "rays")
+        marks.prop(display, "discs")
+
+
+_CLASSES = (UMBILICS_PT_map, UMBILICS_PT_overlay)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,103 @@
+"""The list of umbilics, and what can be done with one of them."""
+
+import bpy
+
+from .. import core
+from ..operators import summary
+from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
+from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
+from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
+from ..operators.pin import UMBILICS_OT_pin
+from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
+from .parts import Part
+
+# Told apart without colour: points of a star, a drop, a fan, a question.
+_ICONS = ("LIGHT_SUN", "MESH_CIRCLE", "OUTLINER_OB_FORCE_FIELD", "QUESTION")
+_PERMANENT = 1e37
+
+
+class UMBILICS_UL_umbilics(bpy.types.UIList):
+    """One line for each umbilic: kind, index, persistence, mean curvature."""
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+        pinned = item.row in summary.rows_of(data.pinned)
+        halves = layout.split(factor=0.38)
+        halves.label(text=core.KINDS[item.kind].capitalize(), icon=_ICONS[item.kind])
+        columns = halves.row()
+        columns.label(text=f"{item.index:+.3g}")
+        columns.label(text=_persistence(item.persistence))
+        columns.label(text=f"{item.curvature:.3g}")
+        columns.label(text="", icon="PINNED" if pinned else "BLANK1")
+
+    def filter_items(self, context, data, name):
+        items = getattr(data, name)
+        display = context.scene.umbilics_display
+        wanted = self.filter_name.lower()
+        flags = [
+            self.bitflag_filter_item if wanted in core.KINDS[item.kind] else 0 for item in items
+        ]
+        keys = {
+            "persistence": lambda item: -item.persistence,
+            "kind": lambda item: item.kind,
+            "curvature": lambda item: -abs(item.curvature),
+        }[display.sort]
+        order = sorted(range(len(items)), key=lambda row: keys(items[row]))
+        if display.descending:
+            order.reverse()
+        place = [0] * len(items)
+        for new, old in enumerate(order):
+            place[old] = new
+        return flags, place
+
+    def draw_filter(self, context, layout):
+        display = context.scene.umbilics_display
+        row = layout.row(align=True)
+        row.prop(self, "filter_name", text="", icon="VIEWZOOM")
+        row.prop(display, "sort", text="")
+        row.prop(display, "descending", text="", icon="SORT_DESC", toggle=True)
+
+
+class UMBILICS_PT_list(Part, bpy.types.Panel):
+    bl_label = "Umbilics"
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.umbilics.detected
+
+    def draw_header_preset(self, context):
+        shown = context.active_object.umbilics
+        self.layout.label(text=str(len(shown.items) + shown.hidden_items))
+
+    def draw(self, context):
+        layout = self.layout
+        found = context.active_object.umbilics
+        layout.template_list("UMBILICS_UL_umbilics", "", found, "items", found, "active", rows=5)
+        if found.hidden_items:
+            layout.label(text=f"and {found.hidden_items} less persistent ones", icon="INFO")
+        actions = layout.row(align=True)
+        actions.operator(UMBILICS_OT_frame_umbilic.bl_idname, text="Frame", icon="ZOOM_SELECTED")
+        actions.operator(UMBILICS_OT_copy_coordinates.bl_idname, text="Copy", icon="COPYDOWN")
+        actions.operator(UMBILICS_OT_pin.bl_idname, text="Pin", icon="PINNED")
+        actions.operator(UMBILICS_OT_delete_umbilic.bl_idname, text="", icon="X")
+        if found.deleted:
+            count = len(summary.rows_of(found.deleted))
+            layout.operator(UMBILICS_OT_restore_deleted.bl_idname, text=f"Restore {count} Deleted")
+
+
+def _persistence(value: float) -> str:
+    if value > _PERMANENT:
+        return "∞"
+    return "–" if value < 0.0 else f"{value:.3g}"
+
+
+_CLASSES = (UMBILICS_UL_umbilics, UMBILICS_PT_list)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,38 @@
+"""Right-click, Online Manual: where each setting and button is described.
+
+The manual is the guide of docs/, which comes with the extension as one page: it is there without
+a network, and always of the version that runs.
+"""
+
+from pathlib import Path
+
+import bpy
+
+_MANUAL = Path(__file__).parent / "manual" / "guide.html"
+
+# From what Blender calls it to the chapter of the guide; the first that fits is taken.
+_PAGES = (
+    ("bpy.types.umbilics_pg_settings.persistence*", "#thinning-out"),
+    ("bpy.types.umbilics_pg_settings.opening*", "#thinning-out"),
+    ("bpy.types.umbilics_pg_settings.*", "#settings"),
+    ("bpy.types.umbilics_pg_display.map*", "#maps"),
+    ("bpy.types.umbilics_pg_display.range*", "#maps"),
+    ("bpy.types.umbilics_pg_display.*", "#reading-the-picture"),
+    ("bpy.types.umbilics_pg_summary.*", "#the-list"),
+    ("bpy.ops.umbilics.show_map*", "#maps"),
+    ("bpy.ops.umbilics.hide_map*", "#maps"),
+    ("bpy.ops.umbilics.*", "#first-detection"),
+)
+
+
+def pages() -> tuple[str, tuple[tuple[str, str], ...]]:
+    """What Blender asks for."""
+    return _MANUAL.as_uri(), _PAGES
+
+
+def register() -> None:
+    bpy.utils.register_manual_map(pages)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_manual_map(pages)

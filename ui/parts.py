@@ -1,0 +1,53 @@
+"""What the panels of the tab share."""
+
+from __future__ import annotations
+
+import textwrap
+
+# Mean width of a letter of Blender's interface font, and what a box takes at its sides.
+_LETTER, _MARGIN = 6.5, 60
+
+
+class Tab:
+    """Mixed into the panels of the sidebar's tab."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Umbilics"
+
+
+class Part(Tab):
+    """Mixed into the sub-panels; a property's name stands left of its value."""
+
+    bl_parent_id = "UMBILICS_PT_main"
+
+
+def split(layout):
+    """The layout with names left of values and without animation dots."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout
+
+
+def automatic(layout, settings, name: str) -> None:
+    """A number beside the switch that leaves it to the add-on."""
+    row = layout.row(align=True, heading=settings.bl_rna.properties[name].name)
+    row.prop(settings, f"{name}_auto", text="Auto", toggle=True)
+    if not getattr(settings, f"{name}_auto"):
+        row.prop(settings, name, text="")
+
+
+def line(layout, name: str, value: str, icon: str = "NONE") -> None:
+    """A name and its value."""
+    halves = layout.split(factor=0.6)
+    halves.label(text=name)
+    halves.label(text=value, icon=icon)
+
+
+def paragraph(layout, context, text: str, icon: str = "INFO") -> None:
+    """Text broken into lines: a label of Blender's does not break by itself."""
+    width = context.region.width / context.preferences.system.ui_scale - _MARGIN
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, words in enumerate(textwrap.wrap(text, max(int(width / _LETTER), 20))):
+        column.label(text=words, icon="BLANK1" if number else icon)

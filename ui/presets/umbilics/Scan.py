@@ -1,0 +1,18 @@
+import bpy
+
+settings = bpy.context.scene.umbilics
+
+settings.method = "S"
+settings.parametrization = "conformal"
+settings.charts = "seams"
+settings.curvature = "jets"
+settings.scale_auto = True
+settings.scale = 3.0
+settings.scale_unit = "rings"
+settings.crease_angle = 3.141592653589793
+settings.normal_smoothing = 0
+settings.opening = 2
+settings.flatness = 0.01
+settings.persistence_auto = True
+settings.persistence = 0.0
+settings.regions = True

@@ -1,0 +1,50 @@
+"""Counts, the check of the indices, how far the results can be trusted, and warnings."""
+
+import bpy
+
+from .. import core
+from .parts import Part, line, paragraph
+
+_PLURAL = {"star": "Stars", "lemon": "Lemons", "monstar": "Monstars", "uncertain": "Uncertain"}
+
+
+class UMBILICS_PT_statistics(Part, bpy.types.Panel):
+    bl_label = "Statistics"
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.umbilics.detected
+
+    def draw(self, context):
+        found = context.active_object.umbilics
+        table = self.layout.column(align=True)
+        for kind in core.KINDS:
+            count = getattr(found, kind)
+            if count or kind in core.KINDS[:2]:
+                line(table, _PLURAL[kind], str(count))
+        if found.regions:
+            line(table, "Umbilical regions", str(found.regions))
+        line(table, "Candidates", str(found.candidates))
+        sums = self.layout.column(align=True)
+        line(sums, "Index sum", f"{found.index_sum:g}")
+        if found.closed:
+            icon = "CHECKMARK" if found.balanced else "ERROR"
+            line(sums, "Euler characteristic", f"{found.expected_index_sum:g}", icon=icon)
+        else:
+            line(sums, "Euler characteristic", f"{found.euler_characteristic} (open)")
+        numbers = self.layout.column(align=True)
+        line(numbers, "Noise", f"{found.noise:.3g}" if found.noise else "unknown")
+        line(numbers, "Fitted radius", f"{found.scale:.3g}" if found.scale else "none")
+        line(numbers, "Dropped below", f"{found.persistence_level:.3g}")
+        icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
+        line(numbers, "Cancelled / median gap", f"{found.trust_ratio:.2f}", icon=icon)
+        for warning in found.warnings:
+            paragraph(self.layout.box(), context, warning.text)
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_PT_statistics)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_PT_statistics)
