@@ -21,7 +21,7 @@ import core
 from . import ROOT
 from .cases import COUNT, STRETCH, Case, cases
 from .peers.cgal import Cgal, CgalError
-from .scoring import REACH, Score, score
+from .scoring import REACH, SPLIT_REACH, Score, score
 
 NOISES = (0.0, 0.01, 0.02, 0.05, 0.1)
 
@@ -35,10 +35,12 @@ by `python3 -m benchmarks.accuracy`; {seeds}.
   than wide.
 - **Noise**: standard deviation of each coordinate, in percent of the mean edge around the vertex.
 - **Found**: true umbilics for which the indices of the umbilics and regions found within
-  {reach:g} edges add up to theirs. **False**: umbilics that no true one needs, whether or not they
-  are marked as uncertain. **Error**: mean and largest distance of the found ones of index ±½, in
-  mean edges. **Kind**: how many of these have the right kind. **Σ**: ✓ where the indices of
-  umbilics and regions sum to the Euler characteristic of a closed surface exactly.
+  {reach:g} edges add up to theirs ({split:g} edges for the flat points of index +1, which any error
+  splits into two). **False**: umbilics that no true one needs, whether or not they are marked as
+  uncertain. **Error**: mean and largest distance of the found ones of index ±½, in edges. Edges
+  are the mean ones around the true umbilic. **Kind**: how many of these have the right kind.
+  **Σ**: ✓ where the indices of umbilics and regions sum to the Euler characteristic of a closed
+  surface exactly.
 - **Regions**: spherical and planar regions reported. On a sphere the right answer is one region
   and no umbilic.
 - **CGAL**: {cgal}. It reports vertices and no sum that could be checked.
@@ -142,7 +144,9 @@ def main(arguments: list[str] | None = None) -> int:
     seeds = (
         "one mesh of each kind" if options.seeds == 1 else f"{options.seeds} meshes of each kind"
     )
-    header = HEADER.format(seeds=seeds, count=COUNT, stretch=STRETCH, reach=REACH, cgal=about)
+    header = HEADER.format(
+        seeds=seeds, count=COUNT, stretch=STRETCH, reach=REACH, split=SPLIT_REACH, cgal=about
+    )
     options.out.parent.mkdir(parents=True, exist_ok=True)
     text = header + table(groups.values())
     options.out.write_text(text, encoding="utf-8")

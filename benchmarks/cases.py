@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import ConvexHull, Delaunay, cKDTree
 from surfaces import (
     UmbilicPoints,
     ellipsoid,
@@ -45,10 +45,18 @@ class Case:
     everywhere: bool = False
     euler: int | None = None
 
-    @property
-    def edge(self) -> float:
-        """Mean length of the triangles' sides."""
-        return float(self._sides().mean())
+    def edge_at(self, points: np.ndarray) -> np.ndarray:
+        """(k,) mean edge around the vertices nearest to points (k, 3)."""
+        if len(points) == 0:
+            return np.zeros(0)
+        return self._around()[cKDTree(self.vertices).query(points)[1]]
+
+    def _around(self) -> np.ndarray:
+        """(n,) mean length of the sides that meet in each vertex."""
+        sides = self._sides()
+        both = (sides + np.roll(sides, 1, axis=1)).ravel() / 2
+        corners = self.triangles.ravel()
+        return np.bincount(corners, both) / np.bincount(corners)
 
     def _sides(self) -> np.ndarray:
         corners = self.vertices[self.triangles]
@@ -58,12 +66,10 @@ class Case:
         """Every coordinate moved by normal deviates of `noise` times the edges around it."""
         if noise == 0.0:
             return self
-        sides = self._sides()
-        around = np.bincount(
-            self.triangles.ravel(), (sides + np.roll(sides, 1, axis=1)).ravel() / 2
-        ) / np.bincount(self.triangles.ravel())
         shift = np.random.default_rng(seed).normal(size=self.vertices.shape)
-        return replace(self, noise=noise, vertices=self.vertices + noise * around[:, None] * shift)
+        return replace(
+            self, noise=noise, vertices=self.vertices + noise * self._around()[:, None] * shift
+        )
 
 
 def _ball(mesh: str, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,13 @@ import numpy as np
 from .cases import Case
 
 REACH = 5.0
-"""Umbilics further than this many edges from every true one are false."""
+"""Umbilics further than this many edges from every true one are false. Edges are those around
+the true umbilic: on a Möbius image they differ by a factor of ten."""
+
+
+SPLIT_REACH = 16.0
+"""The same around a true umbilic of larger index. It is not generic: any error splits it into
+ones of index +-1/2, as far apart as the square root of the error."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +60,16 @@ def score(
     truth = case.umbilics
     if len(truth) == 0:
         return Score(0, 0, len(index), np.nan, np.nan, 0, 0)
-    nearest, away = _nearest(positions, truth.position, case.edge)
+    reach = np.where(np.abs(truth.index) > 0.5, SPLIT_REACH, REACH)
+    nearest, away = _nearest(positions, truth.position, case.edge_at(truth.position))
     region_nearest, region_away = _nearest(
-        np.array(region_centres).reshape(-1, 3), truth.position, case.edge
+        np.array(region_centres).reshape(-1, 3), truth.position, case.edge_at(truth.position)
     )
     total = np.array(region_index, dtype=float)
     found, right, needed, errors = 0, 0, 0, []
     for number in range(len(truth)):
-        rows = np.flatnonzero((nearest == number) & (away <= REACH))
-        regions = (region_nearest == number) & (region_away <= REACH)
+        rows = np.flatnonzero((nearest == number) & (away <= reach[number]))
+        regions = (region_nearest == number) & (region_away <= reach[number])
         by_regions = total[regions].sum()
         if index[rows].sum() + by_regions != truth.index[number]:
             continue
@@ -85,9 +92,9 @@ def score(
 
 
 def _nearest(
-    positions: np.ndarray, truth: np.ndarray, edge: float
+    positions: np.ndarray, truth: np.ndarray, edge: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """For each position (k, 3) the nearest true one and its distance in edges."""
+    """For each position (k, 3) the nearest true one and its distance in edges (t,) of that one."""
     if len(positions) == 0:
         return np.zeros(0, dtype=int), np.zeros(0)
     distance = np.linalg.norm(positions[:, None] - truth[None], axis=2) / edge

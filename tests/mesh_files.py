@@ -65,21 +65,23 @@ def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
     order = "<" if "little" in form else ">"
     vertices, polygons, position = np.zeros((0, 3)), [], start
     for name, count, properties in _elements(header):
-        lists = [words for words in properties if words[1] == "list"]
-        if not lists:
+        if name != "face":
             kind = np.dtype([(words[2], order + _PLY_TYPES[words[1]]) for words in properties])
             rows = np.frombuffer(data, kind, count, position)
             position += count * kind.itemsize
             if name == "vertex":
                 vertices = np.stack([rows[axis].astype(float) for axis in "xyz"], axis=1)
             continue
-        size = np.dtype(order + _PLY_TYPES[lists[0][2]])
-        item = np.dtype(order + _PLY_TYPES[lists[0][3]])
         for _ in range(count):
-            corners = int(np.frombuffer(data, size, 1, position)[0])
-            position += size.itemsize
-            polygons.append(np.frombuffer(data, item, corners, position).tolist())
-            position += corners * item.itemsize
+            for words in properties:
+                if words[1] != "list":
+                    position += np.dtype(_PLY_TYPES[words[1]]).itemsize
+                    continue
+                size, item = (np.dtype(order + _PLY_TYPES[word]) for word in words[2:4])
+                corners = int(np.frombuffer(data, size, 1, position)[0])
+                position += size.itemsize
+                polygons.append(np.frombuffer(data, item, corners, position).tolist())
+                position += corners * item.itemsize
     return vertices, _fans(polygons)
 
 
