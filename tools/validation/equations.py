@@ -13,7 +13,12 @@ from .surfaces_found import raw
 
 def write(page: Page) -> None:
     page.heading("Equations that read otherwise here")
-    page.items([_corollary(), _jacobian(), _genericity()])
+    page.items(statements())
+
+
+def statements() -> list[str]:
+    """The three corrections, with their numbers."""
+    return [" ".join(text.split()) for text in (_corollary(), _jacobian(), _genericity())]
 
 
 def _corollary() -> str:

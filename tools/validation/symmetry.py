@@ -26,7 +26,7 @@ class Mirror:
 
 def of_mesh(vertices: np.ndarray) -> Mirror:
     """The plane, near one across a coordinate axis, that mirrors the vertices best."""
-    sample = vertices[:: max(len(vertices) // 3000, 1)]
+    sample = vertices[:: max(len(vertices) // 1000, 1)]
     tree = cKDTree(vertices)
     size = np.ptp(vertices, axis=0).max()
 
@@ -44,7 +44,7 @@ def of_mesh(vertices: np.ndarray) -> Mirror:
     best = None
     for axis in range(3):
         middle = 0.5 * (vertices[:, axis].min() + vertices[:, axis].max()) / size
-        for start in middle + np.linspace(-0.05, 0.05, 5):
+        for start in middle + (-0.04, 0.0, 0.04):
             found = minimize(residual, (start, 0.0, 0.0), args=(axis,), method="Nelder-Mead")
             if best is None or found.fun < best[0]:
                 best = (found.fun, *mirror(found.x, axis))

@@ -1,0 +1,98 @@
+"""tools/validate: the page, the matching and the planes of symmetry that it rests on."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+
+from validation import equations, symmetry
+from validation.page import Page, number
+from validation.surfaces_found import in_patch, match, operators, paper_points
+
+COMMAND = Path(__file__).resolve().parents[2] / "tools" / "run_validation.py"
+
+
+def test_a_page(tmp_path):
+    page = Page(tmp_path, None)
+    page.heading("Title", 1)
+    page.text("Two\n   lines.")
+    page.table(["what", "how many"], [["points", 3], ["edges", "1,200"]])
+    assert page.figure("picture", "What it\n shows.") == page.figures / "picture.png"
+    page.save()
+    text = (tmp_path / "validation.md").read_text("utf-8")
+    assert text.startswith("# Title\n\nTwo lines.\n\n| what | how many |\n| --- | ---: |\n")
+    assert "![picture](figures/validation/picture.png)\n\n*What it shows.*" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (0.12345, "0.123"), (12.3456, "12.3"), (1234.5, "1234"), (1e-7, "1.00e-07")],
+)
+def test_numbers(value, text):
+    assert number(value) == text
+
+
+def test_unknown_numbers_are_dashes():
+    assert number(float("nan")) == "–"
+
+
+def test_the_papers_own_test_finds_the_three(patch):
+    for kind in ("projection", "conformal"):
+        points, triangles = paper_points(patch, kind)
+        assert np.count_nonzero(in_patch(points)) == 3
+        assert len(triangles) == len(points)
+        result = match(patch, points, in_patch(points))
+        assert np.all(result.error < 0.3)
+        assert result.near.tolist() == [1, 1, 1]
+        assert result.spurious == 0
+
+
+@pytest.mark.parametrize("kind", ["exact", "jets", "normals"])
+def test_operators_of_each_kind(patch, kind):
+    field = operators(patch, kind)
+    assert len(field.k1) == len(patch.vertices)
+    inside = in_patch(patch.vertices)
+    error = np.abs(field.k1 - patch.k1)[inside]
+    assert np.median(error) < 0.1 * np.median(np.abs(patch.k1[inside]))
+
+
+@pytest.fixture(scope="module")
+def patch():
+    from surfaces import seed_patch
+
+    return seed_patch(5400)
+
+
+def test_the_plane_of_a_mirrored_cloud():
+    random = np.random.default_rng(2)
+    half = random.normal(size=(600, 3)) * (1.0, 2.0, 3.0) + (4.0, 0.0, 0.0)
+    normal = np.array([1.0, 0.04, -0.02])
+    normal /= np.linalg.norm(normal)
+    true = symmetry.Mirror(normal, 0.3, 0.0)
+    points = np.vstack([half, true.image(half)])
+    found = symmetry.of_mesh(points)
+    angle, shift = symmetry.difference(found, true, points)
+    assert angle < 0.1
+    assert shift < 0.01
+
+
+def test_statements_about_equations_hold():
+    corollary, jacobian, generic = equations.statements()
+    assert "finds 0 points" in corollary
+    assert "of index +0.5 at" in generic
+    assert "B⁻¹" in jacobian
+
+
+def test_a_missing_folder_is_a_clear_error(tmp_path):
+    done = subprocess.run(
+        [sys.executable, COMMAND, tmp_path / "nowhere"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "there is no folder" in done.stderr
