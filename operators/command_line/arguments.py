@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ... import core
 from ..properties import GIVEN_NAMES
+from . import guidance
 from .batch import Plan, PlanError
 from .batch.plan import tasks_for
 from .importers import SUFFIXES
@@ -40,6 +41,7 @@ class Request:
     per_vertex: bool
     compare: bool
     outputs: tuple[dict[str, Path], ...]
+    guidance: guidance.GuidanceRequest | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None
 
@@ -71,6 +73,7 @@ def parse(arguments: list[str]) -> Request:
         per_vertex=found.per_vertex,
         compare=found.compare,
         outputs=() if found.out else _outputs(parser, found, files),
+        guidance=guidance.request_of(parser, found),
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
@@ -113,6 +116,7 @@ def _parser() -> argparse.ArgumentParser:
         help="run methods S, I and C on the same operators: a table, and with --png a picture of "
         "the three; the other results are those of S",
     )
+    guidance.add_arguments(parser, _add_setting)
     _add_batch(parser)
     group = parser.add_argument_group("settings")
     for name, option in core.options().items():

@@ -10,7 +10,7 @@ from ... import core
 from .. import engine, properties
 from ..errors import FileError
 from ..words import outcome
-from . import arguments, batch, importers, mesh_file, panels, picture, report
+from . import arguments, batch, guidance, importers, mesh_file, panels, picture, report
 
 DONE, FAILED = 0, 1
 
@@ -59,6 +59,9 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
             results = engine.compare(inputs) if request.compare else ()
             detection = results[0].detection if results else engine.compute(inputs)
             engine.write(bpy.context, inputs, detection)
+            said = []
+            if request.guidance is not None:
+                said = guidance.write(request.guidance, file, inputs, detection, opened.to_file)
         except core.UmbilicsError as error:
             _complain(f"{label}: {error}")
             entries.append(report.failure(file, obj.name, str(error)))
@@ -66,6 +69,8 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
         print(f"{label}: {outcome(detection)}.", flush=True)
         for warning in detection.warnings:
             print(f"  {warning}", flush=True)
+        for sentence in said:
+            print(f"  {sentence}", flush=True)
         if results:
             print(core.comparison_table(results), flush=True)
             compared.append((inputs, results))
