@@ -1,4 +1,4 @@
-"""Who is told when the user changes a property: "filter", "view", "map" or "active"."""
+"""Who is told when the user changes a property: "filter", "glyphs", "view", "map" or "active"."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

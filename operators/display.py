@@ -51,6 +51,11 @@ def _view_changed(self, context):
     notify("view", context)
 
 
+def _glyphs_changed(self, context):
+    notify("glyphs", context)
+    notify("view", context)
+
+
 def _map_changed(self, context):
     notify("map", context)
 
@@ -143,7 +148,7 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         name="Overlay",
         description="Draw the results over the 3D views; nothing is added to the scene",
         default=True,
-        update=_view_changed,
+        update=_glyphs_changed,
     )
     directions: BoolProperty(
         name="Directions",
@@ -172,7 +177,7 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         description="A star with three points, a lemon's drop and a monstar's three narrow "
         "fingers, where there is no empty that shows them",
         default=True,
-        update=_view_changed,
+        update=_glyphs_changed,
     )
     rays: BoolProperty(
         name="Separatrices",

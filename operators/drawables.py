@@ -163,7 +163,7 @@ def umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> 
     if display.rays:
         shapes.append(_rays(chosen, centre, back, look, opacity))
     if display.glyphs:
-        drawn = _without_empty(obj, rows)
+        drawn = ~np.isin(rows, shown_by_empties(obj))
         for kind in core.KINDS:
             of_kind = drawn & (chosen.kind == kind)
             if of_kind.any():
@@ -175,10 +175,11 @@ def umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> 
     return shapes
 
 
-def _without_empty(obj: bpy.types.Object, rows: np.ndarray) -> np.ndarray:
-    """(k,) bool, the rows that no visible empty shows already."""
-    seen = [e.get("umbilics_row", -1) for e in results.empties_of(obj) if e.visible_get()]
-    return ~np.isin(rows, seen)
+def shown_by_empties(obj: bpy.types.Object) -> np.ndarray:
+    """(k,) rows of candidates whose glyph a visible empty shows already."""
+    empties = [empty for empty in results.empties_of(obj) if empty.empty_display_type == "IMAGE"]
+    rows = [empty.get("umbilics_row", -1) for empty in empties if empty.visible_get()]
+    return np.array(sorted(rows), dtype=int)
 
 
 def _glyphs(

@@ -102,6 +102,12 @@ def _filter_changed(context: bpy.types.Context) -> None:
     changes.notify("view", context)
 
 
+def _glyphs_changed(context: bpy.types.Context) -> None:
+    for obj in with_results(context):
+        if obj.mode == "OBJECT":
+            results.dress_all(context, obj)
+
+
 def _active_changed(context: bpy.types.Context) -> None:
     """Select the umbilic that was clicked in the list; frame it if it is clicked twice."""
     global _clicked
@@ -125,8 +131,10 @@ def _active_changed(context: bpy.types.Context) -> None:
 def register() -> None:
     changes.listen("filter", _filter_changed)
     changes.listen("active", _active_changed)
+    changes.listen("glyphs", _glyphs_changed)
 
 
 def unregister() -> None:
     changes.forget("filter", _filter_changed)
     changes.forget("active", _active_changed)
+    changes.forget("glyphs", _glyphs_changed)

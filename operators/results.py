@@ -93,10 +93,11 @@ def _add(
     images = {kind: image_of(kind) for kind in set(umbilics.kind.tolist())}
     to_object = Matrix(record.matrix).inverted()
     local_views = _local_views(context, obj)
+    is_overlaid = _is_overlaid(context)
     for place, row in enumerate(rows.tolist()):
         kind = str(umbilics.kind[place])
         empty = bpy.data.objects.new(kind.capitalize(), None)
-        _dress(empty, images[kind], float(size[place]), look.colours[kind])
+        _dress(empty, images[kind], float(size[place]), look.colours[kind], is_overlaid)
         empty.parent = obj
         # The inverse undoes a non-uniform scale, which would shear the empty.
         empty.matrix_parent_inverse = to_object
@@ -143,17 +144,45 @@ def _remove_unused(collection: bpy.types.Collection | None) -> None:
     remove_unused()
 
 
+def dress_all(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Let the object's empties show the glyphs, or leave that to the overlay."""
+    drawn = _is_overlaid(context)
+    for empty in empties_of(obj):
+        if drawn == (empty.empty_display_type == "IMAGE"):
+            size = empty.empty_display_size * (2.0 * UNIT if drawn else 0.5 / UNIT)
+            _dress(empty, image_of(empty[EMPTY_TAG]), size, tuple(empty.color), drawn)
+
+
+def _is_overlaid(context: bpy.types.Context) -> bool:
+    """Whether the overlay draws glyphs. Without a window it does not, and a file that is made
+    then may be opened without the add-on."""
+    display = context.scene.umbilics_display
+    return display.overlay and display.glyphs and not bpy.app.background
+
+
 def _dress(
-    empty: bpy.types.Object, image: bpy.types.Image, size: float, colour: tuple[float, ...]
+    empty: bpy.types.Object,
+    image: bpy.types.Image,
+    size: float,
+    colour: tuple[float, ...],
+    is_overlaid: bool,
 ) -> None:
-    """Let the empty show its glyph on the surface, from outside and in front of the mesh."""
+    """Let the empty show its glyph on the surface, from outside and in front of the mesh.
+
+    Under the overlay's glyph it is a small cross, for images have frames.
+    """
+    empty.color = colour
+    if is_overlaid:
+        empty.data = None
+        empty.empty_display_type = "PLAIN_AXES"
+        empty.empty_display_size = size
+        return
     empty.empty_display_type = "IMAGE"
     empty.data = image
     # The outlines are about two units across.
     empty.empty_display_size = size / (2.0 * UNIT)
     empty.empty_image_depth = "FRONT"
     empty.empty_image_side = "FRONT"
-    empty.color = colour
 
 
 def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict:

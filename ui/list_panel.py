@@ -21,13 +21,14 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
         pinned = item.row in summary.rows_of(data.pinned)
-        halves = layout.split(factor=0.38)
+        halves = layout.split(factor=0.36)
         halves.label(text=core.KINDS[item.kind].capitalize(), icon=_ICONS[item.kind])
         columns = halves.row()
-        columns.label(text=f"{item.index:+.3g}")
+        columns.label(text=f"{item.index:+.2g}")
         columns.label(text=_persistence(item.persistence))
-        columns.label(text=f"{item.curvature:.3g}")
-        columns.label(text="", icon="PINNED" if pinned else "BLANK1")
+        columns.label(text=f"{item.curvature:.2g}")
+        if pinned:
+            columns.label(text="", icon="PINNED")
 
     def filter_items(self, context, data, name):
         items = getattr(data, name)
@@ -87,7 +88,7 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
 def _persistence(value: float) -> str:
     if value > _PERMANENT:
         return "∞"
-    return "–" if value < 0.0 else f"{value:.3g}"
+    return "–" if value < 0.0 else f"{value:.2g}"
 
 
 _CLASSES = (UMBILICS_UL_umbilics, UMBILICS_PT_list)

@@ -46,11 +46,7 @@ def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> N
     """Draw what the scene's choices ask for."""
     display = context.scene.umbilics_display
     edited = stale.is_edited(context, obj)
-    program = shader.shader()
-    program.bind()
-    program.uniform_float("view_projection", camera.view_projection)
-    program.uniform_float("model", obj.matrix_world)
-    program.uniform_float("viewer", camera.viewer)
+    program = shader.place(camera, obj.matrix_world)
     if display.directions and not edited:
         _draw_directions(context, obj, camera, program)
     program.uniform_float("size", (1.0, camera.pixel, 1.0, 0.0))
@@ -139,7 +135,7 @@ def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
     # The empties say by their number and visibility which glyphs they take over.
-    visible = tuple(child.visible_get() for child in obj.children) if display.glyphs else ()
+    visible = drawables.shown_by_empties(obj).tobytes() if display.glyphs else b""
     signature = (
         mine.stamp,
         live.shown_rows(obj, context.scene).tobytes(),

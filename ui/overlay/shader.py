@@ -10,25 +10,33 @@ from __future__ import annotations
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
+from mathutils import Matrix, Vector
 
 from ...operators.drawables import Shape
+from .camera import Camera
 
+# All in the object's space; `length_in_world` knows how its transform stretches a vector.
 _VERTEX = """
+float length_in_world(vec3 a)
+{
+  vec3 stretched = vec3(dot(vec3(metric.x, shear.xy), a),
+                        dot(vec3(shear.x, metric.y, shear.z), a),
+                        dot(vec3(shear.y, shear.z, metric.z), a));
+  return max(sqrt(max(dot(a, stretched), 0.0)), 1e-30);
+}
+
 void main()
 {
-  vec3 place = (model * vec4(centre, 1.0)).xyz;
-  vec3 a = mat3(model) * u;
-  vec3 b = mat3(model) * v;
-  a /= max(length(a), 1e-30);
-  b /= max(length(b), 1e-30);
-  vec4 clip = view_projection * vec4(place, 1.0);
+  vec3 a = u / length_in_world(u);
+  vec3 b = v / length_in_world(v);
   /* Length of a pixel of the screen at this depth. */
-  float pixel = size.y * clip.w;
-  place += a * (reach.x * size.x + reach.z * pixel) + b * (reach.y * size.x + reach.w * pixel);
-  gl_Position = view_projection * vec4(place, 1.0);
+  float pixel = size.y * (matrix * vec4(centre, 1.0)).w;
+  vec3 place = centre + a * (reach.x * size.x + reach.z * pixel);
+  place += b * (reach.y * size.x + reach.w * pixel);
+  gl_Position = matrix * vec4(place, 1.0);
   vec3 towards = viewer.xyz - viewer.w * place;
-  vec3 lifted = place + towards / max(length(towards), 1e-30) * (size.w + 2.0 * pixel);
-  vec4 above = view_projection * vec4(lifted, 1.0);
+  vec3 lifted = place + towards / length_in_world(towards) * (size.w + 2.0 * pixel);
+  vec4 above = matrix * vec4(lifted, 1.0);
   gl_Position.z = above.z / above.w * gl_Position.w;
   tint = vec4(colour.rgb, colour.a * size.z);
 }
@@ -48,11 +56,13 @@ def shader() -> gpu.types.GPUShader:
     global _shader
     if _shader is None:
         info = gpu.types.GPUShaderCreateInfo()
-        for name, kind in (("view_projection", "MAT4"), ("model", "MAT4")):
-            info.push_constant(kind, name)
-        # Where the viewer is (w = 1) or looks from (w = 0); then the length of a unit in the
-        # world, of a pixel at depth 1, the opacity and how far to lift.
+        # 128 bytes, which is what every graphics card has room for.
+        info.push_constant("MAT4", "matrix")
+        info.push_constant("VEC3", "metric")
+        info.push_constant("VEC3", "shear")
+        # Where the viewer is (w = 1) or the direction to it (w = 0).
         info.push_constant("VEC4", "viewer")
+        # Length of a unit in the world, of a pixel at depth 1, opacity, and how far to lift.
         info.push_constant("VEC4", "size")
         for slot, (name, kind) in enumerate(
             (
@@ -72,6 +82,25 @@ def shader() -> gpu.types.GPUShader:
         info.fragment_source(_FRAGMENT)
         _shader = gpu.shader.create_from_info(info)
     return _shader
+
+
+def place(camera: Camera, model: Matrix) -> gpu.types.GPUShader:
+    """The shader, bound for what lies in the space of an object with this transform."""
+    program = shader()
+    program.bind()
+    stretch = model.to_3x3()
+    metric = stretch.transposed() @ stretch
+    back = model.inverted_safe()
+    viewer = Vector(camera.viewer[:3])
+    if camera.viewer[3]:
+        viewer = back @ viewer
+    else:
+        viewer = back.to_3x3() @ viewer
+    program.uniform_float("matrix", camera.view_projection @ model)
+    program.uniform_float("metric", (metric[0][0], metric[1][1], metric[2][2]))
+    program.uniform_float("shear", (metric[0][1], metric[0][2], metric[1][2]))
+    program.uniform_float("viewer", (*viewer, camera.viewer[3]))
+    return program
 
 
 def batch(shape: Shape) -> gpu.types.GPUBatch:
