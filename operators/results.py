@@ -33,6 +33,8 @@ COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
 PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
+# Size of the cross under a glyph of the overlay, in sizes of the glyph.
+_CROSS = 0.35
 
 
 def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
@@ -149,7 +151,7 @@ def dress_all(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     drawn = _is_overlaid(context)
     for empty in empties_of(obj):
         if drawn == (empty.empty_display_type == "IMAGE"):
-            size = empty.empty_display_size * (2.0 * UNIT if drawn else 0.5 / UNIT)
+            size = empty.empty_display_size * (2.0 * UNIT if drawn else 1.0 / _CROSS)
             _dress(empty, image_of(empty[EMPTY_TAG]), size, tuple(empty.color), drawn)
 
 
@@ -175,7 +177,7 @@ def _dress(
     if is_overlaid:
         empty.data = None
         empty.empty_display_type = "PLAIN_AXES"
-        empty.empty_display_size = size
+        empty.empty_display_size = _CROSS * size
         return
     empty.empty_display_type = "IMAGE"
     empty.data = image

@@ -66,7 +66,7 @@ def _sees_through(shading: bpy.types.View3DShading) -> bool:
 
 
 def _look_again() -> float | None:
-    waiting = painter.is_waiting()
+    waiting = painter.collect()
     if not waiting:
         redraw()
     return _PATIENCE if waiting else None

@@ -18,6 +18,8 @@ from .camera import Camera
 
 # Directions of this many objects stay in memory.
 _MOST = 8
+# Vertices that are arranged while the user waits.
+_QUICK = 20000
 # Strokes lie flat: they are lifted by this part of their length to clear a curved surface.
 _LIFT = 0.1
 
@@ -64,14 +66,17 @@ def forget() -> None:
 
 
 def is_waiting() -> bool:
-    """Whether a thread arranges strokes that will be drawn later."""
-    waiting = False
+    """Whether strokes are arranged that were not drawn yet; `collect` ends the waiting."""
+    return any(kept.thread is not None for kept in _directions.values())
+
+
+def collect() -> bool:
+    """Take over what the threads have finished; whether any still work."""
     for kept in _directions.values():
         if kept.thread is not None and not kept.thread.is_alive():
             kept.thread.join()
             kept.thread = None
-        waiting |= kept.thread is not None
-    return waiting
+    return is_waiting()
 
 
 def _draw_directions(context, obj, camera: Camera, program) -> None:
@@ -118,17 +123,26 @@ def _arranged(obj) -> _Directions | None:
             return None
         kept = _directions[stamp] = _Directions()
 
-        def work() -> None:
-            kept.strokes = drawables.strokes(*arrays)
-
-        kept.thread = threading.Thread(target=work, name="umbilics strokes")
-        kept.thread.start()
+        _arrange(kept, arrays)
         while len(_directions) > _MOST:
             _, oldest = _directions.popitem(last=False)
             if oldest.thread is not None:
                 oldest.thread.join()
     _directions.move_to_end(stamp)
     return kept
+
+
+def _arrange(kept: _Directions, arrays: tuple) -> None:
+    """In a thread if it takes longer than a blink."""
+
+    def work() -> None:
+        kept.strokes = drawables.strokes(*arrays)
+
+    if len(arrays[0]) < _QUICK:
+        work()
+        return
+    kept.thread = threading.Thread(target=work, name="umbilics strokes")
+    kept.thread.start()
 
 
 def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
