@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .workspace import Workspace
+
 # A pivot this far below its diagonal entry means that the samples do not determine the term:
 # the moments carry about 1e-16 of relative error, so smaller ones are round-off.
 RANK_TOLERANCE = 1e-11
@@ -48,7 +50,12 @@ def _terms(degree: int) -> list[tuple[int, int]]:
 
 
 def fit_heights(
-    x: np.ndarray, y: np.ndarray, z: np.ndarray, weights: np.ndarray | None, degree: int
+    x: np.ndarray,
+    y: np.ndarray,
+    z: np.ndarray,
+    root: np.ndarray | None,
+    degree: int,
+    workspace: Workspace | None = None,
 ) -> HeightFit:
     """Fit z as a polynomial of the given degree (>= 2) to each column of samples.
 
@@ -56,19 +63,23 @@ def fit_heights(
     ----------
     x, y, z:
         (s, b) float64 samples; x and y should be of order 1.
-    weights:
-        (s, b) float64 weight of each sample, or None for equal ones.
+    root:
+        (s, b) float64 square root of the weight of each sample, or None for equal ones.
     degree:
         Degree of the polynomial, at least 2.
+    workspace:
+        Buffers to work in, for calls in a loop.
     """
     samples, fits = x.shape
     terms = _terms(degree)
     size = len(terms)
     # The root of the weight in every factor puts the weight into every product of two.
-    root = None if weights is None else np.sqrt(weights)
-    monomials = _monomials(x, y, root, degree)
-    heights = z if root is None else z * root
-    system = np.empty((size, size + 1, fits))
+    workspace = workspace or Workspace()
+    monomials = _monomials(x, y, root, degree, workspace)
+    heights = z
+    if root is not None:
+        heights = np.multiply(z, root, out=workspace.array("heights", samples, fits))
+    system = workspace.array("system", size, size + 1, fits)
     moments: dict[tuple[int, int], np.ndarray] = {}
     for row, (a, b) in enumerate(terms):
         left = monomials[a, b]
@@ -97,7 +108,7 @@ def fit_heights(
         solution[row] = (system[row, size] - known) / system[row, row]
 
     # Round-off leaves about 1e-16 of the squared heights; below that nothing is known.
-    total = float(samples) if weights is None else weights.sum(axis=0)
+    total = float(samples) if root is None else np.einsum("sb,sb->b", root, root)
     freedom = max(samples - size, 1) / samples
     variance = np.maximum(square - explained, 1e-16 * square) / (total * freedom)
     spread = covariance[0, 0] + covariance[2, 2] - 2 * covariance[0, 2] + covariance[1, 1]
@@ -111,17 +122,22 @@ def fit_heights(
 
 
 def _monomials(
-    x: np.ndarray, y: np.ndarray, root: np.ndarray | None, degree: int
+    x: np.ndarray, y: np.ndarray, root: np.ndarray | None, degree: int, workspace: Workspace
 ) -> dict[tuple[int, int], np.ndarray]:
     """x^a y^b for a + b <= degree, each times `root` unless that is None."""
-    if root is None:
-        powers = {(0, 0): np.ones_like(x), (1, 0): x, (0, 1): y}
-    else:
-        powers = {(0, 0): root, (1, 0): x * root, (0, 1): y * root}
-    for total in range(2, degree + 1):
+    terms = _terms(degree)
+    arrays = iter(workspace.array("monomials", len(terms), *x.shape))
+    powers = {}
+    for total in range(degree + 1):
         for b in range(total + 1):
-            a = total - b
-            powers[a, b] = powers[a - 1, b] * x if a else powers[a, b - 1] * y
+            a, out = total - b, next(arrays)
+            if total == 0:
+                out[:] = 1.0 if root is None else root
+            elif a:
+                np.multiply(powers[a - 1, b], x, out=out)
+            else:
+                np.multiply(powers[a, b - 1], y, out=out)
+            powers[a, b] = out
     return powers
 
 

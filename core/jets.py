@@ -8,6 +8,7 @@ shape operator is then expressed at the fitted normal with both fundamental form
 from __future__ import annotations
 
 import dataclasses
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from .parallel import run
 from .progress import Progress
 from .surface import Surface
 from .tangent import frame, principal_directions
+from .workspace import Workspace
 
 DEGREE = 3
 # Vertices whose neighbourhoods are found together: their rows stay near the caches.
@@ -99,12 +101,23 @@ def fit_jets(
     )
     coordinates = np.ascontiguousarray(surface.vertices.T)
 
+    spaces = threading.local()
+
     def chunk(first: int) -> None:
+        if not hasattr(spaces, "workspace"):
+            spaces.workspace = Workspace()
         slots = np.arange(first, min(first + CHUNK, c))
         for some, members in neighbourhood.blocks(centres[slots], SAMPLES_PER_BLOCK):
             chosen = slots[some]
             _fit_block(
-                coordinates, normals, centres[chosen], members, neighbourhood.focused, chosen, jets
+                coordinates,
+                normals,
+                centres[chosen],
+                members,
+                neighbourhood.focused,
+                chosen,
+                jets,
+                spaces.workspace,
             )
 
     run(chunk, range(0, c, CHUNK), progress)
@@ -130,7 +143,14 @@ def _retry_wider(
         for some, members in wider.blocks(centres[slots], SAMPLES_PER_BLOCK):
             chosen = slots[some]
             _fit_block(
-                coordinates, normals, centres[chosen], members, wider.focused, chosen, jets
+                coordinates,
+                normals,
+                centres[chosen],
+                members,
+                wider.focused,
+                chosen,
+                jets,
+                Workspace(),
             )
 
 
@@ -142,29 +162,24 @@ def _fit_block(
     focused: bool,
     slots: np.ndarray,
     jets: Jets,
+    workspace: Workspace,
 ) -> None:
     """Fit the jets of b vertices `centres` to their (s, b) samples; into `slots` of `jets`."""
     n0 = normals[centres].T
     e1, e2 = frame(n0)
-    offset = [np.take(axis, members) for axis in coordinates]
+    offset = workspace.array("offset", 3, *members.shape)
     for axis in range(3):
+        np.take(coordinates[axis], members, out=offset[axis], mode="clip")
         offset[axis] -= coordinates[axis, centres]
-    x = e1[0] * offset[0] + e1[1] * offset[1] + e1[2] * offset[2]
-    y = e2[0] * offset[0] + e2[1] * offset[1] + e2[2] * offset[2]
-    z = n0[0] * offset[0] + n0[1] * offset[1] + n0[2] * offset[2]
-    radius = np.sqrt(
-        (np.einsum("sb,sb->b", x, x) + np.einsum("sb,sb->b", y, y)) / len(members)
-    )
+    radius = np.sqrt(np.einsum("csb,csb->b", offset, offset) / len(members))
     radius = np.maximum(radius, np.finfo(float).tiny)
     inverse = 1.0 / radius
-    x *= inverse
-    y *= inverse
-    z *= inverse
-    weights = None
-    if focused:
-        nearness = 1.0 / (1.0 + (x * x + y * y) / FOCUS)
-        weights = nearness * nearness * nearness
-    fit = fit_heights(x, y, z, weights, DEGREE)
+    # One contraction each: several times faster than sums of products with their temporaries.
+    x, y, z = workspace.array("samples", 3, *members.shape)
+    for along, axis in ((x, e1), (y, e2), (z, n0)):
+        np.einsum("csb,cb->sb", offset, axis * inverse, out=along)
+    root = _weight_root(x, y, workspace) if focused else None
+    fit = fit_heights(x, y, z, root, DEGREE, workspace)
 
     c = fit.coefficients
     # Heights in units of the radius bend 1 / radius times as much as in length.
@@ -180,3 +195,16 @@ def _fit_block(
     jets.residual[slots] = fit.residual * radius
     jets.radius[slots] = radius
     jets.determined[slots] = fit.determined
+
+
+def _weight_root(x: np.ndarray, y: np.ndarray, workspace: Workspace) -> np.ndarray:
+    """Square root (s, b) of the weights of samples at x, y: 1 / (1 + d^2 / FOCUS)^(3/2)."""
+    spread, other = workspace.array("weights", 2, *x.shape)
+    np.multiply(x, x, out=spread)
+    np.multiply(y, y, out=other)
+    spread += other
+    spread *= 1.0 / FOCUS
+    spread += 1.0
+    np.sqrt(spread, out=other)
+    spread *= other
+    return np.reciprocal(spread, out=spread)
