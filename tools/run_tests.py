@@ -11,8 +11,8 @@ extension's zip, and its installation in preferences of its own. The suites are
 
 and, only with --matrix,
 
-  matrix    the suite blender in each Blender that there is as a Python module: 4.2 LTS, 4.5 LTS,
-            5.0 and 5.2 LTS, where SciPy must come from the zip's own wheel
+  matrix    tests/operators and tests/ui in each Blender that there is as a Python module: 4.2 LTS,
+            4.5 LTS, 5.0 and 5.2 LTS, where SciPy must come from the zip's own wheel
 
 Other arguments are pytest's. Paths among them choose the suites too.
 """
@@ -40,7 +40,10 @@ SUITES = {
     "tools": ("tests/tools",),
     "blender": ("tests/operators", "tests/ui", "tests/core"),
     "gui": ("tests/gui",),
+    "matrix": ("tests/operators", "tests/ui"),
 }
+# Those that run when none is named.
+USUAL = ("core", "tools", "blender", "gui")
 
 # pytest's own exit codes.
 NO_TESTS = 5
@@ -106,8 +109,8 @@ class Tests:
         self._counted(suite, getattr(self, f"_{suite}"), paths)
 
     def run_matrix(self) -> None:
-        """The suite blender in every Blender module; one that must be there and is not fails."""
-        paths = paths_of("blender", self.given)
+        """Every Blender module in turn; one that must be there and is not fails."""
+        paths = paths_of("matrix", self.given)
         if not paths:
             return
         zip_file = build_extension.build(self.folder / "matrix", "linux-x64")
@@ -193,9 +196,6 @@ def main() -> None:
         parser.add_argument(
             f"--{suite}", action="append_const", const=suite, dest="suites", help="only this suite"
         )
-    parser.add_argument(
-        "--matrix", action="store_true", help="only the Blenders that are Python modules"
-    )
     parser.add_argument("--summary", type=Path, help="write the closing line to this file too")
     chosen, rest = parser.parse_known_args()
     paths, options = split_arguments(rest)
@@ -204,10 +204,11 @@ def main() -> None:
     scratch.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         tests = Tests(Path(folder), paths, options)
-        for suite in chosen.suites or ([] if chosen.matrix else SUITES):
-            tests.run(suite)
-        if chosen.matrix:
-            tests.run_matrix()
+        for suite in chosen.suites or USUAL:
+            if suite == "matrix":
+                tests.run_matrix()
+            else:
+                tests.run(suite)
 
     if tests.failed:
         say(f"failed: {', '.join(tests.failed)}")

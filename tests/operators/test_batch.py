@@ -129,7 +129,6 @@ def test_bad_files_do_not_stop_the_others(tmp_path):
 
 
 @needs_program
-@pytest.mark.slow
 def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path):
     count = 6
     for number in range(count):
