@@ -18,6 +18,21 @@ class Paper:
 
     row = column = box = split = _inside
 
+    def separator(self):
+        pass
+
+    def operator_menu_enum(self, name, _property, **_):
+        self.operator(name)
+
+    def prop_search(self, data, name, within, among, **_):
+        assert among in within.bl_rna.properties, among
+        self.prop(data, name)
+
+    def template_list(self, cls, _name, data, name, active, active_name, **_):
+        assert hasattr(bpy.types, cls)
+        assert {name, active_name} <= set(data.bl_rna.properties.keys())
+        self.drawn.append(("list", name))
+
     def prop(self, data, name, **_):
         assert name in data.bl_rna.properties, name
         self.drawn.append(("prop", name))
@@ -37,6 +52,15 @@ class Paper:
         return [name for what, name in self.drawn if what == kind]
 
 
+def panels():
+    """The panels of the tab."""
+    return [
+        cls
+        for cls in bpy.types.Panel.__subclasses__()
+        if cls.__name__.startswith("UMBILICS_PT") and getattr(cls, "bl_category", "")
+    ]
+
+
 @pytest.fixture
 def draw(addon):
     """Draw all panels of the tab that want to be seen; what was drawn."""
@@ -47,9 +71,12 @@ def draw(addon):
             scene=bpy.context.scene,
             active_object=bpy.context.active_object,
             region=SimpleNamespace(width=280),
+            view_layer=bpy.context.view_layer,
+            area=None,
+            screen=None,
             preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
         )
-        for panel in addon.ui.panel._CLASSES:
+        for panel in panels():
             if not hasattr(panel, "poll") or panel.poll(context):
                 panel.draw(SimpleNamespace(layout=paper), context)
         return paper
@@ -59,7 +86,7 @@ def draw(addon):
 
 
 def test_tab_is_where_users_look(addon):
-    for panel in addon.ui.panel._CLASSES:
+    for panel in panels():
         assert (panel.bl_space_type, panel.bl_region_type) == ("VIEW_3D", "UI")
         assert panel.bl_category == "Umbilics"
 
@@ -75,7 +102,7 @@ def test_every_setting_can_be_reached(addon, draw):
                 settings.scale_auto = settings.persistence_auto = automatic
                 settings.opening = 0 if automatic else 2
                 reached.update(draw().names("prop"))
-    assert {p.identifier for p in settings.bl_rna.properties} - {"rna_type", "name"} == (reached)
+    assert {p.identifier for p in settings.bl_rna.properties} - {"rna_type", "name"} <= reached
 
 
 def test_only_what_the_method_reads_is_shown(draw):
@@ -111,7 +138,8 @@ def test_running_detection_can_be_watched_and_cancelled(addon, draw):
     try:
         paper = draw()
         assert len(paper.names("progress")) == 1
-        assert paper.names("operator") == ["umbilics.cancel"]
+        assert "umbilics.cancel" in paper.names("operator")
+        assert "umbilics.detect" not in paper.names("operator")
     finally:
         running.end()
     assert paper.names("operator") != draw().names("operator")

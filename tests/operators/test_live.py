@@ -1,0 +1,168 @@
+"""What can be changed after a detection acts at once, through undo, save and reload."""
+
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid, census, empties
+
+
+def noisy(subdivisions=4):
+    """A detected ellipsoid with many umbilics that noise has made; all are shown."""
+    obj = add_ellipsoid(subdivisions=subdivisions)
+    points = np.array([vertex.co for vertex in obj.data.vertices])
+    points += 0.02 * np.random.default_rng(3).standard_normal(points.shape)
+    obj.data.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    obj.data.update()
+    group = bpy.context.scene.umbilics
+    group.scale_auto, group.scale = False, 2.0
+    group.regions = False
+    group.persistence_auto, group.persistence = False, 0.0
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert len(empties(obj)) > 20
+    return obj
+
+
+def rows(obj):
+    return sorted(empty["umbilics_row"] for empty in empties(obj))
+
+
+def test_persistence_thins_out_and_brings_back():
+    obj = noisy()
+    group, display = bpy.context.scene.umbilics, bpy.context.scene.umbilics_display
+    everything = rows(obj)
+    counts = []
+    for strength in (0.3, 0.6, 0.9, 1.0):
+        display.strength = strength
+        assert display.strength == pytest.approx(strength, abs=1e-3)
+        assert rows(obj) == sorted(item.row for item in obj.umbilics.items)
+        assert obj.umbilics.index_sum == 2.0
+        counts.append(len(empties(obj)))
+    assert counts == sorted(counts, reverse=True)
+    assert counts[-1] == 4
+    group.persistence = 0.0
+    assert rows(obj) == everything
+
+
+def test_what_the_filters_give_is_what_a_detection_with_them_gives():
+    obj = noisy()
+    bpy.context.scene.umbilics_display.strength = 0.7
+    bpy.context.scene.umbilics_display.opened = True
+    filtered = rows(obj)
+    bpy.ops.umbilics.detect()
+    assert rows(obj) == filtered
+
+
+def test_kinds_and_empties_are_a_matter_of_display():
+    obj = noisy()
+    display = bpy.context.scene.umbilics_display
+    counts = obj.umbilics.lemon, obj.umbilics.star
+    display.kinds = {"star"}
+    assert {empty["umbilics_kind"] for empty in empties(obj)} == {"star"}
+    assert (obj.umbilics.lemon, obj.umbilics.star) == counts
+    display.empties = False
+    assert not empties(obj)
+    assert len(obj.umbilics.items) == counts[1]
+    display.empties = True
+    assert len(empties(obj)) == counts[1]
+
+
+def test_only_the_most_persistent_get_empties(addon):
+    obj = noisy()
+    preferences = bpy.context.preferences.addons["bl_ext.user_default.umbilics"].preferences
+    preferences.most_empties = 5
+    try:
+        bpy.ops.umbilics.apply_filters()
+        found = empties(obj)
+        assert len(found) == 5
+        least = min(empty["umbilics_persistence"] for empty in found)
+        others = {item.row: item.persistence for item in obj.umbilics.items}
+        assert sum(value > least for value in others.values()) <= 5
+    finally:
+        preferences.property_unset("most_empties")
+
+
+def test_after_save_and_reload_filters_act_and_the_slider_knows_its_range(tmp_path):
+    name = noisy().name
+    before = rows(bpy.data.objects[name])
+    path = str(tmp_path / "kept.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    obj = bpy.data.objects[name]
+    assert rows(obj) == before
+    bpy.context.scene.umbilics_display.strength = 1.0
+    assert len(rows(obj)) == 4
+
+
+def test_undo_takes_a_filter_back():
+    name = noisy().name
+    before = rows(bpy.data.objects[name])
+    bpy.ops.ed.undo_push(message="detected")
+    bpy.context.scene.umbilics_display.strength = 1.0
+    bpy.ops.ed.undo_push(message="filtered")
+    assert len(rows(bpy.data.objects[name])) == 4
+    bpy.ops.ed.undo()
+    assert rows(bpy.data.objects[name]) == before
+    assert len(bpy.data.objects[name].umbilics.items) == len(before)
+    bpy.ops.ed.redo()
+    assert len(rows(bpy.data.objects[name])) == 4
+
+
+def test_switched_off_and_on_results_can_still_be_filtered(addon):
+    obj = noisy()
+    addon.unregister()
+    addon.register()
+    bpy.context.scene.umbilics_display.strength = 1.0
+    assert len(rows(obj)) == 4
+
+
+def test_a_copy_of_the_object_has_results_of_its_own():
+    obj = noisy()
+    twin = obj.copy()
+    twin.data = obj.data.copy()
+    bpy.context.scene.collection.objects.link(twin)
+    obj.select_set(False)
+    twin.select_set(True)
+    bpy.context.view_layer.objects.active = twin
+    before = rows(obj)
+    bpy.context.scene.umbilics_display.strength = 1.0
+    assert len(rows(twin)) == 4
+    assert rows(obj) == before
+
+
+def test_foreign_record_is_said_to_be_one(addon):
+    obj = noisy()
+    obj.umbilics.record, obj.umbilics.stamp = "bm90IGEgcmVjb3Jk", "other"
+    stale = addon.operators.stale
+    assert "another version" in stale.reasons(bpy.context, obj)[0]
+    bpy.context.scene.umbilics.persistence = 1.0
+
+
+def test_one_umbilic_is_deleted_restored_and_pinned():
+    obj = noisy()
+    bpy.context.scene.umbilics_display.strength = 1.0
+    obj.umbilics.active = 1
+    row = obj.umbilics.items[1].row
+    assert [e["umbilics_row"] for e in empties(obj) if e.select_get()] == [row]
+    bpy.ops.umbilics.delete_umbilic()
+    assert row not in rows(obj)
+    assert not obj.umbilics.balanced
+    bpy.ops.umbilics.restore_deleted()
+    assert row in rows(obj)
+    bpy.context.scene.umbilics.persistence = 0.0
+    most = obj.umbilics.items
+    weak = min(range(len(most)), key=lambda place: most[place].persistence)
+    obj.umbilics.active = weak
+    row = most[weak].row
+    bpy.ops.umbilics.pin()
+    bpy.context.scene.umbilics_display.strength = 1.0
+    assert row in rows(obj)
+
+
+def test_clear_leaves_nothing_of_it():
+    obj = add_ellipsoid(subdivisions=4)
+    before = census()
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.show_map()
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert census() == before
+    assert not len(obj.data.color_attributes)

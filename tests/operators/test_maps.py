@@ -1,0 +1,93 @@
+"""Maps of curvature: right colours, and all put back exactly."""
+
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid, values
+
+
+def colours(obj):
+    layer = obj.data.color_attributes["umbilics_map"]
+    found = np.empty(4 * len(layer.data), np.float32)
+    layer.data.foreach_get("color_srgb", found)
+    return found.reshape(-1, 4)[:, :3]
+
+
+@pytest.fixture
+def obj():
+    made = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.detect()
+    return made
+
+
+def show(name):
+    bpy.context.scene.umbilics_display.map = name
+    assert bpy.ops.umbilics.show_map() == {"FINISHED"}
+
+
+def test_gap_is_dark_at_umbilics_and_light_where_it_is_large(obj):
+    show("gap")
+    gap, light = values(obj, "umbilics_gap"), colours(obj).sum(axis=1)
+    order = np.argsort(gap)
+    assert light[order[:20]].max() < light[order[-20:]].min()
+
+
+def test_signed_map_is_symmetric_about_zero(obj):
+    show("gauss")
+    display = bpy.context.scene.umbilics_display
+    assert display.range_low == -display.range_high
+    red, _, blue = colours(obj).T
+    assert (red >= blue - 0.02).all(), "an ellipsoid is positively curved everywhere"
+
+
+def test_every_map_can_be_shown_and_all_is_put_back(obj):
+    mine = obj.data.color_attributes.new("Mine", "BYTE_COLOR", "POINT")
+    obj.data.color_attributes.active_color = mine
+    for name in ("k1", "k2", "mean", "gauss", "gap", "type", "region"):
+        show(name)
+        assert obj.data.color_attributes.active_color.name == "umbilics_map"
+    assert bpy.ops.umbilics.hide_map() == {"FINISHED"}
+    assert [layer.name for layer in obj.data.color_attributes] == ["Mine"]
+    assert obj.data.color_attributes.active_color.name == "Mine"
+    assert not any(key.startswith("umbilics") for key in obj.data.keys())
+
+
+def test_locked_range_stays(obj):
+    show("k1")
+    display = bpy.context.scene.umbilics_display
+    display.lock_range = True
+    display.range_high = 10.0
+    display.percentile = 20.0
+    assert display.range_high == 10.0
+    display.lock_range = False
+    assert display.range_high != 10.0
+
+
+def test_legend_knows_the_units_of_the_scene(addon, obj):
+    show("gauss")
+    legend = addon.operators.maps.legend
+    scene = bpy.context.scene
+    scene.unit_settings.system = "METRIC"
+    assert "1/m²" in legend(scene, obj).title
+    metre = legend(scene, obj).high
+    scene.unit_settings.scale_length = 0.01
+    assert legend(scene, obj).high == pytest.approx(1e4 * metre)
+    scene.umbilics_display.map = "type"
+    assert legend(scene, obj).names[0] == "Peak"
+
+
+def test_overlay_has_something_to_draw(addon, obj):
+    drawables = addon.operators.drawables
+    found = drawables.strokes(*drawables.read_field(obj))
+    assert sum(end - first for first, end, _ in found.blocks) == len(obj.data.vertices)
+    assert ((found.weight >= 0.0) & (found.weight <= 1.0)).all()
+    gap = values(obj, "umbilics_gap")
+    faint = np.linalg.norm(found.places - np.array(obj.data.vertices[gap.argmin()].co), axis=1)
+    assert found.weight[faint.argmin()] < 0.1
+    bpy.context.scene.umbilics_display.discs = True
+    obj.umbilics.active = 0
+    shapes = drawables.umbilics(bpy.context, obj, faint=False)
+    assert shapes
+    for shape in shapes:
+        assert shape.triangles.max() < len(shape.centre) == len(shape.colour)
+        assert np.isfinite(shape.centre).all()

@@ -1,0 +1,133 @@
+"""Results that no longer belong to the mesh or the settings are known to."""
+
+import bpy
+import pytest
+from scene_building import add_ellipsoid, census, empties
+
+
+@pytest.fixture
+def reasons(addon):
+    def ask(obj):
+        bpy.context.view_layer.update()
+        return " ".join(addon.operators.stale.reasons(bpy.context, obj))
+
+    return ask
+
+
+def detected():
+    obj = add_ellipsoid(subdivisions=3)
+    bpy.ops.umbilics.detect()
+    return obj
+
+
+def test_edited_mesh_until_it_is_detected_again(reasons):
+    obj = detected()
+    assert reasons(obj) == ""
+    obj.data.vertices[0].co.x += 0.1
+    obj.data.update()
+    assert "edited" in reasons(obj)
+    bpy.ops.umbilics.detect()
+    assert reasons(obj) == ""
+
+
+def test_scaled_but_not_moved_object(reasons):
+    obj = detected()
+    obj.location, obj.rotation_euler = (1.0, 2.0, 3.0), (0.3, 0.2, 0.1)
+    assert reasons(obj) == ""
+    obj.scale = (1.0, 1.0, 2.0)
+    assert "scaled" in reasons(obj)
+
+
+def test_changed_settings_are_named(reasons):
+    obj = detected()
+    group = bpy.context.scene.umbilics
+    group.crease_angle = 1.0
+    assert "Crease Angle" in reasons(obj)
+    group.property_unset("crease_angle")
+    assert reasons(obj) == ""
+    group.charts = "uv"
+    assert reasons(obj) == "", "method S reads no charts"
+
+
+def test_filters_are_no_reason_to_detect_again(addon, reasons):
+    first, second = detected(), detected()
+    bpy.context.scene.umbilics.opening = 2
+    assert reasons(second) == reasons(first) == ""
+    stale = addon.operators.stale
+    assert stale.filters_differ(bpy.context, first)
+    assert not stale.filters_differ(bpy.context, second)
+    bpy.context.scene.umbilics.opening = 5
+    assert "Opening" in reasons(second)
+
+
+def test_colours_of_a_map_are_no_edit(reasons):
+    obj = detected()
+    assert reasons(obj) == ""
+    bpy.ops.umbilics.show_map()
+    assert reasons(obj) == ""
+
+
+def with_modifier(kind):
+    obj = add_ellipsoid(subdivisions=3)
+    obj.modifiers.new("Modifier", kind)
+    bpy.context.scene.umbilics_display.source = "EVALUATED"
+    return obj
+
+
+def test_modifier_that_keeps_the_vertices_gives_results_on_the_base(reasons):
+    obj = with_modifier("SMOOTH")
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert bpy.context.object == obj
+    assert "umbilics_k1" in obj.data.attributes
+    assert reasons(obj) == ""
+    obj.modifiers[0].factor = 1.0
+    assert "edited" in reasons(obj)
+
+
+def test_subdivision_gives_results_on_a_tagged_copy_that_clear_removes(reasons):
+    obj = with_modifier("SUBSURF")
+    before = census()
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    copy = bpy.context.object
+    assert copy["umbilics_copy_of"] == obj.name
+    assert obj.hide_get()
+    assert len(copy.data.vertices) > 3 * len(obj.data.vertices)
+    assert len(empties(copy)) == 4
+    assert "umbilics_k1" not in obj.data.attributes
+    assert reasons(copy) == ""
+    # Detecting on the copy analyses its source again; there is still one copy.
+    count = len(bpy.data.objects)
+    bpy.ops.umbilics.detect()
+    assert len(bpy.data.objects) == count
+    obj.data.vertices[0].co.x += 0.1
+    obj.data.update()
+    bpy.context.object.data.update_tag()
+    assert "edited" in reasons(bpy.context.object)
+    bpy.ops.umbilics.clear()
+    assert not obj.hide_get()
+    assert bpy.context.object == obj
+    assert census() == before
+
+
+def test_shape_keys_are_analysed_as_they_show():
+    obj = add_ellipsoid(radii=(1.0, 1.0, 1.0), subdivisions=4)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Long")
+    for point, vertex in zip(key.data, obj.data.vertices, strict=True):
+        point.co = (3.0 * vertex.co.x, 2.0 * vertex.co.y, vertex.co.z)
+    key.value = 1.0
+    bpy.context.scene.umbilics_display.source = "EVALUATED"
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert len(empties(obj)) == 4
+
+
+def test_selected_objects_are_all_analysed_and_what_cannot_be_is_left_out():
+    first = add_ellipsoid(subdivisions=3, name="First")
+    bad = bpy.data.objects.new("Bad", bpy.data.meshes.new("Bad"))
+    bpy.context.scene.collection.objects.link(bad)
+    second = add_ellipsoid(subdivisions=3, name="Second")
+    for obj in (first, bad):
+        obj.select_set(True)
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert len(empties(first)) == len(empties(second)) == 4
+    assert not bad.umbilics.detected
