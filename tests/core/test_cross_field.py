@@ -1,0 +1,197 @@
+"""The cross field: analytic surfaces, exact sums, alignment, the two ends of the slider."""
+
+import numpy as np
+import pytest
+from fields import exact_field, surface_of
+from surfaces import cylinder, ellipsoid, icosphere, noisy, plane, quartic, sphere, torus
+
+import core
+from core.cleaning import clean
+from core.cross_field import cross_field
+from core.face_field import face_field_singularities
+from core.features import feature_half_edges, is_convex
+from core.guidance_settings import GuidanceSettings
+from core.multigrid import solve
+from core.progress import Progress
+from core.triangle_planes import lay_out
+
+
+def made(mesh, **settings):
+    surface = surface_of(mesh)
+    field = exact_field(mesh, surface)
+    return surface, field, cross_field(surface, field, GuidanceSettings(**settings), Progress())
+
+
+def away_from(directions, others):
+    """Degrees between crosses (n, 3) in the same tangent planes, at most 45."""
+    cosine = np.abs(np.einsum("ij,ij->i", directions, others)).clip(0, 1)
+    angle = np.degrees(np.arccos(cosine))
+    return np.minimum(angle, 90 - angle)
+
+
+@pytest.mark.parametrize("smoothness", [0.0, 0.3, 0.65, 1.0])
+@pytest.mark.parametrize(
+    "mesh",
+    [ellipsoid(subdivisions=4), quartic(4), torus(columns=60, rows=24), sphere()],
+    ids=lambda mesh: mesh.name,
+)
+def test_indices_sum_to_the_euler_characteristic(mesh, smoothness):
+    surface, _, cross = made(mesh, smoothness=smoothness)
+    assert cross.triangle_index.sum() == surface.euler_characteristic.sum()
+    assert set(np.unique(4 * cross.triangle_index) % 1) == {0.0}
+
+
+def test_sums_hold_under_wild_noise():
+    mesh = noisy(ellipsoid(subdivisions=4), 0.3)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    guidance = core.Guide(mesh.vertices, mesh.triangles, detection).guidance()
+    assert guidance.index_sum == guidance.expected_index_sum == 2.0
+    assert guidance.poles.total == guidance.poles.expected == 8.0
+
+
+def test_follows_curvature_where_the_gap_is_large():
+    mesh = ellipsoid(subdivisions=5)
+    _, field, cross = made(mesh, smoothness=0.2)
+    sure = cross.confidence > 0.9
+    assert sure.sum() > 1000
+    assert np.quantile(away_from(cross.direction[sure], field.d1[sure]), 0.99) < 1.0
+
+
+def test_lemons_part_across_their_separatrix():
+    mesh = ellipsoid(subdivisions=5)
+    surface, _, cross = made(mesh)
+    rows = np.flatnonzero(cross.triangle_index)
+    points = surface.vertices[surface.triangles[rows]].mean(axis=1) * surface.unit + surface.origin
+    assert np.allclose(cross.triangle_index[rows], 0.25)
+    assert len({tuple(signs) for signs in np.sign(points)}) == 8
+    # The separatrix of each lemon lies in y = 0; the two stand at the same x and z.
+    for corner in mesh.umbilics.position:
+        pair = points[np.argsort(np.linalg.norm(points - corner, axis=1))[:2]]
+        apart = pair[1] - pair[0]
+        assert abs(apart[1]) > 0.95 * np.linalg.norm(apart)
+
+
+def test_smoother_means_farther_apart():
+    apart = []
+    for smoothness in (0.5, 0.65, 0.8, 1.0):
+        surface, _, cross = made(ellipsoid(subdivisions=5), smoothness=smoothness)
+        rows = np.flatnonzero(cross.triangle_index)
+        apart.append(np.abs(surface.vertices[surface.triangles[rows]].mean(axis=1)[:, 1]).mean())
+    assert apart == sorted(apart)
+
+
+def test_crosses_lie_in_their_planes():
+    surface, _, cross = made(torus(columns=60, rows=24))
+    normal, _ = surface.face_normal_area
+    assert np.abs(np.einsum("ij,ij->i", cross.direction, cross.normal)).max() < 1e-9
+    assert np.abs(np.einsum("ij,ij->i", cross.face_direction, normal)).max() < 1e-9
+    assert np.allclose(np.linalg.norm(cross.face_direction, axis=1), 1.0)
+
+
+def test_cylinder_and_torus_have_no_singularity():
+    for mesh in (cylinder(), torus()):
+        _, field, cross = made(mesh)
+        assert not cross.triangle_index.any()
+        assert np.median(away_from(cross.direction, field.d1)) < 0.5
+
+
+def cube(cells=8):
+    """A cube with sharp edges, each face a grid."""
+    points, triangles = [], []
+    t = np.linspace(-1, 1, cells + 1)
+    u, v = (side.ravel() for side in np.meshgrid(t, t))
+    i, j = (side.ravel() for side in np.meshgrid(np.arange(cells), np.arange(cells)))
+    a = j * (cells + 1) + i
+    quads = np.stack([a, a + 1, a + cells + 2, a + cells + 1], axis=1)
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            face = np.zeros((len(u), 3))
+            face[:, axis], face[:, (axis + 1) % 3], face[:, (axis + 2) % 3] = sign, u, v
+            corners = quads if sign > 0 else quads[:, ::-1]
+            first = sum(map(len, points))
+            triangles += [first + corners[:, [0, 1, 2]], first + corners[:, [0, 2, 3]]]
+            points.append(face)
+    points = np.concatenate(points)
+    _, keep, new = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
+    return points[keep], new.ravel()[np.concatenate(triangles)]
+
+
+def test_cube_is_aligned_to_its_edges_with_a_pole_at_each_corner():
+    vertices, triangles = cube()
+    detection = core.detect(vertices, triangles)
+    guidance = core.Guide(vertices, triangles, detection).guidance()
+    axes = np.abs(guidance.face_direction)
+    assert np.quantile(np.degrees(np.arccos(axes.max(axis=1).clip(0, 1))), 0.9) < 2.0
+    assert guidance.poles.total == 8
+    corners = np.sign(guidance.poles.position)
+    assert len(guidance.poles) == len(np.unique(corners, axis=0)) == 8
+    assert np.linalg.norm(guidance.poles.position - corners, axis=1).max() < 0.5
+    # Every sharp edge once: 12 edges of 8 cells each, all convex.
+    assert len(guidance.feature_side) == 12 * 8
+    assert guidance.feature_convex.all()
+
+
+def test_borders_are_followed():
+    mesh = plane()
+    surface, _, cross = made(mesh)
+    at = np.flatnonzero(surface.border)
+    assert len(at)
+    assert np.quantile(np.abs(cross.direction[at]).max(axis=1), 0.05) > 0.999
+
+
+def test_features_by_mark_and_by_angle():
+    vertices, triangles = cube(2)
+    surface, _ = clean(vertices, triangles)
+    none = GuidanceSettings(feature_angle=180.0)
+    assert len(feature_half_edges(surface, none, None)) == 0
+    marked = np.array([triangles[0, :2], triangles[5, 1:]])
+    found = feature_half_edges(surface, none, marked)
+    ends = np.sort(
+        np.stack(
+            [
+                surface.source_vertex[surface.triangles.ravel()[found]],
+                surface.source_vertex[surface.triangles[:, [1, 2, 0]].ravel()[found]],
+            ],
+            axis=1,
+        )
+    )
+    assert {tuple(row) for row in ends} == {tuple(sorted(row)) for row in marked.tolist()}
+    inside_out, _ = clean(vertices, triangles[:, ::-1])
+    sharp = feature_half_edges(inside_out, GuidanceSettings(), None)
+    assert not is_convex(inside_out, sharp).any()
+
+
+def test_face_field_has_the_same_sum_at_vertices():
+    mesh = ellipsoid(subdivisions=4)
+    surface, field, cross = made(mesh)
+    planes = lay_out(surface, field, Progress())
+    vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
+    assert quarters.sum() == 8
+    assert (quarters == 1).all() and len(vertex) == 8
+
+
+def test_solver_agrees_with_a_factorization():
+    from scipy import sparse
+    from scipy.sparse.linalg import spsolve
+
+    points, triangles = icosphere(5)
+    n = len(points)
+    rng = np.random.default_rng(1)
+    tail, head = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    first = tail < head
+    tail, head = tail[first], head[first]
+    phase = np.exp(0.3j * rng.normal(size=len(tail)))
+    upper = sparse.coo_array((-phase, (tail, head)), shape=(n, n)).tocsr()
+    degree = np.bincount(np.concatenate([tail, head]), minlength=n) + 0.01
+    matrix = (upper + upper.conj().T + sparse.diags_array(degree.astype(complex))).tocsr()
+    right = rng.normal(size=n) + 1j * rng.normal(size=n)
+    exact = spsolve(matrix.tocsc(), right)
+    found = solve(matrix, right, Progress(), tolerance=1e-8)
+    assert np.abs(found - exact).max() < 1e-5 * np.abs(exact).max()
+
+
+def test_cancelling_stops_the_solver():
+    surface = surface_of(ellipsoid(subdivisions=4))
+    field = exact_field(ellipsoid(subdivisions=4), surface)
+    with pytest.raises(core.CancelledError):
+        cross_field(surface, field, GuidanceSettings(), Progress(cancelled=lambda: True))

@@ -1,0 +1,190 @@
+"""Lines of curvature and separatrices against closed forms."""
+
+import numpy as np
+import pytest
+from fields import exact_field, surface_of
+from scipy.spatial import cKDTree
+from surfaces import cylinder, ellipsoid, random_ellipsoid, sphere, torus
+
+import core
+from core.lines import points_of
+from core.progress import Progress
+from core.streamlines import AUTO_SPACING
+from core.tracing import BORDER, LIMIT, Starts, trace
+from core.triangle_planes import lay_out
+
+
+def guided(mesh):
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    return core.Guide(mesh.vertices, mesh.triangles, detection)
+
+
+def confocal(points, axes=(3.0, 2.0, 1.0)):
+    """(p, 2) ellipsoidal coordinates b^2 > l1 > c^2, a^2 > l2 > b^2 of points of an ellipsoid.
+
+    A line of curvature is the cut with a confocal quadric: one of the two is constant on it.
+    """
+    a, b, c = np.square(axes)
+    x, y, z = np.square(points).T
+    half = 0.5 * (a + b + c - x - y - z)
+    product = a * b + b * c + c * a - x * (b + c) - y * (a + c) - z * (a + b)
+    root = np.sqrt(np.maximum(half**2 - product, 0.0))
+    return np.stack([half - root, half + root], axis=1)
+
+
+def beside(points, which, axes=(3.0, 2.0, 1.0)):
+    """(p,) length by which points lie beside the cut that their line begins on, along the
+    surface, to first order."""
+    value = confocal(points, axes)[:, which]
+    step = 1e-5
+    slope = np.stack(
+        [
+            (confocal(points + shift) - confocal(points - shift))[:, which] / (2 * step)
+            for shift in step * np.eye(3)
+        ],
+        axis=1,
+    )
+    normal = points / np.square(axes)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    slope -= np.einsum("pc,pc->p", slope, normal)[:, None] * normal
+    # In the planes of symmetry the coordinates turn back, and the first order says nothing.
+    steep = np.linalg.norm(slope, axis=1)
+    return np.where(steep > 0.5, np.abs(value - value[0]) / steep, 0.0)
+
+
+@pytest.mark.parametrize("subdivisions", [4, 5, 6])
+def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
+    """Over a length of 3 all stay within half an edge, nine of ten within a fifth."""
+    mesh = ellipsoid(subdivisions=subdivisions)
+    surface = surface_of(mesh)
+    planes = lay_out(surface, exact_field(mesh, surface), Progress())
+    count = 60
+    triangle = np.random.default_rng(3).integers(0, len(surface.triangles), count)
+    z = planes.corner[triangle].mean(axis=1)
+    family = np.arange(count) % 2
+    direction = np.sqrt(planes.deviator(triangle, z) * np.where(family == 0, 1.0, -1.0))
+    starts = Starts.plain(triangle, z, direction / np.abs(direction), family)
+    limit = np.full(count, 3.0) / surface.unit
+    free = np.full(len(surface.triangles), -1)
+    traces = trace(surface, planes, starts, limit, free, Progress())
+    assert (traces.end == LIMIT).sum() >= 57  # one may lose its way in an umbilic's triangle
+    points = points_of(surface, planes, traces.triangle, traces.z) * surface.unit + surface.origin
+    off = []
+    for line in np.flatnonzero(traces.end == LIMIT):
+        # Family 0 keeps the larger of the two coordinates, family 1 the smaller.
+        path = points[traces.start[line] : traces.start[line + 1]]
+        # At an umbilic the two coordinates meet, and nothing can be told to first order.
+        if cKDTree(mesh.umbilics.position).query(path)[0].min() < 0.3:
+            continue
+        off.append(beside(path, 1 - family[line]).max() / mesh.edge_length)
+    assert len(off) > 40 and np.median(off) < 0.05
+    assert np.quantile(off, 0.9) < 0.2 and max(off) < 0.5
+
+
+@pytest.mark.parametrize(
+    "mesh", [ellipsoid(subdivisions=5), random_ellipsoid(20000)], ids=["icosphere", "random"]
+)
+def test_separatrices_join_the_lemons_along_the_middle_ellipse(mesh):
+    lines = guided(mesh).separatrices(both_ways=True)
+    assert len(lines) == 8
+    assert (lines.target >= 0).all() and (lines.target != lines.source).all()
+    assert np.abs(lines.position[:, 1]).max() < 0.5 * mesh.edge_length
+    # Once each, the four arcs are the whole ellipse x^2 / 9 + z^2 = 1.
+    arcs = guided(mesh).separatrices()
+    assert len(arcs) == 4
+    assert arcs.length.sum() == pytest.approx(13.3649, rel=0.005)
+    assert sorted(arcs.family) == [0, 0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    "mesh", [ellipsoid(subdivisions=5), torus(), cylinder()], ids=lambda mesh: mesh.name
+)
+def test_lines_are_evenly_spaced(mesh):
+    lines = guided(mesh).lines()
+    corner = mesh.vertices[mesh.triangles]
+    area = (
+        0.5
+        * np.linalg.norm(
+            np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+        ).sum()
+    )
+    spacing = AUTO_SPACING * np.sqrt(area)
+    for family in (0, 1):
+        some = lines.select(lines.family == family)
+        assert len(some) > 5
+        line = np.repeat(np.arange(len(some)), np.diff(some.start))
+        tree = cKDTree(some.position)
+        pairs = tree.query_pairs(0.4 * spacing, output_type="ndarray")
+        apart = line[pairs[:, 0]] != line[pairs[:, 1]]
+        assert apart.mean() < 0.005
+        # No place of the surface is far from a line.
+        distance, _ = tree.query(mesh.vertices)
+        assert np.quantile(distance, 0.97) < 1.3 * spacing
+        assert np.median(distance) < 0.5 * spacing
+
+
+def test_lines_of_the_torus_are_its_circles():
+    lines = guided(torus()).lines()
+    for number in range(len(lines)):
+        x, y, z = lines.points(number).T
+        if lines.family[number] == 0:  # the tube: an angle around the axis is kept
+            assert np.ptp(np.unwrap(np.arctan2(y, x))) < 0.02
+        else:
+            assert np.ptp(z) < 0.05  # over a length of up to 17; an edge is 0.1
+    assert lines.closed.mean() > 0.5
+
+
+def test_points_lie_in_their_triangles():
+    mesh = random_ellipsoid(5000)
+    lines = guided(mesh).lines()
+    corner = mesh.vertices[mesh.triangles[lines.triangle]]
+    there = np.einsum("pk,pkc->pc", lines.barycentric, corner)
+    assert np.abs(there - lines.position).max() < 1e-9
+    assert (lines.barycentric >= 0).all()
+    assert np.allclose(lines.barycentric.sum(axis=1), 1.0)
+
+
+def test_no_line_turns_sharply():
+    mesh = ellipsoid(subdivisions=5)
+    lines = guided(mesh).lines()
+    for number in range(len(lines)):
+        step = np.diff(lines.points(number), axis=0)
+        step = step[np.linalg.norm(step, axis=1) > 0.2 * mesh.edge_length]
+        step /= np.linalg.norm(step, axis=1, keepdims=True)
+        assert np.einsum("ij,ij->i", step[1:], step[:-1]).min(initial=1.0) > 0.6
+
+
+def test_lines_end_at_borders_and_limits():
+    mesh = cylinder()
+    surface = surface_of(mesh)
+    planes = lay_out(surface, exact_field(mesh, surface), Progress())
+    triangle = np.arange(0, len(surface.triangles), 97)
+    z = planes.corner[triangle].mean(axis=1)
+    along = np.sqrt(-planes.deviator(triangle, z))
+    count = len(triangle)
+    starts = Starts.plain(triangle, z, along / np.abs(along), np.ones(count))
+    free = np.full(len(surface.triangles), -1)
+    far = trace(surface, planes, starts, np.full(count, 100.0), free, Progress())
+    assert (far.end == BORDER).all()
+    near = trace(surface, planes, starts, np.full(count, 1e-3), free, Progress())
+    assert (near.end == LIMIT).all()
+    assert near.travelled[near.start[1:] - 1] == pytest.approx(1e-3)
+
+
+def test_sphere_says_that_it_has_no_direction():
+    with pytest.raises(core.GuidanceError, match="no preferred direction"):
+        guided(sphere()).lines()
+    assert len(guided(sphere()).separatrices()) == 0
+
+
+def test_one_family_alone():
+    mesh = torus(columns=60, rows=24)
+    for family, name in enumerate(("first", "second")):
+        lines = guided(mesh).lines(core.GuidanceSettings(families=name))
+        assert set(lines.family) == {family}
+
+
+def test_spacing_is_in_length():
+    mesh = torus(columns=60, rows=24)
+    counts = [len(guided(mesh).lines(core.GuidanceSettings(spacing=s))) for s in (0.2, 0.4)]
+    assert counts[0] > 1.6 * counts[1]

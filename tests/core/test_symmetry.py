@@ -1,0 +1,75 @@
+"""The mirror plane of shapes whose planes are known."""
+
+import numpy as np
+import pytest
+from surfaces import ellipsoid, sphere
+from surfaces.sampling import icosphere
+
+import core
+
+
+def mirror(vertices, triangles):
+    detection = core.detect(vertices, triangles)
+    return core.Guide(vertices, triangles, detection).symmetry()
+
+
+def egg(subdivisions=5):
+    """A lopsided ellipsoid: only y -> -y maps it onto itself."""
+    points, triangles = icosphere(subdivisions)
+    points = points * (3.0, 2.0, 1.0)
+    x, y, z = points.T
+    return np.stack([x + 0.15 * x**2, y, z * (1 + 0.1 * x) + 0.05 * x**2], axis=1), triangles
+
+
+def turned(angle):
+    a, b = np.cos(angle), np.sin(angle)
+    return np.array([[a, -b, 0], [b, a, 0], [0, 0, 1]]) @ np.array(
+        [[1, 0, 0], [0, a, -b], [0, b, a]]
+    )
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.5])
+def test_the_one_plane_is_found_wherever_it_is(angle):
+    vertices, triangles = egg()
+    turn, shift = turned(angle), np.array([5.0, -2.0, 1.0])
+    plane = mirror(vertices @ turn.T + shift, triangles)
+    wanted = turn @ (0.0, 1.0, 0.0)
+    assert abs(plane.normal @ wanted) > 1 - 1e-6
+    assert abs((plane.point - shift) @ wanted) < 1e-3
+    assert plane.score > 0.95
+    assert len(plane.pairs)
+
+
+def test_random_meshes_do_not_need_matching_vertices():
+    from scipy.spatial import ConvexHull
+    from surfaces.sampling import outward
+
+    points = np.random.default_rng(2).normal(size=(15000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    triangles = outward(points, ConvexHull(points).simplices.astype(np.int64))
+    points = points * (3.0, 2.0, 1.0)
+    x, y, z = points.T
+    vertices = np.stack([x + 0.15 * x**2, y, z * (1 + 0.1 * x) + 0.05 * x**2], axis=1)
+    plane = mirror(vertices, triangles)
+    assert np.degrees(np.arccos(min(abs(plane.normal[1]), 1.0))) < 0.5
+    assert abs(plane.point[1]) < 0.01
+
+
+def test_an_ellipsoid_has_one_of_its_planes():
+    mesh = ellipsoid()
+    plane = mirror(mesh.vertices, mesh.triangles)
+    assert np.abs(plane.normal).max() > 1 - 1e-6
+
+
+def test_without_umbilics_there_is_a_reason():
+    mesh = sphere(subdivisions=3)
+    with pytest.raises(core.GuidanceError, match="Too few umbilics"):
+        mirror(mesh.vertices, mesh.triangles)
+
+
+def test_what_is_not_symmetric_has_no_plane():
+    vertices, triangles = egg()
+    x, y, z = vertices.T
+    skew = np.stack([x + 0.2 * y * z, y * (1 + 0.12 * x) + 0.1 * y**2, z + 0.25 * x * y], axis=1)
+    with pytest.raises(core.GuidanceError):
+        mirror(skew, triangles)
