@@ -13,6 +13,7 @@ from .filtering import filtered
 from .hits import Hits
 from .interpolation import face_deviators
 from .location import refine
+from .persistence import trust_ratio
 from .progress import Progress
 from .regions import RegionMap, describe_regions
 from .scale import change_of_scale
@@ -81,7 +82,7 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         index_sum=float(candidates.index.sum()),
         expected_index_sum=float(characteristic) if closed else float("nan"),
         persistence_level=0.0,
-        trust_ratio=0.0,
+        trust_ratio=trust_ratio(field.noise, field.gap),
         noise=parts.fitted.residual * surface.unit,
         scale=float(np.median(parts.fitted.radius)) * surface.unit,
         warnings=tuple(parts.warnings),
@@ -192,6 +193,8 @@ def _unit_or(vectors: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
     """(count,) `values` at their input rows, `empty` elsewhere."""
+    if len(rows) == count and np.array_equal(rows, np.arange(count)):
+        return values
     result = np.full((count, *values.shape[1:]), empty, values.dtype)
     result[rows] = values
     return result

@@ -176,8 +176,9 @@ class Detection:
     persistence_level:
         The persistence below which pairs were dropped, in 1 / length.
     trust_ratio:
-        Largest cancelled persistence over the median gap: up to about 0.5 the survivors sit
-        where the surface has them, above 0.7 they may not. 0 where nothing was cancelled.
+        The gap at which noise makes umbilics cancel (a multiple of its median error) over the
+        median gap: up to about 0.5 the survivors sit where the surface has them, above 0.7 they
+        may not. 0 where the noise is not known.
     noise:
         Estimated standard deviation of the positions, in length; NaN where unknown.
     scale:

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from .detection import Detection, Umbilics
-from .persistence import made_by_noise, survivors, trust_ratio
+from .persistence import made_by_noise, survivors
 from .settings import AUTO, Settings
 
-# Above this share of the median gap the cancelled pairs are as large as the signal, and the
-# survivors may sit elsewhere than the surface's own umbilics (measured on noisy ellipsoids).
+# Above this share of the median gap the noise is as large as the signal, and the umbilics that
+# are left may sit elsewhere than the surface's own (measured on noisy ellipsoids).
 TRUSTED = 0.7
 SMOOTH_MORE = (
     "The noise is as strong as the shape: the umbilics that are left may sit elsewhere than the "
@@ -39,17 +39,15 @@ def filtered(
     else:
         paired = not np.isnan(candidates.persistence).all()
         level = float(settings.persistence) if paired else 0.0
-    ratio = trust_ratio(dropped, detection.curvature.gap)
     umbilics = candidates.select(kept_rows(detection, settings, pinned, deleted))
     warnings = [text for text in detection.warnings if text != SMOOTH_MORE]
-    if ratio > TRUSTED:
+    if detection.trust_ratio > TRUSTED and len(dropped):
         warnings.append(SMOOTH_MORE)
     return replace(
         detection,
         umbilics=umbilics,
         index_sum=float(umbilics.index.sum() + sum(region.index for region in detection.regions)),
         persistence_level=level,
-        trust_ratio=ratio,
         warnings=tuple(warnings),
     )
 

@@ -59,7 +59,7 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     expected_index_sum: FloatProperty(description="What the sum must be on a closed surface")
     balanced: BoolProperty(description="The sum of the indices is what it must be")
     persistence_level: FloatProperty(description="Pairs that cancel below this were dropped")
-    trust_ratio: FloatProperty(description="Largest cancelled persistence over the median gap")
+    trust_ratio: FloatProperty(description="Gap at which noise cancels over the median gap")
     noise: FloatProperty(description="Standard deviation of the positions, in length; 0: unknown")
     scale: FloatProperty(description="Radius that curvature was fitted over, in length; 0: none")
     warnings: CollectionProperty(type=UMBILICS_PG_warning)

@@ -37,7 +37,7 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
         line(numbers, "Fitted radius", f"{found.scale:.3g}" if found.scale else "none")
         line(numbers, "Dropped below", f"{found.persistence_level:.3g}")
         icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
-        line(numbers, "Cancelled / median gap", f"{found.trust_ratio:.2f}", icon=icon)
+        line(numbers, "Noise / median gap", f"{found.trust_ratio:.2f}", icon=icon)
         for warning in found.warnings:
             paragraph(self.layout.box(), context, warning.text)
 
