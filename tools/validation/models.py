@@ -170,10 +170,11 @@ def _hand(page: Page, model: Model) -> None:
         + (
             "This is the paper's failure near the fingertips."
             if missed > 0.3 * small.sum()
-            else f"""So the paper's failure near the fingertips is one of precision: here the map
-            is factorised in double precision with a step of refinement, and scale as such does no
-            harm. With errors of a millionth of the chart, as from an iterative solver, the same
-            map gives {rough} false points on the fingers."""
+            else f"""So scale as such does no harm where the
+            map is precise: here it is factorised in double precision with a step of refinement.
+            Imprecision is the likeliest cause of the paper's failure near the fingertips: with
+            errors of a millionth of the chart, as an iterative solver leaves them, the same map
+            gives {rough} false points on the fingers."""
         )
     )
 

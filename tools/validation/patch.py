@@ -229,8 +229,8 @@ def _opening(page: Page, mesh: AnalyticSurface) -> None:
     page.differences.append(
         f"""The opening (n = 2) on the patch takes the spurious points inside from {none[3]} to
         {two[3]} and keeps {two[2] or "none of the three"}. It only asks where the surface is
-        elliptic, so spurious points inside the elliptic part stay, and an umbilic near its edge
-        may go: the paper says the first of these, not the second."""
+        elliptic: umbilics near the edge of that part may go, as the paper says, and spurious
+        points inside it stay."""
     )
 
 

@@ -44,8 +44,9 @@ def of_mesh(vertices: np.ndarray) -> Mirror:
     best = None
     for axis in range(3):
         middle = 0.5 * (vertices[:, axis].min() + vertices[:, axis].max()) / size
-        for start in middle + (-0.04, 0.0, 0.04):
-            found = minimize(residual, (start, 0.0, 0.0), args=(axis,), method="Nelder-Mead")
+        for shift in (-0.04, 0.0, 0.04):
+            start = (middle + shift, 0.0, 0.0)
+            found = minimize(residual, start, args=(axis,), method="Nelder-Mead")
             if best is None or found.fun < best[0]:
                 best = (found.fun, *mirror(found.x, axis))
     plane = Mirror(best[1], float(best[2]), 0.0)
