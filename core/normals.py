@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from .parallel import run
-from .progress import Progress
 from .surface import Surface
-
-# Triangles per block: some twenty arrays of this length stay in the second cache.
-_BLOCK = 16384
 
 
 def vertex_normals(surface: Surface) -> np.ndarray:
@@ -20,30 +15,16 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     Long slivers hardly count, so that normals stand upright at a ragged border. Where the
     weighted sum vanishes, the normal of the largest triangle around the vertex.
     """
-    m = len(surface.triangles)
-    cross = np.empty((3, m))
-    weight = np.empty((3, m))
-    length = np.empty(m)
-    coordinates = np.ascontiguousarray(surface.vertices.T)
-
-    def block(first: int) -> None:
-        rows = slice(first, first + _BLOCK)
-        a, b, c = (coordinates[:, corner] for corner in surface.triangles[rows].T)
-        sides = b - a, c - b, a - c
-        ab, bc, ca = (np.einsum("cr,cr->r", side, side) for side in sides)
-        cross[:, rows] = np.cross(sides[0], sides[1], axis=0)
-        length[rows] = np.sqrt(np.einsum("cr,cr->r", cross[:, rows], cross[:, rows]))
-        for k, product in enumerate((ab * ca, ab * bc, bc * ca)):
-            # Sides of no length belong to degenerate triangles: nothing is known of the normal.
-            weight[k, rows] = np.divide(1.0, product, out=product, where=product > 0)
-
-    run(block, range(0, m, _BLOCK), Progress())
+    normal, area = surface.face_normal_area
+    ab, bc, ca = surface.side_squares
     n = len(surface.vertices)
     total, scale = np.zeros((n, 3)), np.zeros(n)
-    for k, corner in enumerate(surface.triangles.T):
-        scale += np.bincount(corner, weights=weight[k] * length, minlength=n)
+    for corner, product in zip(surface.triangles.T, (ab * ca, ab * bc, bc * ca), strict=True):
+        # Sides of no length belong to degenerate triangles: nothing is known of the normal.
+        weight = np.divide(area, product, out=product, where=product > 0)
+        scale += np.bincount(corner, weights=weight, minlength=n)
         for axis in range(3):
-            total[:, axis] += np.bincount(corner, weights=weight[k] * cross[axis], minlength=n)
+            total[:, axis] += np.bincount(corner, weights=weight * normal[:, axis], minlength=n)
     return _unit_or_largest_face(surface, total, scale)
 
 

@@ -55,21 +55,22 @@ def choose(
         return neighbourhood
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
 
-    def fitted(candidate: Neighbourhood) -> Jets:
-        start = starting_normals(surface, normals, candidate)
+    def fitted(candidate: Neighbourhood, start: np.ndarray) -> Jets:
         return fit_jets(surface, start, candidate, progress, centres)
 
     neighbourhood = dataclasses.replace(neighbourhood, rings=2, focused=False)
-    smaller = fitted(neighbourhood)
+    smaller = fitted(neighbourhood, normals)
     if np.median(smaller.residual) <= ROUND_OFF * np.median(smaller.radius):
+        return dataclasses.replace(neighbourhood, focused=True)
+    # On a clean mesh this settles it, before any normal is smoothed.
+    three = fitted(dataclasses.replace(neighbourhood, rings=3), normals)
+    if _disagreement(smaller, three, normals[centres]) > CLEAN:
         return dataclasses.replace(neighbourhood, focused=True)
     for rings in range(3, MOST_RINGS + 1):
         candidate = dataclasses.replace(neighbourhood, rings=rings)
-        larger = fitted(candidate)
-        disagreement = _disagreement(smaller, larger, normals[centres])
-        if disagreement > AGREEMENT:
-            clean = rings == 3 and disagreement > CLEAN
-            return dataclasses.replace(neighbourhood, focused=clean)
+        larger = fitted(candidate, starting_normals(surface, normals, candidate))
+        if _disagreement(smaller, larger, normals[centres]) > AGREEMENT:
+            break
         smaller, neighbourhood = larger, candidate
     return neighbourhood
 

@@ -57,22 +57,34 @@ class Surface:
     unit: float
 
     @cached_property
-    def face_normal_area(self) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 3) unit normals of the triangles and (m,) their areas."""
-        normals = np.empty((len(self.triangles), 3))
-        areas = np.empty(len(self.triangles))
-        coordinates = np.ascontiguousarray(self.vertices.T)
+    def _faces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(m, 3) unit normals, (m,) areas and (3, m) squared lengths of the sides ab, bc, ca."""
+        m = len(self.triangles)
+        normals, areas, squares = np.empty((m, 3)), np.empty(m), np.empty((3, m))
 
         def block(first: int) -> None:
             rows = slice(first, first + BLOCK)
-            a, b, c = (coordinates[:, corner] for corner in self.triangles[rows].T)
-            cross = np.cross(b - a, c - a, axis=0)
+            a, b, c = (self.vertices[corner].T for corner in self.triangles[rows].T)
+            sides = b - a, c - b, a - c
+            for square, side in zip(squares, sides, strict=True):
+                np.einsum("cr,cr->r", side, side, out=square[rows])
+            cross = np.cross(sides[0], sides[1], axis=0)
             length = np.sqrt(np.einsum("cr,cr->r", cross, cross))
             normals[rows] = (cross / np.maximum(length, np.finfo(float).tiny)).T
             areas[rows] = 0.5 * length
 
-        run(block, range(0, len(areas), BLOCK), Progress())
-        return normals, areas
+        run(block, range(0, m, BLOCK), Progress())
+        return normals, areas, squares
+
+    @property
+    def face_normal_area(self) -> tuple[np.ndarray, np.ndarray]:
+        """(m, 3) unit normals of the triangles and (m,) their areas."""
+        return self._faces[:2]
+
+    @property
+    def side_squares(self) -> np.ndarray:
+        """(3, m) squared lengths of the sides ab, bc and ca of the triangles abc."""
+        return self._faces[2]
 
     def near_border(self, rings: int) -> np.ndarray:
         """(n,) bool, True at vertices within so many edges of a border."""
