@@ -89,10 +89,12 @@ def _from_jets(
     sharp: np.ndarray | None,
     progress: Progress,
 ) -> Estimate:
-    neighbourhood = Neighbourhood(surface, adjacency(surface), walls=_walls(surface, settings, sharp))
-    neighbourhood = _scaled(neighbourhood, surface, normals, settings, progress.part("scale", 0, 0.1))
+    walls = _walls(surface, settings, sharp)
+    neighbourhood = Neighbourhood(surface, adjacency(surface), walls)
+    part = progress.part("Choosing the scale", 0, 0.1)
+    neighbourhood = _scaled(neighbourhood, surface, normals, settings, part)
     start = starting_normals(surface, normals, neighbourhood)
-    jets = fit_jets(surface, start, neighbourhood, progress.part("jets", 0.1, 1))
+    jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
     field = CurvatureField(
         jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise
     )

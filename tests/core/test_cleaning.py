@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+import surfaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import core
-import surfaces
 from core.cleaning import clean
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-
-import core
 import surfaces
 from mesh_files import read_mesh
+
+import core
 
 
 def mean_edge(surface: surfaces.AnalyticSurface) -> float:

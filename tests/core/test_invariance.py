@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+import surfaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import core
-import surfaces
 
 SURFACE = surfaces.random_ellipsoid(count=1500, seed=4)
 PLAIN = core.detect(SURFACE.vertices, SURFACE.triangles)

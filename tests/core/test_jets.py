@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+import surfaces
 from fields import surface_of
 
 import core
-import surfaces
 from core.jets import fit_jets
 from core.neighbourhoods import Neighbourhood, adjacency
 from core.normals import vertex_normals

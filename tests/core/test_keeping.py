@@ -1,9 +1,10 @@
 """A detection that was put away can be filtered again, as if it had just been made."""
 
-import core
 import numpy as np
 import pytest
 from surfaces.sampling import icosphere
+
+import core
 
 
 def detection():

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+import surfaces
 from fields import exact_field, surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import surfaces
 from core.progress import Progress
 from core.winding import certified_index
 
