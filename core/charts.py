@@ -61,7 +61,7 @@ def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> 
     """(m, 3) complex UV of the surface's corners from those of the input's (t, 3, 2).
 
     Cleaning may have dropped or turned triangles, so corners are matched by their vertices.
-    Raises `InvalidMeshError` on a UV map of another shape.
+    Raises `InvalidMeshError` on a UV map of another shape or with coordinates not finite.
     """
     uv = np.asarray(uv, dtype=np.float64)
     if uv.shape != (len(input_triangles), 3, 2):
@@ -72,6 +72,8 @@ def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> 
     given = np.asarray(input_triangles)[surface.source_triangle]
     place = (wanted[:, :, None] == given[:, None, :]).argmax(axis=2)
     chosen = np.take_along_axis(uv[surface.source_triangle], place[:, :, None], axis=1)
+    if not np.isfinite(chosen).all():
+        raise InvalidMeshError("The UV map has coordinates that are not numbers: unwrap it anew.")
     return chosen[..., 0] + 1j * chosen[..., 1]
 
 

@@ -61,7 +61,7 @@ def detect(
     seams, sharp:
         (s, 2) vertex pairs of the edges marked as seams (method C) and as sharp.
     uv:
-        (m, 3, 2) UV coordinates of the corners, for method C with charts "uv".
+        (m, 3, 2) UV coordinates of the corners, for method C with charts "islands" or "uv".
 
     Raises
     ------
@@ -85,7 +85,8 @@ def detect(
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        regions = _regions(surface, shape, noise, radius, settings)
+        rings = 1 if fitted.neighbourhood is None else fitted.neighbourhood.rings
+        regions = _regions(surface, shape, noise, radius, rings, settings)
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):
@@ -158,10 +159,11 @@ def _found(
         return _by_shape_operators(surface, shape, settings.parametrization, progress)
     if settings.method == "I":
         hits = detect_by_index(surface, shape, progress)
-    elif settings.charts == "uv":
+    elif settings.charts in ("islands", "uv"):
         if uv is None:
             raise ChartError("The mesh has no UV map: unwrap it, or take the charts from seams.")
-        unfolding = unfolded_by_uv(surface, triangles, uv)
+        conformal = settings.charts == "islands"
+        unfolding = unfolded_by_uv(surface, triangles, uv, conformal)
         hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
     else:
         marked = np.zeros((0, 2), int) if seams is None else seams
@@ -216,11 +218,12 @@ def _regions(
     shape: CurvatureField,
     noise: np.ndarray,
     radius: np.ndarray,
+    rings: int,
     settings: Settings,
 ) -> RegionMap:
     if not settings.regions or settings.method != "S":
         return RegionMap.none(surface)
-    return find_regions(surface, shape.gap, noise, radius)
+    return find_regions(surface, shape.gap, noise, radius, rings)
 
 
 def _paired(

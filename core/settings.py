@@ -93,6 +93,7 @@ class Settings:
         kind="choice",
         choices=(
             Choice("seams", "Seams", "Unfold the pieces between marked seams"),
+            Choice("islands", "UV islands", "Unfold the islands of the active UV map anew"),
             Choice("uv", "UV map", "Use the active UV map as it is"),
         ),
     )

@@ -48,7 +48,7 @@ def gather(
     arrays = mesh_data.read(
         obj,
         given_names if settings.curvature == "given" else None,
-        with_uv=(settings.method == "C" or all_methods) and settings.charts == "uv",
+        with_uv=(settings.method == "C" or all_methods) and settings.charts != "seams",
         depsgraph=depsgraph,
     )
     return Inputs(obj.name, arrays, settings, depsgraph is not None)

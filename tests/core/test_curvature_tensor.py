@@ -5,6 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid, noisy, paraboloid, renumbered, seed_patch
 
+import core
 from core import CurvatureField
 from core.cleaning import clean
 from core.curvature_tensor import (
@@ -196,3 +197,29 @@ def test_frames_do_not_matter() -> None:
     assert np.array_equal(one.triangle, two.triangle)
     np.testing.assert_allclose(one.barycentric, two.barycentric, atol=1e-9)
     assert all(np.allclose(np.linalg.norm(axis, axis=1), 1) for axis in tangents(field.normal))
+
+
+def test_islands_from_the_front_door() -> None:
+    """Two islands, each squeezed: unfolded anew the distortion is gone, as they lie it is not."""
+    mesh = seed_patch(5400)
+    uv = mesh.vertices[mesh.triangles][:, :, :2] * [1.0, 0.2]
+    uv[mesh.vertices[mesh.triangles].mean(axis=1)[:, 0] > 0.5] += 9.0
+    found = {}
+    for charts in ("islands", "uv"):
+        settings = core.Settings(method="C", charts=charts, curvature="given")
+        found[charts] = core.detect(
+            mesh.vertices, mesh.triangles, settings, given=mesh.curvature, uv=uv
+        )
+        points = found[charts].umbilics.position
+        distance = np.linalg.norm(points[:, None] - mesh.umbilics.position[None], axis=2)
+        assert np.all(distance.min(axis=0) < 2.0 * mesh.edge_length)
+    sheared = [next((w for w in one.warnings if "sheared" in w), "") for one in found.values()]
+    count = [int(text.split(" sheared")[0].split()[-1]) for text in sheared]
+    assert count[0] < 0.05 * count[1]
+
+
+def test_without_a_uv_map_the_remedy_is_named() -> None:
+    mesh = paraboloid(cells=10)
+    for charts in ("islands", "uv"):
+        with pytest.raises(core.ChartError, match="unwrap"):
+            core.detect(mesh.vertices, mesh.triangles, core.Settings(method="C", charts=charts))

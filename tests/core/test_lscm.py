@@ -3,7 +3,7 @@ import pytest
 from fields import surface_of
 from surfaces import ellipsoid, grid_points, random_points, seed_patch, sphere, torus
 
-from core import ChartError
+from core import ChartError, InvalidMeshError
 from core.charts import charts_from_seams, charts_from_uv, corner_uv, require_disks, unfold
 from core.cleaning import clean
 from core.curvature_tensor import unfolded_along_seams, unfolded_by_uv
@@ -183,3 +183,25 @@ def test_many_charts_at_once() -> None:
     assert unfolding.charts.count == len(mesh.triangles)
     np.testing.assert_allclose(np.abs(unfolding.similarity), 1.0, rtol=1e-6)
     np.testing.assert_allclose(np.abs(unfolding.shear), 0.0, atol=1e-6)
+
+
+def test_uv_maps_that_cannot_be_read() -> None:
+    mesh = seed_patch(50)
+    surface = surface_of(mesh)
+    uv = mesh.vertices[mesh.triangles][:, :, :2].copy()
+    with pytest.raises(InvalidMeshError, match="shape"):
+        corner_uv(surface, mesh.triangles, uv[1:])
+    uv[3, 1, 0] = np.nan
+    with pytest.raises(InvalidMeshError, match="not numbers"):
+        corner_uv(surface, mesh.triangles, uv)
+
+
+def test_triangles_without_area_do_not_spoil_the_map() -> None:
+    points, triangles = grid_points(8, 8, (-1, -1), (1, 1))
+    vertices = np.column_stack([points, np.zeros(len(points))])
+    vertices[30] = vertices[31]  # collapses two triangles
+    surface, _ = clean(vertices, triangles)
+    unfolding = unfolded_along_seams(surface, NO_SEAMS)
+    assert np.isfinite(unfolding.place).all()
+    sound = surface.face_normal_area[1] > 1e-6
+    np.testing.assert_allclose(np.abs(unfolding.similarity[sound]), 1.0, rtol=1e-5)
