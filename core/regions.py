@@ -58,9 +58,12 @@ class RegionMap:
 
 
 def find_regions(
-    surface: Surface, gap: np.ndarray, noise: np.ndarray, radius: np.ndarray
+    surface: Surface, gap: np.ndarray, noise: np.ndarray, radius: np.ndarray, rings: int = 0
 ) -> RegionMap:
     """Connected areas in which the gap does not rise out of its noise.
+
+    Fits within their reach of a region's border mix it with what lies beyond. Each region is
+    grown by that reach: the border is about there, and umbilics in between are the mixture's.
 
     Parameters
     ----------
@@ -71,6 +74,8 @@ def find_regions(
         one of them is not finite goes with those around it.
     radius:
         (n,) root mean square distance of the samples of each shape operator.
+    rings:
+        Rings of samples, by which the regions grow.
     """
     ratio = _ratio(gap, noise, radius)[surface.triangles]
     within = ~(ratio > REGION_RATIO).any(axis=1) & np.isfinite(ratio).any(axis=1)
@@ -89,7 +94,8 @@ def find_regions(
     if not good.any():
         return RegionMap.none(surface)
     renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
-    return _without_holes(surface, RegionMap(renumbered[label], int(good.sum())), seen.max())
+    regions = RegionMap(renumbered[label], int(good.sum()))
+    return _without_holes(surface, _grown(surface, regions, rings), seen.max())
 
 
 def describe_regions(
@@ -173,6 +179,24 @@ def _largest_disc(
     total = np.bincount(label[inside], weights=square.sum(axis=1), minlength=count)
     number = np.bincount(label[inside], weights=known.sum(axis=1), minlength=count)
     return np.pi * total / np.maximum(number, 1)
+
+
+def _grown(surface: Surface, regions: RegionMap, rings: int) -> RegionMap:
+    """All regions grown at once by so many rings of vertices; where two meet, both stop."""
+    triangles = surface.triangles
+    held = np.full(len(surface.vertices), -1, dtype=np.int32)
+    for corner in triangles.T:
+        np.maximum.at(held, corner, regions.label)
+    edge = np.repeat(np.arange(len(held)), np.diff(surface.neighbour_start))
+    for _ in range(rings):
+        outward = np.flatnonzero((held[edge] < 0) & (held[surface.neighbours] >= 0))
+        if len(outward) == 0:
+            break
+        np.maximum.at(held, edge[outward], held[surface.neighbours[outward]])
+    corners = held[triangles]
+    inside = (corners[:, 0] == corners[:, 1]) & (corners[:, 0] == corners[:, 2])
+    grown = np.where((regions.label < 0) & inside, corners[:, 0], regions.label)
+    return RegionMap(grown.astype(np.int32), regions.count)
 
 
 def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:

@@ -27,7 +27,7 @@ large as the gap, about 1 / radius, without anything being spherical there."""
 ROUND_OFF_GAP = 16.0
 """Gap that round-off alone leaves, in units of eps / radius^2 (coordinates of order 1)."""
 
-PLANAR_BEND = 0.01
+PLANAR_BEND = 0.05
 """Angle, in radians, that the normal may turn over the radius of a planar region."""
 
 PLANAR_ERRORS = 3.0

@@ -6,8 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from surfaces import ellipsoid, icosphere, plane, random_points, sphere
+from surfaces import (
+    cylinder,
+    ellipsoid,
+    icosphere,
+    noisy,
+    plane,
+    quartic,
+    random_ellipsoid,
+    random_points,
+    seed_patch,
+    sphere,
+    torus,
+)
 
+import core
 from core.cleaning import clean
 from core.field_noise import field_noise
 from core.regions import PLANAR, SPHERICAL, RegionMap, describe_regions, find_regions
@@ -172,3 +185,136 @@ def test_labels_are_sound(count, seed, flat_part, radius):
     rows = found.rows()
     assert len(rows) == found.count
     assert sum(len(row) for row in rows) == np.count_nonzero(found.label >= 0)
+
+
+def rounded_cube(cells: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """The cube [-1, 1]^3 with edges and corners rounded, `cells` along each side."""
+    side = np.linspace(-1, 1, cells + 1)
+    u, v = (values.ravel() for values in np.meshgrid(side, side, indexing="ij"))
+    number = np.arange(len(u)).reshape(cells + 1, cells + 1)
+    a, b, c, d = (
+        corner.ravel()
+        for corner in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    )
+    half = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    points, triangles = [], []
+    for axis in range(3):
+        for sign in (-1, 1):
+            face = np.roll(np.stack([np.full_like(u, sign), u, v], axis=1), axis, axis=1)
+            triangles.append((half if sign > 0 else half[:, ::-1]) + len(points) * len(u))
+            points.append(face)
+    grid = np.rint(np.concatenate(points) * cells).astype(int)
+    _, first, place = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    cube = np.concatenate(points)[first]
+    inner = np.clip(cube, radius - 1, 1 - radius)
+    outward = cube - inner
+    length = np.linalg.norm(outward, axis=1, keepdims=True)
+    return inner + radius * outward / length, place.ravel()[np.concatenate(triangles)]
+
+
+def capped_cylinder(around: int = 64, up: int = 32, across: int = 16):
+    """Radius 1, from z = -1 to 1, closed by two flat discs with a sharp rim."""
+    rim = [(i / across, 1.0) for i in range(1, across)]
+    wall = [(1.0, 1.0 - 2.0 * j / up) for j in range(up + 1)]
+    profile = rim + wall + [(r, -z) for r, z in reversed(rim)]
+    angle = 2 * np.pi * np.arange(around) / around
+    rings = [
+        np.stack([r * np.cos(angle), r * np.sin(angle), np.full(around, z)], axis=1)
+        for r, z in profile
+    ]
+    vertices = np.concatenate([[[0, 0, 1.0]], *rings, [[0, 0, -1.0]]])
+    j = np.arange(around)
+    k = (j + 1) % around
+    triangles = [np.stack([0 * j, 1 + j, 1 + k], axis=1)]
+    for ring in range(len(profile) - 1):
+        one, two = 1 + ring * around, 1 + (ring + 1) * around
+        triangles += [
+            np.stack([one + j, two + j, two + k], axis=1),
+            np.stack([one + j, two + k, one + k], axis=1),
+        ]
+    last = 1 + (len(profile) - 1) * around
+    triangles.append(np.stack([0 * j + len(vertices) - 1, last + k, last + j], axis=1))
+    return vertices, np.concatenate(triangles)
+
+
+@pytest.mark.parametrize(
+    "curvature, noise",
+    [("jets", 0.0), ("jets", 0.02), ("jets", 0.1), ("normals", 0.0), ("normals", 0.02)],
+)
+def test_detect_a_sphere(curvature, noise):
+    surface = noisy(sphere(2.0, subdivisions=4), noise)
+    choices = core.Settings(curvature=curvature)
+    detection = core.detect(surface.vertices, surface.triangles, choices)
+    (region,) = detection.regions
+    assert len(detection.candidates) == 0
+    assert region.kind == SPHERICAL
+    assert region.index == detection.index_sum == 2.0
+    assert region.area == pytest.approx(16 * np.pi, rel=0.02)
+    assert region.curvature == pytest.approx(0.5, rel=0.1)
+    points = core.detect(
+        surface.vertices, surface.triangles, core.Settings(curvature=curvature, regions=False)
+    )
+    assert len(points.regions) == 0 and points.index_sum == 2.0
+
+
+def test_detect_a_plane():
+    for tilt in (0.0, 0.3):
+        surface = plane(tilt=tilt)
+        detection = core.detect(surface.vertices, surface.triangles)
+        (region,) = detection.regions
+        assert len(detection.candidates) == 0
+        assert region.kind == PLANAR
+        assert len(region.triangles) == len(surface.triangles)
+        assert region.curvature == pytest.approx(0.0, abs=1e-6)
+
+
+def test_detect_a_rounded_cube():
+    vertices, triangles = rounded_cube(60, 0.4)
+    detection = core.detect(vertices, triangles)
+    kinds = [region.kind for region in detection.regions]
+    assert kinds.count(PLANAR) == 6 and kinds.count(SPHERICAL) == 8
+    assert len(detection.umbilics) == 0
+    assert detection.index_sum == 2.0
+    for region in detection.regions:
+        if region.kind == PLANAR:
+            assert region.area == pytest.approx(1.2**2, rel=0.15)
+        else:
+            assert region.curvature == pytest.approx(1 / 0.4, rel=0.05)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_detect_the_caps_of_a_cylinder(noise):
+    vertices, triangles = capped_cylinder()
+    edges = np.linalg.norm(np.diff(vertices[triangles[:, :2]], axis=1), axis=2)
+    vertices = vertices + np.random.default_rng(0).normal(
+        scale=noise * np.median(edges), size=vertices.shape
+    )
+    detection = core.detect(vertices, triangles)
+    assert len(detection.umbilics) == 0
+    assert len(detection.regions) == 2
+    for region in detection.regions:
+        assert region.kind == PLANAR
+        assert region.index == 1.0
+        assert region.area == pytest.approx(np.pi, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "surface, umbilics",
+    [
+        (torus(), 0),
+        (cylinder(), 0),
+        (ellipsoid(subdivisions=2), 4),
+        (ellipsoid(subdivisions=5), 4),
+        (random_ellipsoid(400), 4),
+        (random_ellipsoid(6000, (1.02, 1.0, 0.98)), 4),
+        (noisy(ellipsoid(subdivisions=4), 0.02), 4),
+        (noisy(random_ellipsoid(4000), 0.05), 4),
+        (quartic(4), None),
+        (seed_patch(5400), 3),
+    ],
+    ids=lambda value: getattr(value, "name", str(value)),
+)
+def test_umbilic_points_are_no_regions(surface, umbilics):
+    detection = core.detect(surface.vertices, surface.triangles)
+    assert len(detection.regions) == 0
+    assert umbilics is None or len(detection.umbilics) == umbilics
