@@ -3,7 +3,7 @@
     benchmarks/speed [--quick] [--rounds N] [--out FILE]
 
 Every program runs in a process of its own, all in turn on the same mesh, several rounds; the
-figures are medians. Other programs are built or installed where that is possible (benchmarks/peers).
+figures are medians. Other programs are built or installed where that can be (benchmarks/peers).
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron. E
 in a process of its own, all in turn, {rounds} rounds; the figures are medians. Reading the mesh
 is not counted. "Above the input" is peak memory less that after reading. The error is the root
 mean square angle between the first principal directions and the true ones, where the gap of the
-curvatures is above {clear:.0%} of its median. Umbilics does everything that `core.detect` does with its
-defaults: curvature, the certified index, location, kinds and persistence, in as many threads as
+curvatures is above {clear:.0%} of its median. Umbilics does everything that `core.detect` does with
+its defaults: curvature, the certified index, location, kinds and persistence, in as many threads as
 there are processors; the others use one thread as they come.
 
 {peers}
@@ -254,6 +254,7 @@ def main(arguments: list[str] | None = None) -> int:
     for level in compared:
         rows = compare(level, others, options.rounds)
         text += comparison_table(level, rows) + "\n"
+        print(comparison_table(level, rows), flush=True)
     grown, medians = scaling(levels, options.rounds)
     text += grown + "\n"
     at = levels.index(compared[-1])
