@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from . import linear_form
+from .borders import distance_to_border
 from .curvature import Estimate
 from .detection import CurvatureField, Detection, Umbilics
 from .filtering import filtered
@@ -105,6 +106,10 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     curvature = np.einsum("rk,rk->r", mean[corners], barycentric)
     noise = np.einsum("rk,rk->r", parts.noise[corners], barycentric)
     error = noise
+    exact = settings.curvature == "given"
+    if exact:
+        # What the user gives has no noise that could make pairs.
+        noise = np.full(len(hits), np.nan)
     located = np.ones(len(hits), bool)
     if fitted.neighbourhood is not None:
         change = change_of_scale(surface, fitted.field, fitted.neighbourhood, corners.ravel())
@@ -127,7 +132,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     uncertainty = _uncertainty(error, p, q)
     # A fit whose place is this vague within its own radius would not show a one-sided error.
     vague = ~located | (uncertainty > VAGUE * parts.radius[corners].mean(axis=1))
-    at_border = _at_border(surface, corners, parts.partner, vague)
+    at_border = _at_border(surface, triangle, parts.partner, vague, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     return Umbilics(
         position=position * surface.unit + surface.origin,
@@ -150,17 +155,31 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
 
 
 def _at_border(
-    surface: Surface, corners: np.ndarray, partner: np.ndarray, vague: np.ndarray
+    surface: Surface,
+    triangle: np.ndarray,
+    partner: np.ndarray,
+    vague: np.ndarray,
+    exact: bool,
 ) -> np.ndarray:
-    """(k,) bool, umbilics that the one-sided fits at a border may have made.
+    """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
 
-    Those within one ring of it; as far in as its fits reach, those whose place is `vague`; and
-    within three rings those that cancel with one of these: the two come and go together.
+    Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
+    those whose place is `vague`; and within three rings those that cancel with one of these:
+    the two come and go together.
     """
+    if surface.closed.all():
+        return np.zeros(len(triangle), bool)
+    corners = surface.triangles[triangle]
+    # Rings alone are blind where the border has few vertices, as the hull of scattered points.
+    edge = float(np.sqrt(np.median(surface.side_squares)))
+    points = surface.vertices[corners.ravel()]
+    distance = distance_to_border(surface, points, edge).reshape(-1, 3).min(axis=1)
 
     def within(rings: int) -> np.ndarray:
-        return surface.near_border(rings)[corners].any(axis=1)
+        return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)
 
+    if exact:
+        return within(1)
     doubtful = within(1) | (within(BORDER_RINGS) & vague)
     return doubtful | (within(3) & (partner >= 0) & doubtful[partner])
 
