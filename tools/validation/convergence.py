@@ -28,7 +28,8 @@ def write(page: Page) -> None:
         S finds, without filters, against h, the mean edge length near the umbilics; root mean
         square over the umbilics and over several random meshes of each size. p is the fitted
         order of error = c h^p over all sizes. "Refined" is what the extension does by default
-        with jets: a new fit at the point itself, in place of the interpolation."""
+        with jets: a new fit at the point itself, in place of the interpolation. An umbilic without
+        a point within five edges is missed and does not enter the error."""
     )
     orders = {}
     series = {}
