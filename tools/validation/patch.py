@@ -215,7 +215,8 @@ def _opening(page: Page, mesh: AnalyticSurface) -> None:
             )
     page.text(
         f"""Operators from normals, {_FEW:,} points. n erosions, then n dilations of the part of
-        type peak or pit; points outside are dropped. Points beside the open border are kept back here, as always."""
+        type peak or pit; points outside are dropped. Points beside the open border are kept
+        back here, as always."""
     )
     page.table(["n", "kept", "umbilics kept", "spurious inside", "on the border"], rows)
     path = page.figure(
