@@ -164,8 +164,8 @@ def _at_border(
     """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
 
     Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
-    those whose place is `vague`; and within three rings those that cancel with one of these:
-    the two come and go together.
+    those whose place is `vague`; and within two or three rings those that cancel with one of
+    these: the two come and go together.
     """
     if surface.closed.all():
         return np.zeros(len(triangle), bool)
@@ -178,10 +178,10 @@ def _at_border(
     def within(rings: int) -> np.ndarray:
         return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)
 
-    if exact:
-        return within(1)
-    doubtful = within(1) | (within(BORDER_RINGS) & vague)
-    return doubtful | (within(3) & (partner >= 0) & doubtful[partner])
+    doubtful = within(1)
+    if not exact:
+        doubtful |= within(BORDER_RINGS) & vague
+    return doubtful | (within(2 if exact else 3) & (partner >= 0) & doubtful[partner])
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
