@@ -25,9 +25,12 @@ from .triangle_planes import TrianglePlanes
 AUTO_SPACING = 1 / 35
 # Lines of a family keep this many samples to a spacing when their distances are compared, and
 # this many points to a spacing when they are handed on.
-SAMPLES, DETAIL = 6, 12
-# First lines are strewn this many spacings apart, so that many fronts grow at once.
-COARSE = 6.0
+SAMPLES, DETAIL = 2, 10
+# Lines of the first round to one that fits side by side over the size of the surface: many
+# fronts grow at once, but few of these lines meet.
+FRONTS = 0.5
+# With fewer seeds than this a round is not worth its steps: more are taken beside each line.
+FEWEST = 24
 # A seed is taken if nothing lies nearer than this many spacings.
 FREE = 0.9
 # Normals count as distance, so that the two sides of a thin sheet are not neighbours: opposite
@@ -154,7 +157,7 @@ class _Drawing:
         if len(family.seed_triangle):
             order = self.random.permutation(len(family.seed_triangle))
             _, first = np.unique(family.seed_parent[order], return_index=True)
-            rows = np.sort(order[first])
+            rows = np.union1d(order[first], order[: max(0, FEWEST - len(first))])
             points = self.embedded(family.seed_triangle[rows], family.seed_z[rows])
             rows = rows[self.thinned(points, FREE * self.spacing)]
             return family.seed_triangle[rows], family.seed_z[rows]
@@ -162,8 +165,9 @@ class _Drawing:
         far = np.flatnonzero(self.far_from_lines(family, points, self.spacing))
         far = far[:5000]
         if len(far):
-            least = COARSE if family.tree is None else 2.0
-            far = far[self.thinned(points[far], least * self.spacing)]
+            far = far[self.thinned(points[far], 2.0 * self.spacing)]
+        if family.tree is None:
+            far = far[: max(4, int(FRONTS * np.sqrt(self.area.sum()) / self.spacing))]
         return strewn[0][far], strewn[1][far]
 
     def traced(
@@ -205,7 +209,7 @@ class _Drawing:
             code[met] = CLOSED
             return code
 
-        every = max(1, int(0.05 * self.near / self.edge))
+        every = max(2, int(0.2 * self.near / self.edge))
         limit = np.full(count, 0.5 * self.longest)
         result = trace(
             self.surface, self.planes, starts, limit, self.obstacle, progress, stop, every
@@ -296,7 +300,12 @@ class _Drawing:
             mine = np.flatnonzero(kept.family[kept.line] == family.number)
             if not len(mine):
                 continue
-            family.samples.append(self.embedded(kept.triangle[mine], kept.z[mine]))
+            cell = np.floor(kept.arc[mine] * (2 * SAMPLES / self.spacing)).astype(np.int64)
+            own = kept.line[mine]
+            some = np.ones(len(mine), bool)
+            some[1:] = (cell[1:] != cell[:-1]) | (own[1:] != own[:-1])
+            some = mine[some]
+            family.samples.append(self.embedded(kept.triangle[some], kept.z[some]))
             family.tree = cKDTree(np.concatenate(family.samples))
             self._seed_beside(kept, mine, family)
 
