@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Sequence
 
 import bpy
@@ -10,7 +11,11 @@ import bpy
 from .. import core
 from . import engine
 
+# Seconds between two looks of the user's at the progress.
+PACE = 0.25
+
 _current: Run | None = None
+_shown: tuple[str | None, float] = (None, 0.0)
 
 
 class Run:
@@ -118,10 +123,19 @@ def end() -> None:
 
 
 def show(context: bpy.types.Context) -> None:
-    """Progress in the status bar and in the panels; without a detection, take it away."""
+    """Progress in the status bar and in the panels; without a detection, take it away.
+
+    Nothing is drawn again unless the text is another one: a sidebar that overlaps its view has
+    the whole view drawn with it.
+    """
+    global _shown
     text = None
     if _current is not None:
         text = f"Umbilics: {_current.stage} ({_current.fraction:.0%})     Esc: Cancel"
+    now = time.monotonic()
+    if text is not None and (text == _shown[0] or now - _shown[1] < PACE):
+        return
+    _shown = (text, now)
     context.workspace.status_text_set(text)
     for window in context.window_manager.windows:
         for area in window.screen.areas:

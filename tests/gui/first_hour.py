@@ -1,0 +1,234 @@
+"""What a new user does in the first hour, by mouse and keys; run inside Blender's window.
+
+Everything that is found goes into the JSON file named last on the command line, the pictures
+beside it. tests/gui/test_window.py reads them.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import bpy
+from hands import View, click, drag, open_tab, picture, pixels, play, point, press
+
+REPORT = Path(sys.argv[-1])
+NAME = "bl_ext.user_default.umbilics"
+found = {}
+view = View()
+
+# Where things are in the tab, in pixels below its top; it is the same in every run.
+DETECT, STRENGTH, ROWS = 120, 210, (472, 493, 514)
+FILTERS, SHOW_MAP = 180, 540
+
+
+def look(name):
+    picture(REPORT.parent / f"{name}.png")
+    return REPORT.parent / f"{name}.png"
+
+
+def yellow(path):
+    """Pixels of the 3D view in the colour of lemons."""
+    region = view.region("WINDOW")
+    top = view.window.height - region.y - region.height
+    seen = pixels(path)[top + 60 : top + region.height, region.x : region.x + 900]
+    return int(((seen[..., 0] > 0.9) & (seen[..., 1] > 0.72) & (seen[..., 2] < 0.2)).sum())
+
+
+def monkey(levels):
+    with view.inside():
+        bpy.ops.object.select_all(action="SELECT")
+        bpy.ops.object.delete()
+        bpy.ops.mesh.primitive_monkey_add(size=4.0)
+        obj = bpy.context.object
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = levels
+        bpy.ops.object.modifier_apply(modifier="Subdivision")
+        bpy.ops.object.shade_smooth()
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+        bpy.ops.ed.undo_push(message="monkey")
+
+
+def running():
+    return sys.modules[f"{NAME}.operators.running"].current()
+
+
+def state():
+    """All that a detection could change."""
+    return {
+        "objects": sorted(obj.name for obj in bpy.data.objects),
+        "collections": sorted(item.name for item in bpy.data.collections),
+        "images": sorted(item.name for item in bpy.data.images),
+        "attributes": {m.name: sorted(a.name for a in m.attributes) for m in bpy.data.meshes},
+        "properties": {obj.name: sorted(obj.keys()) for obj in bpy.data.objects},
+        "detected": [obj.name for obj in bpy.data.objects if obj.umbilics.detected],
+        "handlers": {
+            name: len(getattr(bpy.app.handlers, name))
+            for name in ("depsgraph_update_post", "undo_post", "redo_post", "load_post")
+        },
+    }
+
+
+def wait_for_detection(limit=90.0):
+    end = time.monotonic() + limit
+    while running() is not None and time.monotonic() < end:
+        yield 0.1
+    yield 0.6
+
+
+def shown():
+    return len(bpy.data.objects["Suzanne"].umbilics.items)
+
+
+def scenario():
+    region = view.region("UI")
+    found["sidebar"] = [region.x, region.y, region.width, region.height, view.window.height]
+    yield from open_tab(view)
+    yield from escape()
+    yield from detection()
+    yield from slider()
+    yield from undo_and_redo()
+    yield from listed()
+    yield from mapped()
+    yield from reload()
+    yield from disabled()
+
+
+def told():
+    """The scenario, whose finds are written down however it ends."""
+    try:
+        yield from scenario()
+    finally:
+        REPORT.write_text(json.dumps(found, indent=1))
+
+
+def escape():
+    monkey(4)
+    yield 3.0
+    before = state()
+    click(*view.in_sidebar(0.5, DETECT))
+    end = time.monotonic() + 15.0
+    while running() is None and time.monotonic() < end:
+        yield 0.1
+    run = running()
+    found["detect_button_starts_a_run"] = run is not None
+    look("running")
+    found["status"] = run.stage if run else ""
+    point(*view.middle())
+    press("Escape")
+    yield from wait_for_detection()
+    found["escape_cancelled"] = bool(run and run.cancelled)
+    found["escape_before"], found["escape_after"] = before, state()
+
+
+def detection():
+    monkey(2)
+    yield 0.5
+    click(*view.in_sidebar(0.5, DETECT))
+    yield 1.5
+    yield from wait_for_detection()
+    found["detected"] = bpy.context.object.umbilics.detected
+    found["candidates"] = bpy.context.object.umbilics.candidates
+    found["glyph_pixels"] = yellow(look("detected"))
+
+
+def slider():
+    before = shown()
+    left = view.in_sidebar(0.45, STRENGTH)
+    right = view.in_sidebar(0.93, STRENGTH)
+    found["strength_before"] = bpy.context.scene.umbilics_display.strength
+    found["shown_before"] = before
+    yield from drag(left, right)
+    look("dragged")
+    found["strength_after"] = bpy.context.scene.umbilics_display.strength
+    found["shown_after"] = shown()
+
+
+def undo_and_redo():
+    point(*view.middle())
+    press("ctrl+z")
+    yield 0.6
+    found["shown_after_undo"] = shown()
+    press("ctrl+z")
+    yield 0.6
+    found["detected_after_two_undos"] = bpy.data.objects["Suzanne"].umbilics.detected
+    press("ctrl+shift+z")
+    yield 0.6
+    press("ctrl+shift+z")
+    yield 0.6
+    found["shown_after_redo"] = shown()
+
+
+def listed():
+    click(*view.in_sidebar(0.3, ROWS[1]))
+    yield 1.2
+    mine = bpy.data.objects["Suzanne"].umbilics
+    row = mine.items[mine.active].row
+    chosen = [obj for obj in bpy.data.objects if obj.get("umbilics_row") == row]
+    found["list_click_selects"] = bool(chosen and chosen[0].select_get())
+    distance = view.space.region_3d.view_distance
+    yield 0.8
+    click(*view.in_sidebar(0.3, ROWS[0]), count=2)
+    yield 1.6
+    found["double_click_frames"] = view.space.region_3d.view_distance < distance
+    look("framed")
+    with view.inside():
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_all()
+
+
+def mapped():
+    before = view.space.shading.color_type, view.space.shading.type
+    found["shading_before"] = before
+    # Folded up, the filters let the map's panel come into reach.
+    click(*view.in_sidebar(0.4, FILTERS))
+    yield 1.0
+    click(*view.in_sidebar(0.3, SHOW_MAP))
+    yield 1.5
+    found["map_by_button"] = "umbilics_map" in bpy.data.objects["Suzanne"].data.color_attributes
+    found["shading_with_map"] = view.space.shading.color_type
+    look("map")
+    if found["map_by_button"]:
+        with view.inside():
+            bpy.ops.umbilics.hide_map()
+    yield 0.3
+    found["shading_after"] = view.space.shading.color_type, view.space.shading.type
+    click(*view.in_sidebar(0.4, FILTERS))
+    yield 1.0
+
+
+def reload():
+    path = str(REPORT.parent / "saved.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    found["saved_shown"] = shown()
+    point(*view.middle())
+    press("ctrl+s")
+    yield 0.5
+    bpy.ops.wm.open_mainfile(filepath=path)
+    yield 1.0
+    found["reloaded_shown"] = shown()
+    bpy.context.scene.umbilics_display.strength = 0.0
+    yield 0.5
+    found["reloaded_all"] = shown()
+    found["reloaded_pixels"] = yellow(look("reloaded"))
+
+
+def disabled():
+    bpy.ops.preferences.addon_disable(module=NAME)
+    yield 0.6
+    found["disabled_pixels"] = yellow(look("disabled"))
+    ours = [name for name in dir(bpy.types) if name.startswith("UMBILICS_")]
+    found["residue"] = ours + [
+        handler.__module__
+        for name in ("depsgraph_update_post", "undo_post", "redo_post", "load_post")
+        for handler in getattr(bpy.app.handlers, name)
+        if handler.__module__.startswith(NAME)
+    ]
+    bpy.ops.preferences.addon_enable(module=NAME)
+    yield 0.6
+    found["enabled_pixels"] = yellow(look("enabled"))
+
+
+play(told)

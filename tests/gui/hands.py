@@ -1,0 +1,157 @@
+"""Real mouse and keys for a script that runs inside a Blender window, and looks at the screen.
+
+The script is a generator: it yields the seconds that Blender is given before it goes on. Events
+go through the X server (xdotool), pictures come from it (ImageMagick's import).
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+
+def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
+    """Run the scenario as soon as the window stands, then close Blender."""
+    bpy.context.preferences.view.show_splash = False
+    steps = scenario()
+
+    # Without a window manager nobody gives the window the keys.
+    bpy.app.timers.register(_take_keyboard, first_interval=0.5 * first)
+
+    def step() -> float | None:
+        try:
+            return next(steps)
+        except StopIteration:
+            os._exit(0)
+        except BaseException:
+            traceback.print_exc()
+            os._exit(1)
+
+    bpy.app.timers.register(step, first_interval=first, persistent=True)
+
+
+class View:
+    """The largest 3D view of the first window, looked up anew after every load and undo."""
+
+    @property
+    def window(self) -> bpy.types.Window:
+        return bpy.context.window_manager.windows[0]
+
+    @property
+    def area(self) -> bpy.types.Area:
+        views = [area for area in self.window.screen.areas if area.type == "VIEW_3D"]
+        return max(views, key=lambda area: area.width * area.height)
+
+    def region(self, kind: str) -> bpy.types.Region:
+        return next(region for region in self.area.regions if region.type == kind)
+
+    @property
+    def space(self) -> bpy.types.SpaceView3D:
+        return self.area.spaces.active
+
+    def inside(self):
+        """A context as if the mouse were in the view."""
+        return bpy.context.temp_override(
+            window=self.window, area=self.area, region=self.region("WINDOW")
+        )
+
+    def middle(self) -> tuple[int, int]:
+        """Screen pixels of the middle of what the sidebar leaves free."""
+        region = self.region("WINDOW")
+        sidebar = self.region("UI")
+        free = region.width - (sidebar.width if self.space.show_region_ui else 0)
+        return region.x + free // 2, self.window.height - region.y - region.height // 2
+
+    def in_sidebar(self, x: float, y: float) -> tuple[int, int]:
+        """Screen pixels of a place in the sidebar, from its left (0) to its right (1) and in
+        pixels below its top."""
+        region = self.region("UI")
+        top = self.window.height - region.y - region.height
+        return round(region.x + x * (region.width - 20)), round(top + y)
+
+
+def point(x: int, y: int) -> None:
+    _xdotool("mousemove", x, y)
+
+
+def click(x: int, y: int, count: int = 1) -> None:
+    # Blender acts on what it has drawn under the mouse: it is given the time to.
+    presses = ["mousedown", 1, "sleep", 0.05, "mouseup", 1, "sleep", 0.08] * count
+    _xdotool("mousemove", x - 3, y, "sleep", 0.3, "mousemove", x, y, "sleep", 0.3, *presses)
+
+
+def drag(start: tuple[int, int], end: tuple[int, int], steps: int = 12) -> Iterator[float]:
+    """Press, move and let go, giving Blender time to follow."""
+    click_start = ("mousemove", *start, "sleep", 0.2, "mousedown", 1)
+    _xdotool(*click_start)
+    yield 0.5
+    for step in range(1, steps + 1):
+        part = step / steps
+        place = [round(a + (b - a) * part) for a, b in zip(start, end, strict=True)]
+        _xdotool("mousemove", *place)
+        yield 0.08
+    _xdotool("mouseup", 1)
+    yield 0.4
+
+
+def press(*keys: str) -> None:
+    _xdotool("key", *keys)
+
+
+def move_window(name: str, x: int, y: int) -> None:
+    """Put a window of that name elsewhere: nobody else manages windows here."""
+    _xdotool("search", "--onlyvisible", "--name", name, "windowmove", x, y)
+
+
+def picture(path: Path) -> None:
+    """The whole screen as a PNG file."""
+    if _hand is not None:
+        _hand.wait()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["import", "-window", "root", str(path)], check=True)
+
+
+def pixels(path: Path) -> np.ndarray:
+    """(height, width, 3) a picture, rows from the top."""
+    image = bpy.data.images.load(str(path))
+    try:
+        width, height = image.size
+        found = np.empty(width * height * image.channels, np.float32)
+        image.pixels.foreach_get(found)
+    finally:
+        bpy.data.images.remove(image)
+    return found.reshape(height, width, -1)[::-1, :, :3]
+
+
+def open_tab(view: View, name: str = "Umbilics") -> Iterator[float]:
+    """Show the sidebar's tab by clicking down its tabs until it is there."""
+    view.space.show_region_ui = True
+    yield 0.5
+    region = view.region("UI")
+    for y in range(20, 420, 22):
+        click(*(view.in_sidebar(1.0, y)[0] + 10, view.in_sidebar(1.0, y)[1]))
+        yield 0.9
+        if region.active_panel_category == name:
+            return
+    raise AssertionError(f"there is no tab {name}")
+
+
+def _take_keyboard() -> None:
+    _xdotool("search", "--onlyvisible", "--class", "Blender", "windowfocus")
+
+
+_hand: subprocess.Popen | None = None
+
+
+def _xdotool(*arguments) -> None:
+    """Begin to move the hand; Blender has to go on meanwhile, or it sees all events at once."""
+    global _hand
+    if _hand is not None and _hand.wait():
+        raise AssertionError(f"xdotool failed: {_hand.args}")
+    _hand = subprocess.Popen(["xdotool", *map(str, arguments)])
