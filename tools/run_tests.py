@@ -113,6 +113,7 @@ class Tests:
         paths = paths_of("matrix", self.given)
         if not paths:
             return
+        isolated_blender.describe()  # sets up the Blender that builds the zip, and says so
         zip_file = build_extension.build(self.folder / "matrix", "linux-x64")
         for module in blender_modules.MODULES:
             name = f"Blender {module.name}, Python {module.python}"
