@@ -297,57 +297,34 @@ def _to_world(positions: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(m, 3) vertices and (m, 3) loops of Blender's loop triangles, (m,) their faces."""
-    mesh.calc_loop_triangles()
-    polygon = _fetch(mesh.loop_triangle_polygons, "value", 1, np.int32)
-    if len(mesh.loops) == 3 * len(mesh.polygons):
-        loops = np.arange(len(mesh.loops), dtype=np.int32).reshape(-1, 3)
-    else:
-        loops = _fetch(mesh.loop_triangles, "loops", 3, np.int32)
-    # Much faster than reading the vertices of the loop triangles themselves.
     corner = mesh.attributes.get(".corner_vert")
-    if corner is None:
-        return loops, loops, polygon
-    return _fetch(corner.data, "value", 1, np.int32)[loops], loops, polygon
-
-
-def edge_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(e, 2) int32 vertices of the mesh's edges."""
-    return _fetch(mesh.edges, "vertices", 2, np.int32)
-
-
-def mark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> np.ndarray:
-    """Mark edges (e,) bool as "seam" or "edge_sharp"; (e,) bool those that were not before."""
-    before = _fetch(mesh.edges, f"use_{mark}", 1, bool)
-    mesh.edges.foreach_set(f"use_{mark}", before | chosen)
-    return chosen & ~before
-
-
-def unmark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> None:
-    """Take a mark from edges (e,) bool."""
-    before = _fetch(mesh.edges, f"use_{mark}", 1, bool)
-    mesh.edges.foreach_set(f"use_{mark}", before & ~chosen)
-
-
-def in_vertex_group(obj: bpy.types.Object, name: str, count: int) -> np.ndarray | None:
-    """(count,) bool vertices that weigh more than a half in a group; None without the group."""
-    group = obj.vertex_groups.get(name) if name else None
-    if group is None or len(obj.data.vertices) != count:
-        return None
-    weights = (
-        any(one.group == group.index and one.weight > 0.5 for one in vertex.groups)
-        for vertex in obj.data.vertices
-    )
-    return np.fromiter(weights, bool, count)
+    corners = _fetch(corner.data, "value", 1, np.int32) if corner else np.empty(0, np.int32)
+    count = len(mesh.polygons)
+    if len(corners) == 3 * count:
+        # Nothing but triangles, as large meshes mostly are: Blender's own are the faces.
+        loops = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+        return corners.reshape(-1, 3), loops, np.arange(count, dtype=np.int32)
+    mesh.calc_loop_triangles()
+    loops = _fetch(mesh.loop_triangles, "loops", 3, np.int32)
+    polygon = _fetch(mesh.loop_triangle_polygons, "value", 1, np.int32)
+    return corners[loops], loops, polygon
 
 
 def _marked_edges(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
     """(s, 2) vertices of the edges marked as seams, and of those marked sharp."""
-    seam = _fetch(mesh.edges, "use_seam", 1, bool)
-    sharp = _fetch(mesh.edges, "use_edge_sharp", 1, bool)
-    if not (seam.any() or sharp.any()):
-        return np.empty((0, 2), dtype=np.int32), np.empty((0, 2), dtype=np.int32)
-    vertices = _fetch(mesh.edges, "vertices", 2, np.int32)
-    return vertices[seam], vertices[sharp]
+    # Up to Blender 4 the seams' name began with a dot.
+    return _edges_with(mesh, ("uv_seam", ".uv_seam")), _edges_with(mesh, ("sharp_edge",))
+
+
+def _edges_with(mesh: bpy.types.Mesh, names: tuple[str, ...]) -> np.ndarray:
+    """(s, 2) vertices of the edges at which the attribute is true that has one of these names."""
+    found = next((mesh.attributes[name] for name in names if name in mesh.attributes), None)
+    if found is None:
+        return np.empty((0, 2), dtype=np.int32)
+    edges = np.flatnonzero(_fetch(found.data, "value", 1, bool))
+    if not len(edges):
+        return np.empty((0, 2), dtype=np.int32)
+    return _fetch(mesh.edges, "vertices", 2, np.int32)[edges]
 
 
 def _active_uv(obj: bpy.types.Object, mesh: bpy.types.Mesh, loops: np.ndarray) -> np.ndarray:

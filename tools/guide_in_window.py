@@ -13,7 +13,7 @@ sys.path.insert(0, str(REPOSITORY / "tests" / "gui"))
 import bpy
 import numpy as np
 from hands import View, click, drag, move_window, open_tab, picture, play, point
-from mathutils import Euler
+from mathutils import Euler, Vector
 
 FOLDER, ZIP = Path(sys.argv[-2]), Path(sys.argv[-1])
 view = View()
@@ -136,30 +136,45 @@ def first():
     point(*view.middle())
     yield from settled()
     shot("guide/detected", 0, 28, 1320, 820)
-    shot("panel", 0, 28, 1320, 820)
+    shot("../images/panel", 0, 28, 1320, 820)
 
 
 def reading():
+    """A lemon and a star from above."""
     bpy.context.scene.umbilics_display.empties = False
 
-    def ellipsoid(points):
+    def lemons(points):
         return points * (3.0, 2.0, 1.0)
 
-    sphere_like("Ellipsoid", ellipsoid)
-    detect()
-    look_from(40, 90, 3.4, (2.38, 0.0, 0.61))
-    yield from settled()
-    shot("guide/lemon", 60, 90, 1010, 800)
-
-    def bumpy(points):
+    def stars(points):
         x, y, z = points.T
         return points * (1.0 + 0.12 * (x**3 - 3 * x * y**2) + 0.1 * z**3)[:, None] * 2.0
 
-    sphere_like("Bumpy", bumpy)
-    detect()
-    look_from(28, 10, 5.6)
+    for name, shape in (("lemon", lemons), ("star", stars)):
+        sphere_like(name.capitalize(), shape)
+        detect()
+        yield from close_up(name)
+        shot(f"guide/{name}", 200, 160, 900, 700)
+
+
+def close_up(kind):
+    """The most persistent umbilic of a kind in the middle of the view, seen from above."""
+    mine = bpy.context.object.umbilics
+    code = ("star", "lemon", "monstar").index(kind)
+    place = next(row for row, item in enumerate(mine.items) if item.kind == code)
+    mine.active = place
+    region = view.space.region_3d
+    region.view_perspective = "PERSP"
+    kept = sys.modules["bl_ext.user_default.umbilics.operators.record"]
+    position, normal = kept.place_now(
+        bpy.context.object, kept.of(bpy.context.object), mine.items[place].row
+    )
+    region.view_location = position
+    region.view_rotation = Vector(normal).to_track_quat("Z", "Y")
+    region.view_distance = 1.7
+    # Without the ring that marks it in the view.
+    mine.active_row = -1
     yield from settled()
-    shot("guide/star", 60, 90, 1010, 800)
 
 
 def maps():

@@ -278,8 +278,8 @@ def test_single_ngon_is_read():
 def test_multi_user_mesh():
     obj = add_ellipsoid(subdivisions=4)
     twin = obj.copy()
-    twin.select_set(False)
     bpy.context.scene.collection.objects.link(twin)
+    twin.select_set(False)
     assert bpy.ops.umbilics.detect() == {"FINISHED"}
     assert obj.data == twin.data
     assert len(empties(obj)) == 4
