@@ -24,6 +24,8 @@ from .surface import Surface
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
 VAGUE = 0.1
+# Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
+PAIR_REACH = 2.0
 # Rings from a border within which a place must be better than that: what two rings of samples
 # and one more for the place reach, and the triangle itself.
 BORDER_RINGS = 4
@@ -134,6 +136,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     vague = ~located | (uncertainty > VAGUE * parts.radius[corners].mean(axis=1))
     at_border = _at_border(surface, triangle, parts.partner, vague, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
+    unseen = _unseen_pairs(position, parts.partner, located | at_border, parts.radius[corners])
+    noise = np.where(unseen, np.fmax(noise, parts.persistence), noise)
     return Umbilics(
         position=position * surface.unit + surface.origin,
         normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
@@ -182,6 +186,20 @@ def _at_border(
     if not exact:
         doubtful |= within(BORDER_RINGS) & vague
     return doubtful | (within(2 if exact else 3) & (partner >= 0) & doubtful[partner])
+
+
+def _unseen_pairs(
+    position: np.ndarray, partner: np.ndarray, located: np.ndarray, radius: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics of close pairs of which the finer fit does not show both.
+
+    A fit that reaches over both would have two zeros or none: the error of the gap is then at
+    least what parts them. `radius` (k, 3) are those of the fits at the corners.
+    """
+    paired = partner >= 0
+    apart = np.linalg.norm(position - position[partner], axis=1)
+    close = apart <= PAIR_REACH * radius.mean(axis=1)
+    return paired & close & ~(located & located[partner])
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:

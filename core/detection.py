@@ -77,7 +77,8 @@ class Umbilics:
         (k,) float64 standard error of the position, in length.
     noise:
         (k,) float64 error of the gap around the point, in 1 / length: its standard error, and
-        how much it changes when the fit reaches further. NaN where unknown.
+        how much it changes when the fit reaches further; at least the persistence where a
+        close pair does not show in a finer fit. NaN where unknown.
     separatrix:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
