@@ -209,7 +209,7 @@ def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray,
         dv = -(np.conj(along_u) * value).imag / safe
         # No step longer than the reach: far from the zero the linear model overshoots.
         length = np.hypot(du, dv)
-        short = np.minimum(1.0, farthest / np.maximum(length, np.finfo(float).tiny))
+        short = farthest / np.maximum(length, farthest)
         u, v, step = u + short * du, v + short * dv, length
     distance = np.hypot(u, v)
     return u, v, (distance <= farthest) & (step <= 1e-6) & (determinant != 0)
