@@ -7,6 +7,10 @@ import numpy as np
 from .guidance_settings import GuidanceSettings
 from .surface import Surface
 
+# Importers mark every edge sharp where a file has a normal for each corner. More marks than this
+# share of the edges are not features, unless the mesh is so small that they may well be.
+MOST_MARKED, SMALL = 0.2, 600
+
 
 def feature_half_edges(
     surface: Surface, settings: GuidanceSettings, sharp: np.ndarray | None
@@ -35,7 +39,9 @@ def feature_half_edges(
         marked = marked[(marked < count).all(axis=1)]
         key = np.minimum(tail, head) * count + np.maximum(tail, head)
         at = np.isin(key, marked[:, 0] * count + marked[:, 1])
-        found.append(np.flatnonzero(at & ((name < twin) | (twin < 0))))
+        chosen = np.flatnonzero(at & ((name < twin) | (twin < 0)))
+        if len(chosen) <= MOST_MARKED * 0.5 * len(twin) or len(twin) <= SMALL:
+            found.append(chosen)
     return np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
 
 

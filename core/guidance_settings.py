@@ -42,7 +42,8 @@ class GuidanceSettings:
     align_sharp: bool = setting(
         True,
         label="Marked Sharp Edges",
-        help="The cross field runs along edges that are marked sharp",
+        help="The cross field runs along edges that are marked sharp; ignored where more than a "
+        "fifth of all edges are, as some importers leave them",
         kind="flag",
     )
     align_borders: bool = setting(

@@ -161,6 +161,13 @@ def test_features_by_mark_and_by_angle():
     assert not is_convex(inside_out, sharp).any()
 
 
+def test_marks_on_all_edges_are_no_features():
+    mesh = ellipsoid(subdivisions=4)
+    surface = surface_of(mesh)
+    every = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    assert len(feature_half_edges(surface, GuidanceSettings(), every)) == 0
+
+
 def test_face_field_has_the_same_sum_at_vertices():
     mesh = ellipsoid(subdivisions=4)
     surface, field, cross = made(mesh)
