@@ -310,6 +310,36 @@ def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return corners[loops], loops, polygon
 
 
+def edge_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(e, 2) int32 vertices of the mesh's edges."""
+    return _fetch(mesh.edges, "vertices", 2, np.int32)
+
+
+def mark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> np.ndarray:
+    """Mark edges (e,) bool as "seam" or "edge_sharp"; (e,) bool those that were not before."""
+    before = _fetch(mesh.edges, f"use_{mark}", 1, bool)
+    mesh.edges.foreach_set(f"use_{mark}", before | chosen)
+    return chosen & ~before
+
+
+def unmark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> None:
+    """Take a mark from edges (e,) bool."""
+    before = _fetch(mesh.edges, f"use_{mark}", 1, bool)
+    mesh.edges.foreach_set(f"use_{mark}", before & ~chosen)
+
+
+def in_vertex_group(obj: bpy.types.Object, name: str, count: int) -> np.ndarray | None:
+    """(count,) bool vertices that weigh more than a half in a group; None without the group."""
+    group = obj.vertex_groups.get(name) if name else None
+    if group is None or len(obj.data.vertices) != count:
+        return None
+    weights = (
+        any(one.group == group.index and one.weight > 0.5 for one in vertex.groups)
+        for vertex in obj.data.vertices
+    )
+    return np.fromiter(weights, bool, count)
+
+
 def _marked_edges(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
     """(s, 2) vertices of the edges marked as seams, and of those marked sharp."""
     # Up to Blender 4 the seams' name began with a dot.
