@@ -28,7 +28,7 @@ from .parallel import run
 from .progress import Progress
 from .surface import Surface
 from .tangent import frame
-from .transport import carried, tangents
+from .transport import carried, field_from_deviators, tangents
 from .winding import certified_index
 
 # The gap over its standard error, and over the median gap, at which a direction counts half.
@@ -110,13 +110,12 @@ def cross_field(
     normal = vertex_normals(surface)
     e1, e2 = tangents(normal)
     axis = np.ascontiguousarray((e1 + 1j * e2).T)
-    confidence, data = _data(surface, field, normal, axis, undirected)
+    confidence, data = _data(surface, field, normal, axis, undirected, 4)
     weights, area = _weights_and_areas(surface)
-    matrix, pull = _laplacian(surface, weights, axis)
+    matrix, pull = _laplacian(surface, weights, axis, 4)
     progress.step(0.15)
     feature, wanted = along_features(surface, settings, sharp, axis)
-    radius = np.sqrt(_per_component(surface, area) / (4 * np.pi))[surface.component]
-    smoothing = radius * SHORTEST * (LONGEST / SHORTEST) ** settings.smoothness
+    smoothing = _length(surface, area, settings.smoothness)
     weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
     held = np.abs(wanted) * feature
     weight = np.where(feature, FEATURE_WEIGHT * pull * held, weight)
@@ -141,14 +140,48 @@ def cross_field(
     )
 
 
+def smoothed_lines(
+    surface: Surface,
+    field: CurvatureField,
+    smoothness: float,
+    progress: Progress,
+    undirected: np.ndarray | None = None,
+) -> tuple[CurvatureField, np.ndarray]:
+    """The principal directions as a smooth line field, and its index (m,) in each triangle.
+
+    As `cross_field`, with second powers: the families stay apart. Features play no part, since
+    either family may run along them. The gap of the result is the length of u.
+    """
+    normal = vertex_normals(surface)
+    e1, e2 = tangents(normal)
+    axis = np.ascontiguousarray((e1 + 1j * e2).T)
+    confidence, data = _data(surface, field, normal, axis, undirected, 2)
+    weights, area = _weights_and_areas(surface)
+    matrix, pull = _laplacian(surface, weights, axis, 2)
+    smoothing = _length(surface, area, smoothness)
+    weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
+    system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
+    u = solve(system, weight * data, progress.part("Smoothing the lines", 0.0, 0.8))
+    smooth = field_from_deviators(np.zeros(len(u)), u, normal, np.full(len(u), np.nan))
+    part = progress.part("Counting", 0.8, 1.0)
+    return smooth, certified_index(surface, smooth.d1, smooth.d2, part)
+
+
+def _length(surface: Surface, area: np.ndarray, smoothness: float) -> np.ndarray:
+    """(n,) length over which a field is smoothed."""
+    radius = np.sqrt(_per_component(surface, area) / (4 * np.pi))[surface.component]
+    return radius * SHORTEST * (LONGEST / SHORTEST) ** smoothness
+
+
 def _data(
     surface: Surface,
     field: CurvatureField,
     normal: np.ndarray,
     axis: np.ndarray,
     undirected: np.ndarray | None,
+    symmetry: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) confidence in the principal directions, and their fourth powers."""
+    """(n,) confidence in the principal directions, and their powers `symmetry`."""
     gap, noise = field.gap, field.noise
     if not np.isfinite(noise).any():
         noise, _ = field_noise(surface, field.k1, field.k2, field.d1, field.normal)
@@ -165,7 +198,7 @@ def _data(
         inside = np.ones(len(gap), bool)
         inside[surface.triangles[~undirected]] = False
         confidence[inside] = 0.0
-    return confidence, np.where(known, across, 1.0) ** 4
+    return confidence, np.where(known, across, 1.0) ** symmetry
 
 
 def _weights_and_areas(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -185,9 +218,9 @@ def _weights_and_areas(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _laplacian(
-    surface: Surface, weights: np.ndarray, axis: np.ndarray
+    surface: Surface, weights: np.ndarray, axis: np.ndarray, symmetry: int
 ) -> tuple[sparse.csr_array, np.ndarray]:
-    """Connection Laplacian of fourth powers, (n, n), and its diagonal (n,)."""
+    """Connection Laplacian of powers `symmetry`, (n, n), and its diagonal (n,)."""
     n = len(surface.vertices)
     tail = surface.triangles.ravel()
     head = surface.triangles[:, [1, 2, 0]].ravel()
@@ -203,7 +236,7 @@ def _laplacian(
         turn = np.einsum("ce,ce->e", axis[:, tail[part]], axis[:, head[part]].conj())
         size = np.abs(turn)
         turn = np.divide(turn, size, out=np.ones_like(turn), where=size > 0)
-        transport[part] = turn**4
+        transport[part] = turn**symmetry
     entry = -both * transport
     upper = sparse.coo_array((entry, (tail, head)), shape=(n, n)).tocsr()
     diagonal = np.bincount(tail, weights=both, minlength=n)

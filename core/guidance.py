@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from .cleaning import clean
-from .cross_field import CrossField, cross_field
+from .cross_field import CrossField, cross_field, smoothed_lines
 from .detection import CurvatureField, Detection
 from .face_field import face_field_singularities
 from .features import feature_half_edges, is_convex
@@ -209,8 +209,15 @@ class Guide:
             The surface has no preferred direction nearly everywhere.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
-        planes = self.planes(progress.part("Laying out triangles", 0.0, 0.2))
-        obstacle = np.where(self._singular | self.undirected, 0, -1)
+        part = progress.part("Laying out triangles", 0.0, 0.2)
+        if settings.line_smoothness > 0.0:
+            smooth, index = smoothed_lines(
+                self.surface, self._field, settings.line_smoothness, part, self.undirected
+            )
+            planes, singular = lay_out(self.surface, smooth, Progress()), index != 0.0
+        else:
+            planes, singular = self.planes(part), self._singular
+        obstacle = np.where(singular | self.undirected, 0, -1)
         part = progress.part("Tracing lines", 0.2, 1.0)
         return evenly_spaced_lines(self.surface, planes, settings, obstacle, part)
 

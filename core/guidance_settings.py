@@ -90,6 +90,15 @@ class GuidanceSettings:
         minimum=0.1,
         maximum=0.95,
     )
+    line_smoothness: float = setting(
+        0.0,
+        label="Line Smoothness",
+        help="0 draws the lines of curvature as they are; more smooths their directions first, "
+        "for bumpy surfaces and scans",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
     families: str = setting(
         "both",
         label="Families",

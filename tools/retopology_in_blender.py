@@ -17,6 +17,8 @@ CLAY = (0.82, 0.80, 0.76, 1.0)
 COLOURS = {0: (0.80, 0.16, 0.08, 1.0), 1: (0.08, 0.30, 0.80, 1.0)}
 POLES = {3: (1.0, 0.62, 0.0, 1.0), 5: (0.02, 0.45, 0.35, 1.0)}
 # Up axis and turn of the view.
+# Bumpy surfaces, whose lines are smoothed.
+SMOOTH = {"bunny_hr_os": 0.5, "rocker-arm": 0.4}
 VIEWS = {"spot_os": ("Y", 35.0), "hand_closed_os": ("Y", 0.0), "bunny_hr_os": ("Y", 0.0)}
 
 
@@ -69,6 +71,7 @@ def ball(radius):
 def draw(obj, folder):
     """Lines with poles beside separatrices with poles, as NAME-retopology.png."""
     name = obj.name
+    bpy.context.scene.umbilics_guidance.line_smoothness = SMOOTH.get(name, 0.0)
     for step in ("detect", "guide", "lines", "separatrices"):
         try:
             getattr(bpy.ops.umbilics, step)()

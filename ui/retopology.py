@@ -93,6 +93,7 @@ class UMBILICS_PT_lines(_Tab, bpy.types.Panel):
         layout.prop(group, "families")
         _automatic(layout, group, "spacing")
         layout.prop(group, "closest")
+        layout.prop(group, "line_smoothness", slider=True)
         layout.prop(group, "shortest")
         layout.operator(UMBILICS_OT_lines.bl_idname, icon="CURVE_DATA")
         _automatic(layout, group, "length_limit")

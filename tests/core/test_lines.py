@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fields import exact_field, surface_of
 from scipy.spatial import cKDTree
-from surfaces import cylinder, ellipsoid, random_ellipsoid, sphere, torus
+from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 
 import core
 from core.lines import points_of
@@ -188,3 +188,22 @@ def test_spacing_is_in_length():
     mesh = torus(columns=60, rows=24)
     counts = [len(guided(mesh).lines(core.GuidanceSettings(spacing=s))) for s in (0.2, 0.4)]
     assert counts[0] > 1.6 * counts[1]
+
+
+def test_smoothing_lengthens_the_lines_of_a_noisy_surface():
+    mesh = noisy(ellipsoid(subdivisions=5), 0.05)
+    # Normals alone feel the noise; jets would choose a larger scale.
+    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    lengths = [
+        np.median(guide.lines(core.GuidanceSettings(line_smoothness=s)).length) for s in (0.0, 0.6)
+    ]
+    assert lengths[1] > 1.2 * lengths[0]
+
+
+def test_smoothing_a_clean_surface_changes_little():
+    mesh = torus()
+    lines = guided(mesh).lines(core.GuidanceSettings(line_smoothness=0.4))
+    for number in np.flatnonzero(lines.family == 0):
+        x, y, _ = lines.points(number).T
+        assert np.ptp(np.unwrap(np.arctan2(y, x))) < 0.02
