@@ -1,6 +1,6 @@
 """The pictures of docs/guide.md, taken inside Blender's window; tools/take_screenshots runs it.
 
-    blender --python tools/guide_in_window.py -- FOLDER ZIP
+blender --python tools/guide_in_window.py -- FOLDER ZIP
 """
 
 import subprocess
@@ -10,10 +10,10 @@ from pathlib import Path
 REPOSITORY = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(REPOSITORY / "tests" / "gui"))
 
-import bpy
-import numpy as np
-from hands import View, click, drag, move_window, open_tab, picture, play, point
-from mathutils import Euler, Vector
+import bpy  # noqa: E402
+import numpy as np  # noqa: E402
+from hands import View, click, drag, move_window, open_tab, picture, play, point  # noqa: E402
+from mathutils import Euler, Vector  # noqa: E402
 
 FOLDER, ZIP = Path(sys.argv[-2]), Path(sys.argv[-1])
 view = View()
@@ -117,7 +117,7 @@ def install():
     yield 1.0
     move_window("Preferences", 300, 120)
     yield 1.5
-    shot("guide/install", 230, 60, 1330, 720)
+    shot("guide/install", 300, 120, 1176, 694)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[-1]):
         if len(bpy.context.window_manager.windows) > 1:
             bpy.ops.wm.window_close()
@@ -142,6 +142,7 @@ def first():
 def reading():
     """A lemon and a star from above."""
     bpy.context.scene.umbilics_display.empties = False
+    bpy.context.scene.umbilics.persistence_auto = True
 
     def lemons(points):
         return points * (3.0, 2.0, 1.0)
@@ -154,7 +155,7 @@ def reading():
         sphere_like(name.capitalize(), shape)
         detect()
         yield from close_up(name)
-        shot(f"guide/{name}", 200, 160, 900, 700)
+        shot(f"guide/{name}", 357, 120, 957, 720)
 
 
 def close_up(kind):
@@ -171,20 +172,21 @@ def close_up(kind):
     )
     region.view_location = position
     region.view_rotation = Vector(normal).to_track_quat("Z", "Y")
-    region.view_distance = 1.7
+    region.view_distance = 1.4
     # Without the ring that marks it in the view.
     mine.active_row = -1
     yield from settled()
 
 
 def maps():
+    bpy.context.scene.umbilics_display.directions = False
     monkey()
     detect()
     look_from(78, 24, 7.6, (0.0, 0.0, -0.05))
     display = bpy.context.scene.umbilics_display
     display.strength = 0.95
     view.space.shading.light = "STUDIO"
-    for name in ("gap", "gauss", "type"):
+    for name in ("gap", "gauss"):
         display.map = name
         with view.inside():
             bpy.ops.umbilics.show_map()
@@ -193,16 +195,16 @@ def maps():
     with view.inside():
         bpy.ops.umbilics.hide_map()
     tidy()
+    display.directions = True
 
 
 def scan():
     def ellipsoid(points):
         return points * (3.0, 2.0, 1.5)
 
-    sphere_like("Scan", ellipsoid, noise=0.004, subdivisions=6)
+    sphere_like("Scan", ellipsoid, noise=0.003, subdivisions=6)
     group = bpy.context.scene.umbilics
-    group.persistence_auto, group.persistence = False, 0.0
-    group.scale_auto, group.scale = False, 2.0
+    group.persistence_auto, group.persistence, group.regions = False, 0.0, False
     detect()
     look_from(55, 20, 8.5)
     yield from settled()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-_MANUAL = Path(__file__).parent / "manual" / "guide.html"
+_MANUAL = Path(__file__).parent / "help" / "guide.html"
 
 # From what Blender calls it to the chapter of the guide; the first that fits is taken.
 _PAGES = (

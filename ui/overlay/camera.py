@@ -8,6 +8,9 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+# Of the points in view this percentile in depth stands for the visible surface.
+_FRONT = 25.0
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -42,20 +45,16 @@ class Camera:
         viewer = (*place, 1.0 if perspective else 0.0)
         return cls(view.perspective_matrix.copy(), viewer, pixel, view.view_location.copy())
 
-    def depth(self, place: Vector) -> float:
-        """Clip depth w of a place: 1 everywhere without perspective."""
-        return (self.view_projection @ place.to_4d())[3]
-
-    def pixel_near(self, centre: Vector, radius: float) -> float:
-        """Length of a pixel about where the user looks at a sphere."""
-        if (self.pivot - centre).length < 2.0 * radius:
-            depth = self.depth(self.pivot)
-            nearest = self.depth(centre) - radius
-            # Close to the surface it is nearer than the pivot, which often lies deep inside.
-            depth = max(min(depth, max(nearest, 0.3 * depth)), 1e-9) if self.viewer[3] else depth
-        else:
-            depth = max(self.depth(centre) - 0.5 * radius, 1e-9)
-        return self.pixel * depth
+    def pixel_on(self, places: np.ndarray, model: Matrix) -> float:
+        """Length of a pixel on the surface that is seen, known by some of its points (n, 3)."""
+        matrix = np.array(self.view_projection @ model)
+        clip = places @ matrix[:, :3].T + matrix[:, 3]
+        depth = clip[:, 3]
+        seen = (np.abs(clip[:, :2]) < depth[:, None]).all(axis=1)
+        if not seen.any():
+            return self.pixel * max((self.view_projection @ self.pivot.to_4d())[3], 1e-9)
+        # The nearer part is what is not hidden behind the rest.
+        return self.pixel * float(np.percentile(depth[seen], _FRONT))
 
     def sees(self, spheres: np.ndarray, model: Matrix) -> np.ndarray:
         """(b,) bool, whether spheres (b, 4) of the object's space may be in the picture."""

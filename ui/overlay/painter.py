@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import bpy
 import gpu
-from mathutils import Vector
 
 from ...operators import drawables, live, maps, stale
 from ...operators.preferences import Appearance
@@ -22,6 +21,8 @@ _MOST = 8
 _QUICK = 20000
 # Strokes lie flat: they are lifted by this part of their length to clear a curved surface.
 _LIFT = 0.1
+# Points that tell how far away the visible surface is; the first are the most widely spread.
+_SAMPLE = 4000
 
 _directions: OrderedDict[str, _Directions] = OrderedDict()
 _umbilics: dict[str, _Umbilics] = {}
@@ -90,9 +91,8 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
     scale = max(obj.matrix_world.to_scale(), key=abs)
     scale = abs(scale) or 1.0
     swapped = display.map in maps.DARK and maps.is_shown_on(obj)
-    centre, radius = _sphere(obj)
     spacing = display.density * context.preferences.system.ui_scale
-    wanted = spacing * camera.pixel_near(centre, radius)
+    wanted = spacing * camera.pixel_on(found.places[:_SAMPLE], obj.matrix_world)
     # Layers up to the whole part are drawn, the next one fades in.
     level = math.log2(max(found.cell * scale / wanted, 1e-9))
     last = max(math.ceil(level), 0)
@@ -165,10 +165,3 @@ def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
         kept.batches = [shader.batch(shape) for shape in shapes if len(shape.triangles)]
         kept.signature = signature
     return kept.batches
-
-
-def _sphere(obj: bpy.types.Object) -> tuple[Vector, float]:
-    """A sphere around the object, in the world."""
-    corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
-    centre = sum(corners, Vector()) / 8.0
-    return centre, max((corner - centre).length for corner in corners)
