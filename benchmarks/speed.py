@@ -75,8 +75,15 @@ def machine() -> str:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return (
         f"{cores} cores of {model}, Python {platform.python_version()}, NumPy {np.__version__}, "
-        f"SciPy {scipy.__version__}"
+        f"SciPy {scipy.__version__}{_load()}"
     )
+
+
+def _load() -> str:
+    """How busy the machine is with other things: figures from a busy one are not to be quoted."""
+    if not hasattr(os, "getloadavg"):
+        return ""
+    return f"; the load average at the start was {os.getloadavg()[0]:.1f}"
 
 
 def direction_error(surface: AnalyticSurface, d1: np.ndarray) -> float:
