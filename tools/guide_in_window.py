@@ -202,11 +202,12 @@ def scan():
     def ellipsoid(points):
         return points * (3.0, 2.0, 1.5)
 
-    sphere_like("Scan", ellipsoid, noise=0.003, subdivisions=6)
+    sphere_like("Scan", ellipsoid, noise=0.0005)
     group = bpy.context.scene.umbilics
     group.persistence_auto, group.persistence, group.regions = False, 0.0, False
+    group.scale_auto, group.scale = False, 3.0
     detect()
-    look_from(55, 20, 8.5)
+    look_from(84, 78, 8.5)
     yield from settled()
     shot("guide/scan_all", 0, 28, 1320, 820)
     yield from drag(view.in_sidebar(0.47, 210), view.in_sidebar(0.9, 210))

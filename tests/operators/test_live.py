@@ -76,7 +76,7 @@ def test_only_the_most_persistent_get_empties(addon):
         assert len(found) == 5
         least = min(empty["umbilics_persistence"] for empty in found)
         others = {item.row: item.persistence for item in obj.umbilics.items}
-        assert sum(value > least for value in others.values()) <= 5
+        assert sum(value > 1.001 * least for value in others.values()) <= 5
     finally:
         preferences.property_unset("most_empties")
 
