@@ -1,12 +1,7 @@
 """The notes of a release are its part of the changelog."""
 
-import sys
-from pathlib import Path
-
-TOOLS = Path(__file__).resolve().parents[2] / "tools"
-sys.path.insert(0, str(TOOLS))
-
 from build_extension import manifest
+from places import REPOSITORY
 from release_notes import notes
 
 LOG = "# Changelog\n\n## [0.2.0] - 2026-12-01\n\n- New.\n\n## 0.1.0\n\n- First.\n  More.\n"
@@ -19,5 +14,5 @@ def test_each_version_has_its_own_part():
 
 
 def test_the_changelog_tells_of_the_version_in_the_manifest():
-    changelog = (TOOLS.parent / "CHANGELOG.md").read_text("utf-8")
+    changelog = (REPOSITORY / "CHANGELOG.md").read_text("utf-8")
     assert notes(changelog, manifest()["version"])

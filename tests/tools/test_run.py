@@ -1,12 +1,8 @@
 """tools/run: how it reads its arguments, and what it says of a result."""
 
-import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
 import run_umbilics
 
 

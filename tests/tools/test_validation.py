@@ -6,9 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
 from validation import equations, symmetry
 from validation.page import Page, number
 from validation.surfaces_found import in_patch, match, operators, paper_points

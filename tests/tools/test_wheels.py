@@ -1,12 +1,7 @@
 """The SciPy wheels that ship: pinned, one for each platform and Python, and never wrong ones."""
 
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
 import scipy_wheels
 
 LINUX = [wheel.name for wheel in scipy_wheels.read_lock() if wheel.platform == "linux-x64"]
