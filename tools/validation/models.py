@@ -34,7 +34,9 @@ def write(page: Page) -> None:
     page.heading("Scanned models")
     page.text(
         """Operators from vertex normals and no filter but the one that is named, as in the
-        paper; the last table gives what the extension's defaults make of the same meshes."""
+        paper; the last table gives what the extension's defaults make of the same meshes. The
+        meshes are not part of this project: the bunny is from the Stanford 3D Scanning
+        Repository; the hand is a CC BY work."""
     )
     figures = {
         "hand_closed_os.obj": ("Figure 6, the hand", _hand),
