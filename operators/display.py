@@ -70,12 +70,17 @@ def _top(obj) -> float:
     return float(values.max()) if len(values) else 0.0
 
 
+def _active() -> bpy.types.Object | None:
+    # Not every context that a property is read in has an active object.
+    return getattr(bpy.context, "active_object", None)
+
+
 def _get_strength(self) -> float:
     settings = self.id_data.umbilics
-    top = _top(bpy.context.active_object)
+    top = _top(_active())
     level = settings.persistence
     if settings.persistence_auto:
-        level = bpy.context.active_object.umbilics.persistence_level if top else 0.0
+        level = _active().umbilics.persistence_level if top else 0.0
     if top <= 0.0 or level <= 0.0:
         return 0.0
     return min(max(1.0 + math.log10(level / (1.001 * top)) / _DECADES, 0.0), 1.0)
@@ -83,7 +88,7 @@ def _get_strength(self) -> float:
 
 def _set_strength(self, value: float) -> None:
     settings = self.id_data.umbilics
-    top = _top(bpy.context.active_object)
+    top = _top(_active())
     level = 1.001 * top * 10.0 ** (_DECADES * (value - 1.0)) if value > 0.0 else 0.0
     # In this order the first change has no effect while the switch is on.
     settings.persistence = level
@@ -97,7 +102,7 @@ def _get_opened(self) -> bool:
 
 def _set_opened(self, value: bool) -> None:
     settings = self.id_data.umbilics
-    kept = record.of(bpy.context.active_object)
+    kept = record.of(_active())
     strength = (kept.settings["opening"] if kept else 0) or core.USUAL_OPENING
     settings.opening = strength if value else 0
 
