@@ -3,7 +3,7 @@
 All set-up is done here: a Python with NumPy, SciPy and pytest, a Blender if there is none, the
 extension's zip, and its installation in preferences of its own. The suites are
 
-  core      tests/core, in an ordinary Python
+  core      tests/core and tests/benchmarks, in an ordinary Python
   tools     tests/tools, there as well; they use Blender from outside
   blender   tests/operators, tests/ui and (without those marked slow) tests/core, in `blender -b`
             against the installed zip
@@ -36,7 +36,7 @@ from places import BLENDER, REPOSITORY, cache_folder, say
 from python_packages import packages_for_blender, test_python
 
 SUITES = {
-    "core": ("tests/core",),
+    "core": ("tests/core", "tests/benchmarks"),
     "tools": ("tests/tools",),
     "blender": ("tests/operators", "tests/ui", "tests/core"),
     "gui": ("tests/gui",),

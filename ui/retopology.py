@@ -10,6 +10,7 @@ from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
+from .parts import automatic
 
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 
@@ -91,12 +92,12 @@ class UMBILICS_PT_lines(_Tab, bpy.types.Panel):
         layout.active = running.current() is None
         group = context.scene.umbilics_guidance
         layout.prop(group, "families")
-        _automatic(layout, group, "spacing")
+        automatic(layout, group, "spacing")
         layout.prop(group, "closest")
         layout.prop(group, "line_smoothness", slider=True)
         layout.prop(group, "shortest")
         layout.operator(UMBILICS_OT_lines.bl_idname, icon="CURVE_DATA")
-        _automatic(layout, group, "length_limit")
+        automatic(layout, group, "length_limit")
         layout.operator(UMBILICS_OT_separatrices.bl_idname, icon="CURVE_PATH")
         layout.operator_menu_enum(UMBILICS_OT_mark_seams.bl_idname, "lines", icon="MOD_EDGESPLIT")
 
@@ -115,14 +116,6 @@ class UMBILICS_PT_hand_over(_Tab, bpy.types.Panel):
         obj = context.active_object
         if obj is not None and obj.umbilics_plan.mirror:
             layout.label(text=obj.umbilics_plan.mirror)
-
-
-def _automatic(layout, group, name: str) -> None:
-    """A number beside the switch that leaves it to the add-on."""
-    row = layout.row(align=True, heading=group.bl_rna.properties[name].name)
-    row.prop(group, f"{name}_auto", text="Auto", toggle=True)
-    if not getattr(group, f"{name}_auto"):
-        row.prop(group, name, text="")
 
 
 _CLASSES = (
