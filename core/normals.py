@@ -18,14 +18,14 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     normal, area = surface.face_normal_area
     ab, bc, ca = surface.side_squares
     n = len(surface.vertices)
-    total, scale = np.zeros((n, 3)), np.zeros(n)
+    total, scale = np.zeros((3, n)), np.zeros(n)
     for corner, product in zip(surface.triangles.T, (ab * ca, ab * bc, bc * ca), strict=True):
         # Sides of no length belong to degenerate triangles: nothing is known of the normal.
         weight = np.divide(area, product, out=product, where=product > 0)
         scale += np.bincount(corner, weights=weight, minlength=n)
         for axis in range(3):
-            total[:, axis] += np.bincount(corner, weights=weight * normal[:, axis], minlength=n)
-    return _unit_or_largest_face(surface, total, scale)
+            total[axis] += np.bincount(corner, weights=weight * normal[:, axis], minlength=n)
+    return _unit_or_largest_face(surface, np.ascontiguousarray(total.T), scale)
 
 
 def _unit_or_largest_face(surface: Surface, total: np.ndarray, scale: np.ndarray) -> np.ndarray:

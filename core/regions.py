@@ -128,7 +128,8 @@ def describe_regions(
         # The errors of fits that share samples are not independent.
         independent = total / (np.pi * max(_mean(radius[corners], weight) ** 2, 1e-300))
         error = 0.5 * _mean(noise[corners], weight) / np.sqrt(max(independent, 1.0))
-        flat = max(PLANAR_BEND / np.sqrt(total / np.pi), PLANAR_ERRORS * error)
+        extent = np.sqrt(max(total, np.finfo(float).tiny) / np.pi)
+        flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
         found.append(
             Region(
                 triangles=surface.source_triangle[rows],
