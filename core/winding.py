@@ -14,8 +14,8 @@ from .parallel import run
 from .progress import Progress
 from .surface import Surface
 
-# Triangles per block: some twenty arrays of this length stay in the second cache.
-BLOCK = 8192
+# Triangles per block: long enough that handing over the interpreter lock costs little.
+BLOCK = 32768
 
 
 def certified_index(
