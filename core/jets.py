@@ -101,58 +101,32 @@ def fit_jets(
         determined=np.zeros(c, bool),
     )
     coordinates = np.ascontiguousarray(surface.vertices.T)
-
     spaces = threading.local()
 
-    def chunk(first: int) -> None:
+    def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
-        slots = np.arange(first, min(first + CHUNK, c))
-        for some, members in neighbourhood.blocks(centres[slots], SAMPLES_PER_BLOCK):
-            chosen = slots[some]
+        for some, members in around.blocks(centres[slots], SAMPLES_PER_BLOCK):
             _fit_block(
                 coordinates,
                 normals,
-                centres[chosen],
+                centres[slots[some]],
                 members,
-                neighbourhood.focused,
-                chosen,
+                around.focused,
+                slots[some],
                 jets,
                 spaces.workspace,
             )
 
+    def chunk(first: int) -> None:
+        fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
+
     run(chunk, range(0, c, CHUNK), progress)
-    _retry_wider(surface, normals, neighbourhood, centres, jets)
-    return jets
-
-
-def _retry_wider(
-    surface: Surface,
-    normals: np.ndarray,
-    neighbourhood: Neighbourhood,
-    centres: np.ndarray,
-    jets: Jets,
-) -> None:
-    """Fit again, over more rings, where the samples did not determine the cubic: on the border
-    of a regular grid two rings are only three rows, and three rows fix no cube."""
-    coordinates = np.ascontiguousarray(surface.vertices.T)
+    # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
-        slots = np.flatnonzero(~jets.determined)
-        if not len(slots):
-            return
-        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more)
-        for some, members in wider.blocks(centres[slots], SAMPLES_PER_BLOCK):
-            chosen = slots[some]
-            _fit_block(
-                coordinates,
-                normals,
-                centres[chosen],
-                members,
-                wider.focused,
-                chosen,
-                jets,
-                Workspace(),
-            )
+        undetermined = np.flatnonzero(~jets.determined)
+        fit(undetermined, dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more))
+    return jets
 
 
 def _fit_block(
