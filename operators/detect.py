@@ -4,7 +4,7 @@ import bpy
 
 from .. import core
 from . import engine, properties, running, selection
-from .words import outcome
+from .words import outcome, pins_lost
 from .workspace import finished
 
 
@@ -79,7 +79,7 @@ class UMBILICS_OT_detect(bpy.types.Operator):
             try:
                 if isinstance(found, core.UmbilicsError):
                     raise found
-                engine.write(context, job, found)
+                lost = engine.write(context, job, found)
             except core.UmbilicsError as error:
                 errors.append(error)
                 continue
@@ -87,6 +87,8 @@ class UMBILICS_OT_detect(bpy.types.Operator):
             level = "WARNING" if found.warnings else "INFO"
             name = f"{job.object_name}: " if len(jobs) + len(refused) > 1 else ""
             self.report({level}, " ".join((f"{name}{outcome(found)}.", *found.warnings)))
+            if lost:
+                self.report({"WARNING"}, f"{name}{pins_lost(lost)}")
         if not written:
             return self._fail(errors)
         for error in errors:

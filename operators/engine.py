@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import guidance_results, live, maps, mesh_data, record, results, summary, targets
+from . import by_hand, guidance_results, live, maps, mesh_data, record, results, summary, targets
 from .errors import ObjectError
 from .workspace import object_mode
 
@@ -79,8 +79,10 @@ def _extra(arrays: mesh_data.MeshArrays) -> dict:
     return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
 
 
-def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection) -> None:
+def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection) -> int:
     """Store attributes, empties and summary, in place of those of an earlier detection.
+
+    Pins and deletions stay with their umbilics; how many have none any more is the answer.
 
     Raises
     ------
@@ -98,16 +100,20 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
         if inputs.evaluated and not targets.corresponds(obj, inputs.arrays):
             obj = targets.copy_for(context, obj, context.evaluated_depsgraph_get())
         mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
+        before, chosen = record.of(obj), by_hand.rows(obj)
         summary.forget(obj)
         kept = obj.umbilics
         kept.detected = True
         kept.method = inputs.settings.method
         kept.source = "EVALUATED" if inputs.evaluated else "BASE"
         kept.signature = inputs.arrays.signature
-        record.store(obj, record.make(inputs.arrays, inputs.settings, detection))
+        after = record.make(inputs.arrays, inputs.settings, detection)
+        record.store(obj, after)
+        lost = by_hand.carry_over(obj, chosen, before, after)
         live.apply(context, obj, inputs.settings, fresh=True)
         if maps.is_shown_on(obj):
-            maps.show(context, obj)
+            maps.show(context, [obj])
+    return lost
 
 
 def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:

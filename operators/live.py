@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import changes, framing, record, results, summary
+from . import by_hand, changes, framing, record, results, summary
 from .preferences import Appearance
 
 AUTOMATIC = -1.0
@@ -48,16 +48,13 @@ def apply(
     if kept is None:
         return
     scene = context.scene
-    summary.store(obj, core.filtered(kept.detection, settings, *_by_hand(obj)))
+    summary.store(obj, core.filtered(kept.detection, settings, *by_hand.rows(obj)))
     automatic = settings.persistence == core.AUTO
     obj.umbilics.used_persistence = AUTOMATIC if automatic else settings.persistence
     obj.umbilics.used_opening = settings.opening > 0
     rows = _shown(obj, scene, kept.detection, settings)
     candidates = kept.detection.candidates
     summary.list_items(obj, candidates.select(rows), rows)
-    if obj.mode == "EDIT" and not fresh:
-        # Undo in Edit Mode would not take new objects back; they follow at the next change.
-        return
     most = Appearance(context).most_empties
     if not scene.umbilics_display.empties:
         rows = rows[:0]
@@ -87,13 +84,9 @@ def _shown(
     detection: core.Detection,
     settings: core.Settings,
 ) -> np.ndarray:
-    rows = core.kept_rows(detection, settings, *_by_hand(obj))
+    rows = core.kept_rows(detection, settings, *by_hand.rows(obj))
     kinds = detection.candidates.kind[rows]
     return rows[np.isin(kinds, list(scene.umbilics_display.kinds))]
-
-
-def _by_hand(obj: bpy.types.Object) -> tuple[list[int], list[int]]:
-    return summary.rows_of(obj.umbilics.pinned), summary.rows_of(obj.umbilics.deleted)
 
 
 def _filter_changed(context: bpy.types.Context) -> None:
@@ -104,8 +97,7 @@ def _filter_changed(context: bpy.types.Context) -> None:
 
 def _glyphs_changed(context: bpy.types.Context) -> None:
     for obj in with_results(context):
-        if obj.mode == "OBJECT":
-            results.dress_all(context, obj)
+        results.dress_all(context, obj)
 
 
 def _active_changed(context: bpy.types.Context) -> None:

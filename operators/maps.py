@@ -1,11 +1,14 @@
 """Colours of a mesh that show curvature, in a colour attribute of ours.
 
 The attribute `umbilics_map` is on vertices for values and surface types, on face corners for
-regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active.
+regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active, and in
+`umbilics_map_shown` what its colours mean. One range serves all the meshes that show a map, so
+that a colour means the same everywhere and one legend is true for all.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -13,15 +16,16 @@ import numpy as np
 
 from .. import core
 from ..core import colour_maps
-from . import changes, live, mesh_data, units
+from . import changes, mesh_data, units
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"
+SHOWN = "umbilics_map_shown"
 
 # Where zero parts the values in two, and which power of 1 / length they are.
 _SIGNED = {"k1": True, "k2": True, "mean": True, "gauss": True, "gap": False}
 # Maps whose low values are dark, so that what is drawn over them has to be light.
-DARK = ("gap",)
+_DARK = ("gap",)
 POWER = {"k1": 1, "k2": 1, "mean": 1, "gauss": 2, "gap": 1}
 TITLES = {
     "k1": "Curvature κ₁",
@@ -61,25 +65,52 @@ class Legend:
 
 def is_shown_on(obj: bpy.types.Object | None) -> bool:
     """Whether the object's mesh carries a map of ours."""
-    return obj is not None and obj.type == "MESH" and NAME in obj.data.color_attributes
+    return obj is not None and obj.type == "MESH" and SHOWN in obj.data
 
 
-def show(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
-    """Colour the object by the scene's choice; False if it has no values to show."""
+def is_dark(obj: bpy.types.Object) -> bool:
+    """Whether the object shows a map on which only light strokes are seen."""
+    return is_shown_on(obj) and obj.data[SHOWN]["map"] in _DARK
+
+
+def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int:
+    """Colour objects by the scene's choice, and those anew that show a map already.
+
+    The answer is how many of `objects` have values to show.
+    """
     display = context.scene.umbilics_display
-    mesh = obj.data
-    values = _values(mesh, display.map)
-    if values is None:
-        return False
-    if display.map in POWER:
-        low, high = _range(display, values)
-        colours = colour_maps.coloured(values, low, high, _scale(display.map))
-    elif display.map == "type":
-        colours = np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])[values]
-    else:
-        colours = _region_colours(obj)[values]
-    _store(mesh, colours, "CORNER" if display.map == "region" else "POINT")
-    return True
+    values = {}
+    for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
+        found = _values(obj.data, display.map)
+        if found is not None:
+            values[obj] = found
+    low = high = 0.0
+    if display.map in POWER and values:
+        low, high = _range(display, np.concatenate(list(values.values())))
+    for obj, found in values.items():
+        _store(obj.data, *_coloured(obj, display.map, found, low, high))
+        obj.data[SHOWN] = {"map": display.map, "low": low, "high": high}
+    return sum(obj in values for obj in objects)
+
+
+def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
+    return [
+        obj
+        for obj in scene.objects
+        if is_shown_on(obj) and obj.mode != "EDIT" and obj.data.library is None
+    ]
+
+
+def _coloured(
+    obj: bpy.types.Object, name: str, values: np.ndarray, low: float, high: float
+) -> tuple[np.ndarray, str]:
+    """(n, 3) sRGB colours of the values, and the domain that they are on."""
+    if name == "region":
+        return _region_colours(obj.umbilics.regions)[values], "CORNER"
+    if name == "type":
+        return np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])[values], "POINT"
+    return colour_maps.coloured(values, low, high, _scale(name)), "POINT"
 
 
 def hide(obj: bpy.types.Object) -> bool:
@@ -87,29 +118,33 @@ def hide(obj: bpy.types.Object) -> bool:
     if not is_shown_on(obj):
         return False
     colours = obj.data.color_attributes
-    colours.remove(colours[NAME])
+    if NAME in colours:
+        colours.remove(colours[NAME])
     before = colours.find(obj.data.get(BEFORE, ""))
     if before >= 0:
         colours.active_color_index = before
-    if BEFORE in obj.data:
-        del obj.data[BEFORE]
+    for name in (BEFORE, SHOWN):
+        if name in obj.data:
+            del obj.data[name]
     return True
 
 
 def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
     """What the colours that `show` gave the object mean."""
-    display = scene.umbilics_display
-    title = TITLES[display.map]
-    if display.map == "type":
-        names = tuple(name.capitalize() for name in core.SURFACE_TYPES)
+    shown = obj.data[SHOWN]
+    name = shown["map"]
+    title = TITLES[name]
+    if name == "type":
+        names = tuple(kind.capitalize() for kind in core.SURFACE_TYPES)
         return Legend(title, colour_maps.TYPE_COLOURS, 0.0, 0.0, names)
-    if display.map == "region":
-        count = min(obj.umbilics.regions, _MOST_NAMED)
+    if name == "region":
+        count = max(other.umbilics.regions for other in (obj, *_shown_in(scene)))
+        count = min(count, _MOST_NAMED)
         names = ("None", *(f"Region {number + 1}" for number in range(count)))
-        return Legend(title, _region_colours(obj)[: count + 1], 0.0, 0.0, names)
-    unit, factor = units.of_curvature(scene, POWER[display.map])
-    low, high = display.range_low * factor, display.range_high * factor
-    return Legend(f"{title}  [{unit}]", _scale(display.map), low, high)
+        return Legend(title, _region_colours(count), 0.0, 0.0, names)
+    unit, factor = units.of_curvature(scene, POWER[name])
+    low, high = shown["low"] * factor, shown["high"] * factor
+    return Legend(f"{title}  [{unit}]", _scale(name), low, high)
 
 
 def _values(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
@@ -145,9 +180,8 @@ def _scale(name: str) -> np.ndarray:
     return colour_maps.diverging() if _SIGNED[name] else colour_maps.sequential()
 
 
-def _region_colours(obj: bpy.types.Object) -> np.ndarray:
-    """(regions + 1, 3) sRGB: light grey outside, then one for each region."""
-    count = max(obj.umbilics.regions, 0)
+def _region_colours(count: int) -> np.ndarray:
+    """(count + 1, 3) sRGB: light grey outside, then one for each region."""
     return np.vstack([np.full((1, 3), 0.86), colour_maps.distinct(count)])
 
 
@@ -170,9 +204,7 @@ def _store(mesh: bpy.types.Mesh, colours: np.ndarray, domain: str) -> None:
 
 
 def _map_changed(context: bpy.types.Context) -> None:
-    for obj in live.with_results(context):
-        if is_shown_on(obj) and obj.mode == "OBJECT":
-            show(context, obj)
+    show(context, ())
     changes.notify("view", context)
 
 

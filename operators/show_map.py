@@ -27,11 +27,10 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         return not reason
 
     def execute(self, context):
-        shown = []
-        for obj in live.with_results(context):
-            with object_mode(context, obj):
-                if maps.show(context, obj):
-                    shown.append(obj)
+        objects = live.with_results(context)
+        edited = next((obj for obj in objects if obj.mode == "EDIT"), objects[0])
+        with object_mode(context, edited):
+            shown = maps.show(context, objects)
         if not shown:
             self.report({"ERROR"}, "The results were removed from the mesh. Detect again.")
             return {"CANCELLED"}

@@ -35,3 +35,10 @@ def outcome(detection: core.Detection) -> str:
     if is_balanced(detection):
         return f"{found}; {total}, as the Euler characteristic wants"
     return f"{found}; {total}, but the Euler characteristic is {detection.expected_index_sum:g}"
+
+
+def pins_lost(count: int) -> str:
+    """That pinned or deleted umbilics were not found again by a new detection."""
+    if count == 1:
+        return "One pinned or deleted umbilic has no umbilic of its index near it any more."
+    return f"{count} pinned or deleted umbilics have none of their index near them any more."

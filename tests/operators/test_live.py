@@ -166,3 +166,36 @@ def test_clear_leaves_nothing_of_it():
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
     assert census() == before
     assert not len(obj.data.color_attributes)
+
+
+def test_filters_act_in_edit_mode_and_undo_keeps_slider_list_and_empties_together():
+    obj = noisy()
+    name, before = obj.name, rows(obj)
+    bpy.ops.ed.undo_push(message="detected")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.ed.undo_push(message="edit mode")
+    counts = {0.0: len(before)}
+    for strength in (0.9, 1.0):
+        bpy.context.scene.umbilics_display.strength = strength
+        bpy.ops.ed.undo_push(message="filtered")
+        counts[strength] = len(rows(obj))
+    assert counts[1.0] == 4 < counts[0.9] < counts[0.0]
+    assert obj.mode == "EDIT"
+    modes = set()
+    for step in (bpy.ops.ed.undo,) * 3 + (bpy.ops.ed.redo,) * 3:
+        step()
+        obj = bpy.data.objects[name]
+        modes.add(obj.mode)
+        assert rows(obj) == sorted(item.row for item in obj.umbilics.items)
+        strength = bpy.context.scene.umbilics_display.strength
+        assert len(rows(obj)) == counts[round(strength, 3)]
+    assert modes == {"EDIT", "OBJECT"}
+    assert len(rows(obj)) == 4
+
+
+def test_kinds_chosen_in_edit_mode_are_there_when_it_is_left():
+    obj = noisy()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.scene.umbilics_display.kinds = {"star"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert {empty["umbilics_kind"] for empty in empties(obj)} == {"star"}

@@ -49,7 +49,7 @@ def test_every_map_can_be_shown_and_all_is_put_back(obj):
     assert bpy.ops.umbilics.hide_map() == {"FINISHED"}
     assert [layer.name for layer in obj.data.color_attributes] == ["Mine"]
     assert obj.data.color_attributes.active_color.name == "Mine"
-    assert "umbilics_colour_before" not in obj.data
+    assert not any(key.startswith("umbilics") for key in obj.data.keys())  # noqa: SIM118
 
 
 def test_locked_range_stays(obj):
@@ -74,6 +74,63 @@ def test_legend_knows_the_units_of_the_scene(addon, obj):
     assert legend(scene, obj).high == pytest.approx(1e4 * metre)
     scene.umbilics_display.map = "type"
     assert legend(scene, obj).names[0] == "Peak"
+
+
+def two_sizes():
+    """Two detected ellipsoids, one three times as curved as the other; both are selected."""
+    small, large = add_ellipsoid(subdivisions=4), add_ellipsoid(subdivisions=4)
+    small.scale = (1.0 / 3.0,) * 3
+    small.select_set(True)
+    bpy.ops.umbilics.detect()
+    return small, large
+
+
+def test_objects_share_a_range_so_that_one_legend_is_true_for_all(addon):
+    small, large = two_sizes()
+    show("k1")
+    ours = addon.operators.maps.legend
+    scene = bpy.context.scene
+    assert ours(scene, small).high == pytest.approx(ours(scene, large).high)
+    both = np.concatenate([values(obj, "umbilics_k1") for obj in (small, large)])
+    assert ours(scene, large).high == pytest.approx(np.percentile(both, 98.0), rel=1e-5)
+    # The same value has the same colour on both.
+    curved = [values(obj, "umbilics_k1") for obj in (small, large)]
+    wanted = curved[0].min()
+    assert wanted < curved[1].max()
+    places = [int(np.abs(k1 - wanted).argmin()) for k1 in curved]
+    first, second = (colours(obj)[at] for obj, at in zip((small, large), places, strict=True))
+    assert np.abs(first - second).max() < 0.03
+
+
+def test_a_map_that_is_chosen_later_is_shown_wherever_a_map_was(addon):
+    small, large = two_sizes()
+    show("k1")
+    small.select_set(False)
+    bpy.context.scene.umbilics_display.map = "gauss"
+    for obj in (small, large):
+        assert "K" in addon.operators.maps.legend(bpy.context.scene, obj).title
+        red, _, blue = colours(obj).T
+        assert (red >= blue - 0.02).all()
+
+
+def test_in_edit_mode_the_legend_stays_that_of_the_colours_shown(addon, obj):
+    show("k1")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.scene.umbilics_display.map = "gap"
+    legend = addon.operators.maps.legend
+    assert "κ₁ −" not in legend(bpy.context.scene, obj).title
+    assert bpy.ops.umbilics.show_map() == {"FINISHED"}
+    assert obj.mode == "EDIT"
+    assert "κ₁ −" in legend(bpy.context.scene, obj).title
+
+
+def test_a_new_detection_colours_the_map_anew(addon, obj):
+    show("k1")
+    before = addon.operators.maps.legend(bpy.context.scene, obj).high
+    obj.scale = (0.5, 0.5, 0.5)
+    bpy.ops.umbilics.detect()
+    after = addon.operators.maps.legend(bpy.context.scene, obj).high
+    assert after == pytest.approx(2.0 * before, rel=0.01)
 
 
 def test_overlay_has_something_to_draw(addon, obj):

@@ -18,7 +18,7 @@ _TICKS = 5
 
 
 def draw(context: bpy.types.Context) -> None:
-    """Draw the legend of the active object's map, else of any map that is seen."""
+    """Draw the legend of the active object's map, else of any map that is seen: they share it."""
     if context.space_data.shading.color_type != "VERTEX":
         return
     candidates = [context.active_object, *context.visible_objects]

@@ -90,7 +90,7 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
         return
     scale = max(obj.matrix_world.to_scale(), key=abs)
     scale = abs(scale) or 1.0
-    swapped = display.map in maps.DARK and maps.is_shown_on(obj)
+    swapped = maps.is_dark(obj)
     spacing = display.density * context.preferences.system.ui_scale
     wanted = spacing * camera.pixel_on(found.places[:_SAMPLE], obj.matrix_world)
     # Layers up to the whole part are drawn, the next one fades in.
