@@ -191,6 +191,12 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         default=True,
         update=_view_changed,
     )
+    dropped: BoolProperty(
+        name="Show Dropped",
+        description="Draw faintly, as hollow glyphs, the umbilics that the opening leaves out",
+        default=False,
+        update=_view_changed,
+    )
     discs: BoolProperty(
         name="Uncertainty",
         description="A circle as wide as the standard error of the umbilic's place",

@@ -27,6 +27,8 @@ _STROKE = 0.42
 # Rays and rims in sizes of a glyph; the ring around the chosen one.
 _RAY, _RIM, _RING = 3.4, 1.28, 2.1
 _CIRCLE = 32
+# Opacity of what a filter leaves out.
+_FAINT = 0.6
 _DARK = (0.008, 0.008, 0.01)
 
 
@@ -147,17 +149,17 @@ def umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> 
     `faint`: the results are stale, and look it.
     """
     kept = record.of(obj)
-    rows = live.shown_rows(obj, context.scene)
-    if kept is None or not len(rows):
+    if kept is None:
         return []
     display, look = context.scene.umbilics_display, Appearance(context)
+    opacity = 0.35 if faint else 1.0
+    shapes = _left_out(obj, context.scene, look, opacity) if display.dropped else []
+    rows = live.shown_rows(obj, context.scene)
+    if not len(rows):
+        return shapes
     chosen = kept.detection.candidates.select(rows)
     back = np.linalg.inv(kept.matrix)
-    centre = chosen.position @ back[:3, :3].T + back[:3, 3]
-    frames = results.frames_of(chosen)
-    u, v = (frames[:, :3, axis] @ back[:3, :3].T for axis in (0, 1))
-    opacity = 0.35 if faint else 1.0
-    shapes = []
+    centre, u, v = _places(chosen, back)
     if display.discs:
         shapes.append(_discs(centre, u, v, chosen.uncertainty, look, opacity))
     if display.rays:
@@ -180,6 +182,60 @@ def shown_by_empties(obj: bpy.types.Object) -> np.ndarray:
     empties = [empty for empty in results.empties_of(obj) if empty.empty_display_type == "IMAGE"]
     rows = [empty.get("umbilics_row", -1) for empty in empties if empty.visible_get()]
     return np.array(sorted(rows), dtype=int)
+
+
+def _places(
+    chosen: core.Umbilics, back: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k, 3) places and two directions on the surface; `back` (4, 4) leads from the world."""
+    frames = results.frames_of(chosen)
+    u, v = (frames[:, :3, axis] @ back[:3, :3].T for axis in (0, 1))
+    return chosen.position @ back[:3, :3].T + back[:3, 3], u, v
+
+
+def _left_out(
+    obj: bpy.types.Object, scene: bpy.types.Scene, look: Appearance, opacity: float
+) -> list[Shape]:
+    """Hollow, faint glyphs of what the opening leaves out."""
+    kept = record.of(obj)
+    candidates = kept.detection.candidates.select(live.left_out_rows(obj, scene))
+    back = np.linalg.inv(kept.matrix)
+    shapes = []
+    for kind in core.KINDS:
+        of_kind = candidates.kind == kind
+        if of_kind.any():
+            places = _places(candidates.select(of_kind), back)
+            shapes.append(_hollow(kind, *places, look, _FAINT * opacity))
+    return shapes
+
+
+def _hollow(
+    kind: str,
+    centre: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    look: Appearance,
+    opacity: float,
+) -> Shape:
+    """Only the line around a glyph."""
+    outline = OUTLINES[kind]
+    count = len(outline)
+    size = 0.75 * look.glyph_size
+    # As wide as a stroke, however large glyphs are.
+    inner = 1.0 - look.stroke_width / (0.62 * size)
+    corners = np.zeros((2 * count, 4), np.float32)
+    corners[:count, 2:] = size * outline
+    corners[count:, 2:] = max(inner, 0.0) * size * outline
+    here = np.arange(count)
+    after = np.roll(here, -1)
+    triangles = np.vstack(
+        [
+            np.column_stack([here, here + count, after]),
+            np.column_stack([after, here + count, after + count]),
+        ]
+    )
+    colours = np.tile(np.array([*look.colours[kind][:3], opacity], np.float32), (len(centre), 1))
+    return _repeated(centre, u, v, corners, colours, triangles)
 
 
 def _glyphs(

@@ -34,6 +34,24 @@ def shown_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
     return _shown(obj, scene, kept.detection, used_filters(obj))
 
 
+def left_out_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
+    """(k,) rows of the candidates that only the opening keeps from being seen."""
+    kept, filters = record.of(obj), used_filters(obj)
+    if kept is None or not filters.opening:
+        return np.empty(0, dtype=int)
+    unopened = core.Settings(persistence=filters.persistence)
+    everything = _shown(obj, scene, kept.detection, unopened)
+    return np.setdiff1d(everything, shown_rows(obj, scene))
+
+
+def without_empty(context: bpy.types.Context, obj: bpy.types.Object | None) -> int:
+    """How many of the object's umbilics are too many for an empty; 0 if none is wanted."""
+    if obj is None or not context.scene.umbilics_display.empties:
+        return 0
+    count = len(obj.umbilics.items) + obj.umbilics.hidden_items
+    return max(count - Appearance(context).most_empties, 0)
+
+
 def apply(
     context: bpy.types.Context,
     obj: bpy.types.Object,

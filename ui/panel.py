@@ -57,9 +57,14 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
         if settings.opening:
             row.prop(settings, "opening", text="Strength")
             layout.prop(settings, "flatness")
+            layout.prop(display, "dropped")
         kinds = layout.column(heading="Show", align=True)
         kinds.prop(display, "kinds")
         layout.prop(display, "empties")
+        without = live.without_empty(context, context.active_object)
+        if without:
+            words = f"{without} less persistent umbilics have no empty. How many may have one is "
+            paragraph(layout, context, f"{words}set in the add-on's preferences.")
 
 
 class UMBILICS_PT_curvature(Part, bpy.types.Panel):

@@ -199,3 +199,30 @@ def test_kinds_chosen_in_edit_mode_are_there_when_it_is_left():
     bpy.context.scene.umbilics_display.kinds = {"star"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert {empty["umbilics_kind"] for empty in empties(obj)} == {"star"}
+
+
+def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
+    obj = noisy()
+    live, drawables = addon.operators.live, addon.operators.drawables
+    scene = bpy.context.scene
+    scene.umbilics_display.dropped = True
+    everything = live.shown_rows(obj, scene).tolist()
+    assert not len(live.left_out_rows(obj, scene))
+    scene.umbilics_display.opened = True
+    shown, left_out = live.shown_rows(obj, scene), live.left_out_rows(obj, scene)
+    assert 0 < len(left_out) < len(everything)
+    assert sorted([*shown, *left_out]) == everything
+    assert not set(left_out) & set(rows(obj))
+    kinds = set(addon.operators.record.of(obj).detection.candidates.kind[left_out])
+    scene.umbilics_display.dropped = False
+    without = len(drawables.umbilics(bpy.context, obj, faint=False))
+    scene.umbilics_display.dropped = True
+    shapes = drawables.umbilics(bpy.context, obj, faint=False)
+    assert len(shapes) == without + len(kinds)
+    hollow = shapes[: len(kinds)]
+    assert all((shape.colour[:, 3] < 1.0).all() for shape in hollow)
+    scene.umbilics_display.kinds = {"star"}
+    assert set(live.left_out_rows(obj, scene)) <= set(left_out)
+    obj.umbilics.pinned = str(left_out[0])
+    scene.umbilics_display.kinds = set(addon.core.KINDS)
+    assert left_out[0] not in live.left_out_rows(obj, scene)

@@ -74,7 +74,9 @@ def draw(addon):
             view_layer=bpy.context.view_layer,
             area=None,
             screen=None,
-            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+            preferences=SimpleNamespace(
+                system=SimpleNamespace(ui_scale=1.0), addons=bpy.context.preferences.addons
+            ),
         )
         for panel in panels():
             if not hasattr(panel, "poll") or panel.poll(context):
@@ -143,3 +145,31 @@ def test_running_detection_can_be_watched_and_cancelled(addon, draw):
     finally:
         running.end()
     assert paper.names("operator") != draw().names("operator")
+
+
+def test_what_is_too_much_for_list_and_empties_is_said(addon, draw, monkeypatch):
+    obj = add_ellipsoid(subdivisions=4)
+    preferences = bpy.context.preferences.addons["bl_ext.user_default.umbilics"].preferences
+    monkeypatch.setattr(addon.operators.summary, "MOST_ITEMS", 1)
+    preferences.most_empties = 3
+    try:
+        bpy.ops.umbilics.detect()
+        said = " ".join(draw().names("label"))
+        assert "and 3 less persistent ones" in said
+        assert "1 less persistent umbilics have no empty" in said
+        bpy.context.scene.umbilics_display.empties = False
+        assert "have no empty" not in " ".join(draw().names("label"))
+        preferences.most_empties = 4
+        bpy.context.scene.umbilics_display.empties = True
+        assert "have no empty" not in " ".join(draw().names("label"))
+    finally:
+        preferences.property_unset("most_empties")
+    assert len(obj.umbilics.items) == 1
+
+
+def test_dropped_umbilics_are_offered_where_something_is_dropped(draw):
+    add_ellipsoid(subdivisions=3)
+    bpy.ops.umbilics.detect()
+    assert "dropped" not in draw().names("prop")
+    bpy.context.scene.umbilics_display.opened = True
+    assert "dropped" in draw().names("prop")

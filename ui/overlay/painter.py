@@ -156,7 +156,7 @@ def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
         mine.active_row,
         faint,
         visible,
-        (display.glyphs, display.rays, display.discs),
+        (display.glyphs, display.rays, display.discs, display.dropped),
         (look.glyph_size, look.stroke_width, tuple(look.colours.values())),
     )
     kept = _umbilics.setdefault(obj.name_full, _Umbilics())
