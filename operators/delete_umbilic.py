@@ -13,7 +13,7 @@ class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return umbilic_actions.is_chosen(cls, context)
+        return umbilic_actions.can_be_changed(cls, context)
 
     def execute(self, context):
         umbilic_actions.toggle(context, "deleted", umbilic_actions.chosen_row(context))

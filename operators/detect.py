@@ -19,7 +19,9 @@ class UMBILICS_OT_detect(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        whys = [engine.why_not(obj) for obj in selection.wanted(context)]
+        modified = _with_modifiers(context)
+        wanted = selection.wanted(context)
+        whys = [engine.why_not(obj, with_modifiers=modified) for obj in wanted]
         reason = "" if "" in whys else whys[0]
         if running.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
@@ -106,8 +108,7 @@ def _gather(context):
     context.view_layer.update()
     scene = context.scene
     settings = properties.to_settings(scene.umbilics)
-    evaluated = scene.umbilics_display.source == "EVALUATED"
-    depsgraph = context.evaluated_depsgraph_get() if evaluated else None
+    depsgraph = context.evaluated_depsgraph_get() if _with_modifiers(context) else None
     jobs, refused = [], []
     for obj in selection.wanted(context):
         try:
@@ -116,6 +117,10 @@ def _gather(context):
         except core.UmbilicsError as error:
             refused.append(error)
     return jobs, refused
+
+
+def _with_modifiers(context) -> bool:
+    return context.scene.umbilics_display.source == "EVALUATED"
 
 
 def register() -> None:

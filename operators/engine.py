@@ -21,7 +21,7 @@ from .workspace import object_mode
 class Inputs:
     """What a detection needs, read from the scene; holds no reference to Blender's data."""
 
-    object_name: str
+    object_name: str  # the full name, which tells a linked object from one of this file
     arrays: mesh_data.MeshArrays
     settings: core.Settings
     evaluated: bool = False
@@ -43,7 +43,7 @@ def gather(
     core.UmbilicsError
         The object cannot be analysed, or its results could not be stored; the text says why.
     """
-    check_object(obj)
+    check_object(obj, with_modifiers=depsgraph is not None)
     mesh_data.check_result_names(obj)
     arrays = mesh_data.read(
         obj,
@@ -51,7 +51,7 @@ def gather(
         with_uv=(settings.method == "C" or all_methods) and settings.charts != "seams",
         depsgraph=depsgraph,
     )
-    return Inputs(obj.name, arrays, settings, depsgraph is not None)
+    return Inputs(obj.name_full, arrays, settings, depsgraph is not None)
 
 
 def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
@@ -89,15 +89,15 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
     core.UmbilicsError
         The object is gone or was changed since `gather`; then nothing is written.
     """
-    obj = bpy.data.objects.get(inputs.object_name)
+    obj = targets.named(inputs.object_name)
     if obj is None:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
-    check_object(obj)
+    check_object(obj, inputs.evaluated)
     depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
     mesh_data.check_unchanged(obj, inputs.arrays, depsgraph)
     mesh_data.check_result_names(obj)
     with object_mode(context, obj):
-        if inputs.evaluated and not targets.corresponds(obj, inputs.arrays):
+        if inputs.evaluated and not _takes_results(obj, inputs.arrays):
             obj = targets.copy_for(context, obj, context.evaluated_depsgraph_get())
         mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
         before, chosen = record.of(obj), by_hand.rows(obj)
@@ -130,30 +130,41 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     return bool(attributes or empties or described or guided or is_copy)
 
 
-def check_object(obj: bpy.types.Object | None) -> None:
+def _takes_results(obj: bpy.types.Object, arrays: mesh_data.MeshArrays) -> bool:
+    """Whether results of the mesh with modifiers can go to the object's own mesh."""
+    return targets.is_own(obj) and targets.corresponds(obj, arrays)
+
+
+def check_object(obj: bpy.types.Object | None, with_modifiers: bool = False) -> None:
     """Raise `ObjectError` if the object's mesh cannot be read and written."""
-    reason = why_not(obj)
+    reason = why_not(obj, with_modifiers=with_modifiers)
     if reason:
         raise ObjectError(reason)
 
 
-def why_not(obj: bpy.types.Object | None, to_clear: bool = False) -> str:
+def why_not(
+    obj: bpy.types.Object | None, to_clear: bool = False, with_modifiers: bool = False
+) -> str:
     """Why the object can have no results, in words for the user; empty if it can.
 
-    With `to_clear`, why none can be removed from it: then faces are not needed.
+    With `to_clear`, why none can be removed from it: then faces are not needed. Results of the
+    mesh `with_modifiers` can go to a copy.
     """
     if obj is None:
         return "There is no active object. Click a mesh first."
     if obj.type != "MESH":
         return f"{obj.name} is not a mesh. Choose a mesh, or convert it: Object > Convert > Mesh."
-    if obj.library is not None or obj.data.library is not None:
+    if not with_modifiers and not targets.is_own(obj):
         return (
-            f"{obj.name} is linked from another file and cannot be changed here. "
-            "Make it local: Object > Relations > Make Local."
+            f"{obj.name} is linked from another file and cannot keep results here. Choose "
+            "Source: With Modifiers, which puts them on a copy, or make the object and its mesh "
+            "local: Object > Relations > Make Local."
         )
     if obj.mode == "SCULPT":
         return "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
-    if not to_clear and obj.mode != "EDIT" and not obj.data.polygons:
+    # Modifiers may make faces of a mesh that has none.
+    faces_needed = not (to_clear or with_modifiers)
+    if faces_needed and obj.mode != "EDIT" and not obj.data.polygons:
         return f"{obj.name} has no faces: curvature needs a surface."
     return ""
 

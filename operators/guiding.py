@@ -133,7 +133,7 @@ def write(
     core.UmbilicsError
         The object is gone or was changed since `gather`; then nothing is written.
     """
-    obj = bpy.data.objects.get(job.object_name)
+    obj = targets.named(job.object_name)
     if obj is None:
         raise ObjectError(f"{job.object_name} is no longer there. Try again.")
     engine.check_object(obj)

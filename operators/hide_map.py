@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import maps, view_shading
+from . import maps, targets, view_shading
 from .workspace import object_mode
 
 
@@ -27,7 +27,7 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
 
     def execute(self, context):
         for obj in context.scene.objects:
-            if maps.is_shown_on(obj) and obj.data.library is None:
+            if maps.is_shown_on(obj) and targets.is_own(obj):
                 with object_mode(context, obj):
                     maps.hide(obj)
         for window in context.window_manager.windows:

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from .. import core
-from . import by_hand, changes, framing, record, results, summary
+from . import by_hand, changes, framing, record, results, summary, targets
 from .preferences import Appearance
 
 AUTOMATIC = -1.0
@@ -22,7 +22,7 @@ def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [
         obj
         for obj in dict.fromkeys(objects)
-        if obj is not None and obj.umbilics.detected and obj.library is None
+        if obj is not None and obj.umbilics.detected and targets.is_own(obj)
     ]
 
 

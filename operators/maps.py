@@ -16,7 +16,7 @@ import numpy as np
 
 from .. import core
 from ..core import colour_maps
-from . import changes, mesh_data, units
+from . import changes, mesh_data, targets, units
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"
@@ -98,7 +98,7 @@ def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [
         obj
         for obj in scene.objects
-        if is_shown_on(obj) and obj.mode != "EDIT" and obj.data.library is None
+        if is_shown_on(obj) and obj.mode != "EDIT" and targets.is_own(obj)
     ]
 
 

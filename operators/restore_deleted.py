@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import changes, live
+from . import changes, live, targets
 
 
 class UMBILICS_OT_restore_deleted(bpy.types.Operator):
@@ -14,7 +14,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         obj = context.view_layer.objects.active
-        if obj is None or not obj.umbilics.deleted:
+        if obj is None or not obj.umbilics.deleted or not targets.is_own(obj):
             cls.poll_message_set("No umbilic was deleted.")
             return False
         return True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import changes, live, record, summary
+from . import changes, live, record, summary, targets
 
 NOTHING_CHOSEN = "Click an umbilic in the list first."
 
@@ -21,6 +21,16 @@ def is_chosen(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool
     """For `poll`: whether an umbilic is chosen; explains itself if none is."""
     if chosen_row(context) is None:
         cls.poll_message_set(NOTHING_CHOSEN)
+        return False
+    return True
+
+
+def can_be_changed(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """For `poll`: as `is_chosen`, and the results are of this file."""
+    if not is_chosen(cls, context):
+        return False
+    if not targets.is_own(context.view_layer.objects.active):
+        cls.poll_message_set("These results are linked from another file.")
         return False
     return True
 

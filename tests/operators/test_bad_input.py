@@ -129,19 +129,6 @@ def test_broken_part_of_a_good_mesh_is_warned_of():
     assert len(obj.data.attributes["umbilics_k1"].data) == count + 1
 
 
-def test_linked_mesh_is_read_only(tmp_path):
-    add_ellipsoid(subdivisions=2, name="Far")
-    library = str(tmp_path / "library.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=library)
-    bpy.ops.wm.read_homefile(use_empty=True)
-    with bpy.data.libraries.load(library, link=True) as (_, wanted):
-        wanted.objects = ["Far"]
-    obj = bpy.data.objects["Far"]
-    bpy.context.scene.collection.objects.link(obj)
-    bpy.context.view_layer.objects.active = obj
-    assert "linked from another file" in refusal()
-
-
 @pytest.mark.parametrize(("domain", "kind"), [("CORNER", "FLOAT"), ("POINT", "INT")])
 def test_users_attribute_of_the_same_name_is_kept(domain, kind):
     obj = add_ellipsoid(subdivisions=2)

@@ -1,0 +1,116 @@
+"""Objects of other files: linked as they are, or as library overrides."""
+
+import bpy
+import pytest
+from scene_building import add_ellipsoid, census, empties
+
+NAME = "Far"
+
+
+@pytest.fixture
+def library(tmp_path):
+    """A file with an ellipsoid, from which `link` takes it."""
+    add_ellipsoid(subdivisions=3, name=NAME)
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    return path
+
+
+def link(path):
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.objects = [NAME]
+    obj = next(obj for obj in bpy.data.objects if obj.library is not None)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+def active(obj):
+    bpy.context.view_layer.objects.active = obj
+    bpy.context.view_layer.update()
+    return obj
+
+
+def linked(path):
+    return active(link(path))
+
+
+def overridden(path):
+    return active(link(path).override_create(remap_local_usages=True))
+
+
+def overridden_with_its_mesh(path):
+    obj = overridden(path)
+    obj.data.override_create(remap_local_usages=True)
+    assert obj.data.library is None
+    return obj
+
+
+WAYS = (linked, overridden, overridden_with_its_mesh)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_it_is_refused_in_words_that_name_the_ways_out(library, way):
+    obj = way(library)
+    before = census()
+    with pytest.raises(RuntimeError) as caught:
+        bpy.ops.umbilics.detect()
+    assert "Traceback" not in str(caught.value)
+    assert "linked from another file" in str(caught.value)
+    assert "With Modifiers" in str(caught.value)
+    assert "Make Local" in str(caught.value)
+    assert census() == before
+    assert not obj.umbilics.detected
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_with_modifiers_the_results_are_on_a_copy_and_stay_in_the_file(library, way, tmp_path):
+    source = way(library)
+    before = census()
+    bpy.context.scene.umbilics_display.source = "EVALUATED"
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    copy = bpy.context.object
+    assert copy != source
+    assert copy.library is None
+    assert copy["umbilics_copy_of"] == source.name_full
+    assert len(empties(copy)) == 4
+    assert source.hide_get()
+    # Again on the same copy.
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert bpy.context.object == copy
+    path = str(tmp_path / "main.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    copy = bpy.context.object
+    assert len(empties(copy)) == 4
+    bpy.context.scene.umbilics_display.kinds = {"star"}
+    assert not empties(copy)
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert census() == before
+
+
+@pytest.mark.parametrize("way", (linked, overridden))
+def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library, way):
+    bpy.ops.wm.open_mainfile(filepath=library)
+    active(bpy.data.objects[NAME])
+    bpy.ops.umbilics.detect()
+    bpy.ops.wm.save_mainfile()
+    obj = way(library)
+    assert obj.umbilics.detected
+    live = addon.operators.live
+    assert len(live.shown_rows(obj, bpy.context.scene)) == 4
+    assert obj not in live.with_results(bpy.context)
+    assert bpy.ops.umbilics.copy_coordinates.poll()
+    for name in ("pin", "delete_umbilic", "restore_deleted", "clear", "show_map"):
+        assert not getattr(bpy.ops.umbilics, name).poll(), name
+    # The slider acts on what can be changed, which is nothing here.
+    bpy.context.scene.umbilics.persistence = 1.0
+    bpy.context.scene.umbilics_display.kinds = {"star"}
+
+
+def test_made_local_it_is_as_any_other(library):
+    obj = linked(library)
+    obj.make_local()
+    obj.data.make_local()
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert len(empties(obj)) == 4
