@@ -62,9 +62,11 @@ class Run:
         Raises
         ------
         core.CancelledError
-            The user stopped it.
+            The user stopped it, be it after the last step.
         """
         self.join()
+        if self.cancelled:
+            raise core.CancelledError("Cancelled.")
         if self._error is not None:
             raise self._error
         return self._outcomes
@@ -117,7 +119,8 @@ def end() -> None:
     global _current
     if _current is None:
         return
-    _current.cancel()
+    if not _current.finished:
+        _current.cancel()
     _current.join()
     _current = None
 

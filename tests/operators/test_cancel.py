@@ -1,0 +1,122 @@
+"""Esc at any moment: the worker stops and the file is as it was."""
+
+import threading
+
+import bpy
+import pytest
+from scene_building import add_ellipsoid, census
+
+HANDLERS = ("depsgraph_update_post", "undo_post", "redo_post", "load_post")
+
+
+def everything():
+    """All that a detection could leave behind."""
+    return census() | {
+        "values": {mesh.name: _bytes(mesh) for mesh in bpy.data.meshes},
+        "results": {obj.name: obj.umbilics.detected for obj in bpy.data.objects},
+        "pins": {obj.name: obj.umbilics.pinned for obj in bpy.data.objects},
+        "hidden": {obj.name: obj.hide_get() for obj in bpy.context.view_layer.objects},
+        "selected": {obj.name: obj.select_get() for obj in bpy.context.view_layer.objects},
+        "active": bpy.context.view_layer.objects.active.name,
+        "handlers": {name: len(getattr(bpy.app.handlers, name)) for name in HANDLERS},
+        "threads": sorted(thread.name for thread in threading.enumerate()),
+    }
+
+
+def _bytes(mesh):
+    """The values of the results, to know them by."""
+    return {
+        attribute.name: hash(tuple(str(getattr(item, "value", "")) for item in attribute.data))
+        for attribute in mesh.attributes
+        if attribute.name.startswith("umbilics")
+    }
+
+
+def scene(detected=False):
+    """Two selected objects, one of which gets a copy for the results of its modifiers."""
+    plain = add_ellipsoid(subdivisions=3, name="Plain")
+    modified = add_ellipsoid(subdivisions=2, name="Modified")
+    modified.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    bpy.context.scene.umbilics_display.source = "EVALUATED"
+    plain.select_set(True)
+    if detected:
+        bpy.ops.umbilics.detect()
+        bpy.ops.umbilics.pin()
+        bpy.ops.umbilics.show_map()
+        # Other settings, so that a detection which was not stopped would differ.
+        bpy.context.scene.umbilics.scale_auto = False
+    return plain, modified
+
+
+def jobs(addon):
+    detect = addon.operators.detect
+    found, refused = detect._gather(bpy.context)
+    assert not refused
+    assert len(found) == 2
+    return found
+
+
+def run(addon, stop_at=None):
+    """Run to the moment number `stop_at` and press Esc there; the moments that there were."""
+    running, core = addon.operators.running, addon.core
+    moments = []
+    job_list = jobs(addon)
+    worker = running.Run(job_list)
+    heard = worker._report
+
+    def report(fraction, stage):
+        heard(fraction, stage)
+        moments.append(worker.stage)
+        if stop_at is not None and len(moments) > stop_at:
+            worker.cancel()
+
+    worker._report = report
+    running._current = worker
+    worker.start()
+    try:
+        if stop_at is None:
+            assert len(worker.results()) == 2
+        else:
+            with pytest.raises(core.CancelledError):
+                worker.results()
+    finally:
+        running.end()
+    return moments
+
+
+def test_the_moments_are_those_of_all_stages_and_objects(addon):
+    scene()
+    moments = run(addon)
+    for stage in ("Reading", "Fitting", "Turning", "Finding", "Pairing", "Locating"):
+        for name in ("Plain", "Modified"):
+            assert f"{name}: {stage}" in " ".join(moments), moments
+
+
+@pytest.mark.parametrize("detected", [False, True], ids=["nothing there", "results there"])
+def test_at_every_moment_nothing_is_left_behind(addon, detected):
+    scene(detected)
+    before = everything()
+    count = len(run(addon))
+    assert everything() == before, "reading alone changes nothing"
+    assert count > 10
+    for moment in range(count):
+        run(addon, stop_at=moment)
+        assert everything() == before, moment
+
+
+def test_esc_between_the_last_step_and_the_writing_counts(addon):
+    scene()
+    worker = addon.operators.running.begin(*jobs(addon))
+    worker.join()
+    worker.cancel()
+    addon.operators.running.end()
+    with pytest.raises(addon.core.CancelledError):
+        worker.results()
+
+
+def test_the_end_of_a_finished_run_does_not_cancel_it(addon):
+    scene()
+    worker = addon.operators.running.begin(*jobs(addon))
+    worker.join()
+    addon.operators.running.end()
+    assert len(worker.results()) == 2
