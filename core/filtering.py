@@ -77,5 +77,5 @@ def _cancelled(candidates: Umbilics, settings: Settings) -> np.ndarray:
     """(k,) bool, the pairs that `settings.persistence` drops; umbilics without one are kept."""
     persistence = candidates.persistence
     if settings.persistence == AUTO:
-        return made_by_noise(persistence, candidates.noise)
+        return made_by_noise(persistence, candidates.partner, candidates.noise)
     return ~survivors(persistence, float(settings.persistence)) & ~np.isnan(persistence)

@@ -20,7 +20,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .surface import Surface
-from .tolerances import PAIR_NOISE
+from .tolerances import PAIR_CROWD, PAIR_NOISE
 
 # Fewer candidates than this are compared faster without arrays.
 _FEW = 24
@@ -84,30 +84,45 @@ def survivors(persistence: np.ndarray, level: float) -> np.ndarray:
     return persistence >= level
 
 
-def made_by_noise(persistence: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def made_by_noise(
+    persistence: np.ndarray, partner: np.ndarray, noise: np.ndarray
+) -> np.ndarray:
     """(k,) bool, True for the umbilics that come in pairs made by noise: the automatic choice.
 
-    A pair is noise where it cancels below a small multiple of the gap's standard error, the
+    A pair is noise where it cancels below `noise_multiple` times the gap's standard error, the
     lesser one of its places: a pair of one clear umbilic and one at a ragged border is the
     clear one's. Noise differs over a mesh, so that each pair is judged by itself.
 
     Parameters
     ----------
-    persistence:
-        (k,) as `measure_persistence` gives it. Umbilics that cancel together have the same one
-        and go together; those at NaN or infinity stay.
+    persistence, partner:
+        (k,) as `measure_persistence` gives them. Umbilics that cancel together go together;
+        those with a persistence of NaN or infinity stay.
     noise:
         (k,) standard error of the gap at each umbilic, in the unit of `persistence`; NaN where
         it is not known.
     """
-    heights, group = np.unique(persistence, return_inverse=True)
-    lesser = np.full(len(heights), np.inf)
+    count = len(persistence)
+    paired = np.flatnonzero(partner >= 0)
+    links = sparse.coo_matrix((np.ones(len(paired)), (paired, partner[paired])), (count, count))
+    groups, group = csgraph.connected_components(links, directed=False)
+    lesser = np.full(groups, np.inf)
     np.fmin.at(lesser, group, noise)
     # Nothing known of any of them: keep them.
     lesser[~np.isfinite(lesser)] = -np.inf
     with np.errstate(invalid="ignore"):
-        spurious = np.isfinite(heights) & (heights <= PAIR_NOISE * lesser)
-    return spurious[group]
+        below = persistence <= noise_multiple(count) * lesser[group]
+    return np.isfinite(persistence) & below
+
+
+def noise_multiple(count: int) -> float:
+    """How many standard errors a pair must rise above to be told from noise, among `count`
+    umbilics: the more there are, the higher the highest that noise makes.
+
+    The largest of n normal deviates grows as sqrt(log n) (Donoho & Johnstone 1994).
+    """
+    crowd = np.log(max(count, PAIR_CROWD)) / np.log(PAIR_CROWD)
+    return PAIR_NOISE * float(np.sqrt(crowd))
 
 
 def trust_ratio(noise: np.ndarray, gap: np.ndarray) -> float:
@@ -353,6 +368,8 @@ def _group(
     highest[(total != 0) | ~linked] = np.inf
     persistence = highest[group]
     partner = np.full(count, -1, dtype=np.int64)
-    partner[second], partner[first] = first, second
+    # Each link uses one of its ends up, whose last link it is: kept there, it holds the group
+    # together.
+    partner[np.stack([first, second], axis=1)] = np.stack([second, first], axis=1)
     partner[~np.isfinite(persistence)] = -1
     return persistence, partner

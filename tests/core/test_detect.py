@@ -126,11 +126,16 @@ def test_filtering_again_needs_no_detection():
     assert fewer.index_sum == every.index_sum == 2
 
 
-def test_a_scan_keeps_a_small_share_of_what_its_noise_makes(meshes_folder):
-    vertices, triangles = read_mesh(meshes_folder / "bunny_hr_os.obj")
+@pytest.mark.parametrize(
+    "name, least, most",
+    [("bunny_hr_os.obj", 20, 40), ("rangemap_lato000_ml.ply", 10, 40), ("spot_os.obj", 50, 70)],
+)
+def test_a_scan_keeps_a_handful(name, least, most, meshes_folder):
+    vertices, triangles = read_mesh(meshes_folder / name)
     detection = core.detect(vertices, triangles)
-    assert detection.index_sum == detection.expected_index_sum == 2
-    assert 4 <= len(detection.umbilics) < 0.1 * len(detection.candidates)
+    assert least <= len(detection.umbilics) <= most
+    closed = np.isfinite(detection.expected_index_sum)
+    assert not closed or detection.index_sum == detection.expected_index_sum
 
 
 def test_progress_rises_to_one_and_cancelling_stops():

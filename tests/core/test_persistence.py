@@ -13,8 +13,15 @@ from scipy.sparse import csgraph
 from surfaces import icosphere, random_points
 
 from core.cleaning import clean
-from core.persistence import made_by_noise, measure_persistence, survivors, trust_ratio
+from core.persistence import (
+    made_by_noise,
+    measure_persistence,
+    noise_multiple,
+    survivors,
+    trust_ratio,
+)
 from core.surface import Surface
+from core.tolerances import PAIR_NOISE
 
 
 def _surface(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
@@ -204,22 +211,64 @@ def test_survivors_of_a_level():
 
 def test_noise_makes_pairs():
     persistence = np.array([0.1, 0.1, 0.3, 0.3, 2.0, 2.0, np.inf])
+    partner = np.array([1, 0, 3, 2, 5, 4, -1])
     noise = np.full(7, 0.2)
-    assert made_by_noise(persistence, noise).tolist() == [True] * 4 + [False] * 3
+    dropped = made_by_noise(persistence, partner, noise)
+    assert dropped.tolist() == [True] * 4 + [False] * 3
     # The clear one of a pair speaks for both.
     noise = np.array([0.2, 0.001, 0.2, 0.2, 50.0, 0.2, 50.0])
-    assert made_by_noise(persistence, noise).tolist() == [False] * 2 + [True] * 2 + [False] * 3
+    dropped = made_by_noise(persistence, partner, noise)
+    assert dropped.tolist() == [False] * 2 + [True] * 2 + [False] * 3
     noise[0] = np.nan
-    assert not made_by_noise(persistence, noise)[:2].any()
+    assert not made_by_noise(persistence, partner, noise)[:2].any()
     noise[1] = 0.2
-    assert made_by_noise(persistence, noise)[:2].all()
+    assert made_by_noise(persistence, partner, noise)[:2].all()
+
+
+def test_pairs_at_one_pass_are_judged_apart():
+    persistence = np.full(4, 0.3)
+    noise = np.array([0.2, 0.2, 0.001, 0.001])
+    dropped = made_by_noise(persistence, np.array([1, 0, 3, 2]), noise)
+    assert dropped.tolist() == [True, True, False, False]
+
+
+def test_larger_indices_that_cancel_together_are_judged_together():
+    gap = _along([6, 6, 2, 7, 5, 2, 6, 5, 8])
+    index = np.array([-1.0, -1.0, 1.5, 0.5])
+    persistence, partner = measure_persistence(_strip(9), gap, np.array([0, 2, 4, 6]), index)
+    dropped = made_by_noise(persistence, partner, np.array([9.0, 0.1, 0.1, 9.0]))
+    assert index[dropped].sum() == 0.0
+
+
+def test_a_crowd_must_rise_higher():
+    def dropped(crowd: int) -> list[bool]:
+        count = 2 + 2 * crowd
+        persistence = np.append([0.7, 0.7], np.full(2 * crowd, 0.1))
+        partner = np.arange(count) ^ 1
+        return made_by_noise(persistence, partner, np.full(count, 0.2))[:2].tolist()
+
+    assert dropped(4) == [False, False]
+    assert dropped(500) == [True, True]
+    assert noise_multiple(1) == noise_multiple(25) == PAIR_NOISE
+    assert noise_multiple(25**4) == pytest.approx(2 * PAIR_NOISE)
 
 
 def test_clean_or_unknown_operators_keep_all():
     persistence = np.array([0.3, 0.3, np.inf, np.nan])
+    partner = np.array([1, 0, -1, -1])
     for noise in (1e-4, np.nan, 0.0):
-        assert not made_by_noise(persistence, np.full(4, noise)).any()
-    assert made_by_noise(np.zeros(0), np.zeros(0)).shape == (0,)
+        assert not made_by_noise(persistence, partner, np.full(4, noise)).any()
+    none = np.zeros(0, dtype=np.int64)
+    assert made_by_noise(np.zeros(0), none, np.zeros(0)).shape == (0,)
+
+
+@given(_problems(charges=(-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)), st.integers(0, 1000))
+@settings(max_examples=100, deadline=None)
+def test_dropping_noise_keeps_the_sum(problem, seed):
+    surface, gap, triangle, index, regions = problem
+    persistence, partner = measure_persistence(surface, gap, triangle, index, regions)
+    noise = np.random.default_rng(seed).uniform(0.0, 0.2, len(index)) * (1.0 + gap.max())
+    assert index[made_by_noise(persistence, partner, noise)].sum() == 0.0
 
 
 @pytest.mark.slow
