@@ -18,6 +18,7 @@ from .formats.sharp import write_sharp
 from .formats.sing import write_sing
 from .guidance import Guidance, Guide
 from .lines import Lines
+from .progress import Progress
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,11 @@ class Exported:
 
 
 def write_guidance(
-    stem: Path, kinds: list[str], data: Exported, to_file: np.ndarray | None = None
+    stem: Path,
+    kinds: list[str],
+    data: Exported,
+    to_file: np.ndarray | None = None,
+    progress: Progress | None = None,
 ) -> list[Path]:
     """Write the files of the given kinds, named after `stem`; their paths.
 
@@ -70,12 +75,15 @@ def write_guidance(
         Keys of `FILE_KINDS`.
     to_file:
         (3, 3) float64 rotation from the coordinates of the mesh to those of the file.
+    progress:
+        Told before each file; files that were written before it is cancelled stay.
 
     Raises
     ------
     FormatError
         A file cannot be written.
     """
+    progress = progress or Progress()
     turn = np.eye(3) if to_file is None else np.asarray(to_file, float)
     stem = Path(stem)
     try:
@@ -83,10 +91,12 @@ def write_guidance(
     except OSError as error:
         raise FormatError(f"{stem.parent}: cannot be made ({error.strerror}).") from error
     written = []
-    for kind in kinds:
+    for number, kind in enumerate(kinds):
+        progress.step(number / len(kinds))
         path = stem.with_name(stem.name + FILE_KINDS[kind].ending)
         _WRITERS[kind](path, data, turn)
         written.append(path)
+    progress.step(1.0)
     return written
 
 

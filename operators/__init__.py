@@ -31,6 +31,8 @@ _MODULES = (
     "mark_seams",
     "symmetry",
     "align_to_x",
+    "draw_guides",
+    "write_files",
     "export_field",
     "command_line",
 )

@@ -34,6 +34,20 @@ MAPS = [
     ("type", "Surface Type", "Peaks, pits, ridges, valleys and saddles, by the signs of H and K"),
     ("region", "Regions", "Spherical and flat areas, where every point is umbilical"),
 ]
+FIELDS = [
+    (
+        "PRINCIPAL",
+        "Principal Directions",
+        "The lines of curvature. Strokes fade where the curvatures are nearly equal, since a "
+        "direction means nothing there",
+    ),
+    (
+        "CROSS",
+        "Cross Field",
+        "The smoothed field of the last Plan Poles, which a quad mesh follows: both arms of each "
+        "cross, and it has a direction everywhere",
+    ),
+]
 SORTS = [
     ("persistence", "Persistence", "The most certain umbilics first"),
     ("kind", "Kind", "Stars, lemons, monstars, uncertain"),
@@ -157,9 +171,15 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
     )
     directions: BoolProperty(
         name="Directions",
-        description="Strokes along the lines of curvature. They fade where the curvatures are "
-        "nearly equal, since a direction means nothing there",
+        description="Strokes along a field of directions",
         default=True,
+        update=_view_changed,
+    )
+    field: EnumProperty(
+        name="Field",
+        description="Which directions the strokes show",
+        items=FIELDS,
+        default="PRINCIPAL",
         update=_view_changed,
     )
     crosses: BoolProperty(

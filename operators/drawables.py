@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import core
 from ..core import point_layers
-from . import live, mesh_data, record, results
+from . import guidance_results, live, mesh_data, record, results
 from .glyphs import OUTLINES
 from .preferences import Appearance
 
@@ -58,7 +58,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Strokes:
-    """Principal directions, in layers from few to all.
+    """Directions at the vertices, in layers from few to all.
 
     Attributes
     ----------
@@ -94,8 +94,26 @@ def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
     return mesh_data.positions(obj.data), *found
 
 
+def read_cross(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
+    """As `read_field`, of the smoothed cross field; the gap is 1, since it means the same
+    everywhere."""
+    if obj.mode != "OBJECT":
+        return None
+    name = "umbilics_cross"
+    d1 = mesh_data.read_result(obj.data, name, guidance_results.ATTRIBUTES)
+    if d1 is None:
+        return None
+    # The arms are at right angles in the world, not in the space of a stretched object.
+    matrix = np.array(obj.matrix_world)[:3, :3]
+    back = np.linalg.inv(matrix)
+    normal = mesh_data.unit(mesh_data.vertex_normals(obj.data) @ back)
+    across = np.cross(normal, mesh_data.unit(d1 @ matrix.T))
+    d2 = mesh_data.unit(across @ back.T).astype(np.float32)
+    return mesh_data.positions(obj.data), d1, d2, np.ones(len(d1), np.float32)
+
+
 def strokes(places: np.ndarray, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray) -> Strokes:
-    """Arrange what `read_field` gave; touches arrays only, so that any thread may do it."""
+    """Arrange what was read; touches arrays only, so that any thread may do it."""
     known = np.flatnonzero(d1.any(axis=1))
     layered = point_layers.layers(places[known])
     order = known[np.concatenate(layered.rows)]

@@ -1,19 +1,16 @@
-"""Operator: write the cross field, poles and lines for other programs."""
-
-from pathlib import Path
+"""Operator: choose where the cross field, poles and lines go as files for other programs."""
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import core
-from . import engine, guiding, running
-from .guidance_operator import RUNNING
+from .guidance_operator import NeedsMesh
 
 _CHOSEN = ("mesh", "rosy", "sharp")
 
 
-class UMBILICS_OT_export_field(bpy.types.Operator, ExportHelper):
+class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
     bl_idname = "umbilics.export_field"
     bl_label = "Export Guidance"
     bl_description = (
@@ -23,36 +20,26 @@ class UMBILICS_OT_export_field(bpy.types.Operator, ExportHelper):
     filename_ext = ".obj"
     filter_glob: StringProperty(default="*.obj;*.rosy;*.rawfield;*.dmat", options={"HIDDEN"})
 
-    @classmethod
-    def poll(cls, context):
-        reason = engine.why_not(context.active_object)
-        if running.current() is not None:
-            reason = RUNNING
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+    _by_hand = False
 
     def draw(self, context):
         column = self.layout.column(heading="Files")
         for kind in core.FILE_KINDS:
             column.prop(self, kind)
 
+    def invoke(self, context, event):
+        self._by_hand = True
+        return ExportHelper.invoke(self, context, event)
+
     def execute(self, context):
         kinds = [kind for kind in core.FILE_KINDS if getattr(self, kind)]
         if not kinds:
             self.report({"ERROR"}, "Choose at least one kind of file.")
             return {"CANCELLED"}
-        try:
-            context.view_layer.update()
-            job = guiding.gather(context, context.active_object, guiding.exported(kinds))
-            written = core.write_guidance(
-                Path(bpy.path.abspath(self.filepath)).with_suffix(""), kinds, job.compute()
-            )
-        except core.UmbilicsError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"Wrote {', '.join(path.name for path in written)}.")
-        return {"FINISHED"}
+        # An operator that came from the file browser cannot stay and wait; another one does.
+        how = "INVOKE_DEFAULT" if self._by_hand else "EXEC_DEFAULT"
+        done = bpy.ops.umbilics.write_files(how, filepath=self.filepath, kinds=" ".join(kinds))
+        return {"CANCELLED"} if done == {"CANCELLED"} else {"FINISHED"}
 
 
 for _kind, _about in core.FILE_KINDS.items():

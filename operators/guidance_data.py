@@ -1,6 +1,7 @@
 """The settings of the guidance in the scene, and what the panel shows of a plan."""
 
 import math
+import uuid
 
 import bpy
 from bpy.props import (
@@ -51,6 +52,8 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     """The pole plan of an object, in numbers."""
 
     planned: BoolProperty(description="The object has a plan")
+    stamp: StringProperty(description="Tells one plan from another")
+    signature: StringProperty(description="The mesh that was planned on, as a hash")
     poles: CollectionProperty(type=UMBILICS_PG_pole)
     active: IntProperty(update=_pole_chosen)
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
@@ -69,10 +72,13 @@ def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:
     return core.GuidanceSettings(**values_of(group, core.GuidanceSettings))
 
 
-def store(obj: bpy.types.Object, poles: core.Poles, names: list[str], origins: list[str]) -> None:
+def store(
+    obj: bpy.types.Object, signature: str, poles: core.Poles, names: list[str], origins: list[str]
+) -> None:
     """Put a plan into the object's table, in place of an earlier one."""
     plan = obj.umbilics_plan
     plan.planned = True
+    plan.stamp, plan.signature = uuid.uuid4().hex, signature
     plan.closed = math.isfinite(poles.expected)
     plan.expected = int(poles.expected) if plan.closed else 0
     plan.poles.clear()

@@ -11,11 +11,8 @@ from .workspace import finished
 RUNNING = "Something is being computed. Wait for it, or press Esc."
 
 
-class GuidanceOperator:
-    """A mixin. Subclasses have `job(context)`, which gathers, and `put(context, job, found)`,
-    which writes and answers with a sentence for the user."""
-
-    bl_options = {"REGISTER", "UNDO"}
+class NeedsMesh:
+    """A mixin: possible where the active object can be guided and nothing else is computed."""
 
     @classmethod
     def poll(cls, context):
@@ -25,6 +22,13 @@ class GuidanceOperator:
         if reason:
             cls.poll_message_set(reason)
         return not reason
+
+
+class GuidanceOperator(NeedsMesh):
+    """A mixin. Subclasses have `job(context)`, which gathers, and `put(context, job, found)`,
+    which writes and answers with a sentence for the user."""
+
+    bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
         """Run straight through."""

@@ -1,8 +1,8 @@
 """What the guidance leaves in the scene: attributes, poles, curves, the mirror, edge marks.
 
-Objects are children of the mesh, carry the custom property `umbilics_guidance` (their part:
-"poles", "lines", "separatrices" or "mirror") and lie in a collection with the same property.
-They follow the mesh. A part that is made again replaces its own objects only.
+Objects are children of the mesh, carry the custom property `umbilics_guidance` (their part, one of
+`PARTS`) and lie in a collection with the same property. They follow the mesh. A part that is made
+again replaces its own objects only.
 
 Custom properties: of a pole `umbilics_valence`, `umbilics_confidence` and `umbilics_umbilic`
 (row among the kept umbilics, -1 for none); of a curve `umbilics_family` (0 larger, 1 smaller
@@ -16,11 +16,12 @@ import numpy as np
 from mathutils import Matrix
 
 from .. import core
-from . import guidance_data, mesh_data
+from . import guidance_data, guidance_strokes, mesh_data
 from .mesh_data import MeshArrays
 
 TAG = "umbilics_guidance"
-POLES, LINES, SEPARATRICES, MIRROR = PARTS = ("poles", "lines", "separatrices", "mirror")
+PARTS = ("poles", "lines", "separatrices", "guides", "mirror")
+POLES, LINES, SEPARATRICES, GUIDES, MIRROR = PARTS
 ATTRIBUTES = {
     "umbilics_cross": ("POINT", "FLOAT_VECTOR"),
     "umbilics_confidence": ("POINT", "FLOAT"),
@@ -89,7 +90,7 @@ def write_plan(
         _adopt(context, obj, arrays, empty, POLES, matrix @ rotation)
         names.append(empty.name)
         origins.append(_origin(poles, umbilics, row))
-    guidance_data.store(obj, poles, names, origins)
+    guidance_data.store(obj, arrays.signature, poles, names, origins)
 
 
 def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:
@@ -118,12 +119,7 @@ def write_lines(
 ) -> list[bpy.types.Object]:
     """A curve object of poly splines for each family, in place of the earlier ones."""
     remove(obj, part)
-    to_object = np.linalg.inv(arrays.matrix)
-    extent = float(np.ptp(arrays.vertices, axis=0).max())
-    # A hair's breadth above the mesh, so that the lines are seen on it.
-    lifted = lines.position + _LIFT * extent * lines.normal
-    points = lifted @ to_object[:3, :3].T + to_object[:3, 3]
-    scale = float(np.cbrt(abs(np.linalg.det(to_object[:3, :3]))))
+    points = _lifted(arrays, lines)
     made = []
     for family, name in enumerate(_FAMILY_NAME):
         rows = np.flatnonzero(lines.family == family)
@@ -132,7 +128,7 @@ def write_lines(
         curve = bpy.data.curves.new(f"{part.capitalize()}: {name}", "CURVE")
         curve.dimensions = "3D"
         curve.resolution_u = 1
-        curve.bevel_depth = (1.0 if part == LINES else 2.0) * _BEVEL * extent * scale
+        curve.bevel_depth = _thickness(arrays, part)
         curve.bevel_resolution = 1
         for row in rows:
             place = points[lines.start[row] : lines.start[row + 1]]
@@ -149,6 +145,39 @@ def write_lines(
         _adopt(context, obj, arrays, curve_object, part, None)
         made.append(curve_object)
     return made
+
+
+def write_guides(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    arrays: MeshArrays,
+    lines: core.Lines,
+    separatrices: core.Lines,
+) -> None:
+    """Lines and separatrices as Grease Pencil strokes, in place of the earlier ones."""
+    remove(obj, GUIDES)
+    layers = {}
+    for name, some in guidance_strokes.layers_of(lines, separatrices).items():
+        part = SEPARATRICES if some is separatrices else LINES
+        layers[name] = some, _lifted(arrays, some), _thickness(arrays, part)
+    frame = min(context.scene.frame_start, context.scene.frame_current)
+    made = guidance_strokes.make(f"Guides of {obj.name}", layers, frame)
+    _adopt(context, obj, arrays, made, GUIDES, None)
+
+
+def _lifted(arrays: MeshArrays, lines: core.Lines) -> np.ndarray:
+    """(p, 3) points in the object's space, a hair's breadth above the mesh, to be seen on it."""
+    extent = float(np.ptp(arrays.vertices, axis=0).max())
+    to_object = np.linalg.inv(arrays.matrix)
+    lifted = lines.position + _LIFT * extent * lines.normal
+    return lifted @ to_object[:3, :3].T + to_object[:3, 3]
+
+
+def _thickness(arrays: MeshArrays, part: str) -> float:
+    """Radius of lines in the object's space."""
+    extent = float(np.ptp(arrays.vertices, axis=0).max())
+    scale = float(np.cbrt(abs(np.linalg.det(arrays.matrix[:3, :3]))))
+    return (1.0 if part == LINES else 2.0) * _BEVEL * extent / scale
 
 
 def write_mirror(
@@ -204,8 +233,14 @@ def remove(obj: bpy.types.Object, part: str) -> bool:
     """Remove the objects of one part, and the collection if it is empty then."""
     found = parts_of(obj, part)
     collections = {one for child in found for one in child.users_collection if TAG in one}
-    curves = [child.data for child in found if child.type == "CURVE"]
-    bpy.data.batch_remove(found)
+    strokes = [child for child in found if child.type in guidance_strokes.OBJECT_TYPES]
+    rest = [child for child in found if child not in strokes]
+    for child in strokes:
+        if not guidance_strokes.remove(child):
+            # What the user drew on it is the user's.
+            del child[TAG]
+    curves = [child.data for child in rest if child.type == "CURVE"]
+    bpy.data.batch_remove(rest)
     bpy.data.batch_remove([curve for curve in curves if not curve.users])
     for collection in collections:
         if not collection.objects and not collection.children:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -160,6 +161,14 @@ def separatrices(job: Job, guide: core.Guide, progress: core.Progress) -> core.L
     return guide.separatrices(job.settings, progress)
 
 
+def guides(job: Job, guide: core.Guide, progress: core.Progress) -> tuple[core.Lines, core.Lines]:
+    """Lines of curvature and separatrices."""
+    return (
+        lines(job, guide, progress.part("Lines", 0.0, 0.8)),
+        separatrices(job, guide, progress.part("Separatrices", 0.8, 1.0)),
+    )
+
+
 def mirror(job: Job, guide: core.Guide, progress: core.Progress) -> core.MirrorPlane:
     """The mirror plane."""
     return guide.symmetry(progress)
@@ -175,21 +184,24 @@ def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
     return work
 
 
-def exported(kinds: list[str]) -> Callable[..., core.Exported]:
-    """Work that makes what files of the given kinds hold."""
+def exported(stem: Path, kinds: list[str]) -> Callable[..., list[Path]]:
+    """Work that writes files of the given kinds, named after `stem`; their paths."""
 
-    def work(job: Job, guide: core.Guide, progress: core.Progress) -> core.Exported:
-        guidance, _ = plan(job, guide, progress.part("Planning", 0.0, 0.5))
+    def work(job: Job, guide: core.Guide, progress: core.Progress) -> list[Path]:
+        guidance, _ = plan(job, guide, progress.part("Planning", 0.0, 0.4))
         arrays = job.inputs.arrays
-        rest = progress.part("Tracing", 0.5, 1.0)
-        return core.Exported(
+        data = core.Exported(
             arrays.vertices,
             arrays.triangles,
             guide,
             guidance,
-            lines(job, guide, rest) if "lines" in kinds else None,
-            separatrices(job, guide, rest) if "separatrices" in kinds else None,
+            lines(job, guide, progress.part("Lines", 0.4, 0.7)) if "lines" in kinds else None,
+            separatrices(job, guide, progress.part("Separatrices", 0.7, 0.8))
+            if "separatrices" in kinds
+            else None,
         )
+        part = progress.part("Writing files", 0.8, 1.0)
+        return core.write_guidance(stem, kinds, data, progress=part)
 
     return work
 

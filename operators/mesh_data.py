@@ -234,13 +234,15 @@ def from_triangles(
     return mesh
 
 
-def read_result(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
+def read_result(
+    mesh: bpy.types.Mesh, name: str, layouts: dict[str, tuple[str, str]] = RESULTS
+) -> np.ndarray | None:
     """A result as an array (count,) or (count, 3), float32 or int32; None if it is not there.
 
     The mesh must not be in Edit Mode: then there is nothing to read.
     """
     found = mesh.attributes.get(name)
-    if found is None or (found.domain, found.data_type) != RESULTS[name] or not len(found.data):
+    if found is None or (found.domain, found.data_type) != layouts[name] or not len(found.data):
         return None
     width, dtype, key, _ = _LAYOUT[found.data_type]
     return _fetch(found.data, key, width, dtype)
@@ -289,6 +291,11 @@ def positions(mesh: bpy.types.Mesh) -> np.ndarray:
     if position is None:
         return np.empty((0, 3))
     return _fetch(position.data, "vector", 3, np.float32).astype(np.float64)
+
+
+def vertex_normals(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(n, 3) float32 unit normals of the vertices in the object's space."""
+    return _fetch(mesh.vertex_normals, "vector", 3, np.float32)
 
 
 def _to_world(positions: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -81,25 +81,35 @@ def _same_scale(now: np.ndarray, then: np.ndarray) -> bool:
 
 def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     """Whether the mesh is no longer the one that was analysed, as far as is known now."""
-    key = obj.name_full, obj.umbilics.stamp
+    return _is_other(context, obj, obj.umbilics)
+
+
+def plan_is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Whether the mesh is no longer the one that poles were planned on, as far as is known."""
+    return _is_other(context, obj, obj.umbilics_plan)
+
+
+def _is_other(context: bpy.types.Context, obj: bpy.types.Object, made) -> bool:
+    """Whether the mesh differs from the one that `made` was made of, by its signature."""
+    key = obj.name_full, made.stamp
     if key not in _edited:
-        if obj.mode != "OBJECT":
+        if not made.stamp or obj.mode != "OBJECT":
             # While the mesh is worked on its arrays are not up to date; it is looked at after.
             return False
-        _edited[key] = _compare(context, obj)
+        _edited[key] = _compare(context, obj, made.signature)
     return _edited[key]
 
 
-def _compare(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+def _compare(context: bpy.types.Context, obj: bpy.types.Object, signature: str) -> bool:
     if targets.COPY_TAG in obj:
         source = targets.source_of(obj)
         if source is not None and mesh_data.signature(source.data) != obj.get(targets.BASE_TAG):
             return True
-        return mesh_data.signature(obj.data) != obj.umbilics.signature
+        return mesh_data.signature(obj.data) != signature
     mesh = obj.data
     if obj.umbilics.source == "EVALUATED":
         mesh = obj.evaluated_get(context.view_layer.depsgraph).data
-    return mesh_data.signature(mesh) != obj.umbilics.signature
+    return mesh_data.signature(mesh) != signature
 
 
 @persistent

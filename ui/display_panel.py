@@ -48,7 +48,11 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
         strokes = layout.column(heading="Directions")
         strokes.prop(display, "directions", text="Strokes")
         if display.directions:
-            strokes.prop(display, "crosses")
+            strokes.prop(display, "field")
+            if display.field == "PRINCIPAL":
+                strokes.prop(display, "crosses")
+            elif not context.active_object or not context.active_object.umbilics_plan.planned:
+                strokes.label(text="Plan Poles makes it", icon="INFO")
             strokes.prop(display, "density")
         marks = layout.column(heading="Umbilics")
         marks.prop(display, "glyphs")

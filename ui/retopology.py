@@ -2,15 +2,16 @@
 
 import bpy
 
-from ..operators import guidance_results, running
+from ..operators import guidance_results, running, stale
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.draw_guides import UMBILICS_OT_draw_guides
 from ..operators.export_field import UMBILICS_OT_export_field
 from ..operators.guide import UMBILICS_OT_guide
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
-from .parts import automatic
+from .parts import automatic, paragraph
 
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 
@@ -65,6 +66,9 @@ class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
         else:
             icon = "CHECKMARK" if total == plan.expected else "ERROR"
             split.label(text=f"{total} of {plan.expected}", icon=icon)
+        if stale.plan_is_edited(context, obj):
+            paragraph(layout, context, "The mesh was edited since: plan again.", icon="ERROR")
+        layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
 class UMBILICS_PT_features(_Tab, bpy.types.Panel):
@@ -99,7 +103,11 @@ class UMBILICS_PT_lines(_Tab, bpy.types.Panel):
         layout.operator(UMBILICS_OT_lines.bl_idname, icon="CURVE_DATA")
         automatic(layout, group, "length_limit")
         layout.operator(UMBILICS_OT_separatrices.bl_idname, icon="CURVE_PATH")
-        layout.operator_menu_enum(UMBILICS_OT_mark_seams.bl_idname, "lines", icon="MOD_EDGESPLIT")
+        layout.operator(UMBILICS_OT_draw_guides.bl_idname, icon="OUTLINER_OB_GREASEPENCIL")
+        marks = layout.row(align=True)
+        for mark, text in (("SEAM", "Mark Seams"), ("SHARP", "Mark Sharp")):
+            menu = marks.operator_menu_enum(UMBILICS_OT_mark_seams.bl_idname, "lines", text=text)
+            menu.mark = mark
 
 
 class UMBILICS_PT_hand_over(_Tab, bpy.types.Panel):

@@ -10,6 +10,8 @@ from ..errors import FormatError
 
 # Seventeen digits bring every double back unchanged.
 NUMBER = "%.17g"
+# Rows that are put into words at a time.
+ROWS = 5000
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -51,7 +53,9 @@ def rows_of(values: np.ndarray, separator: str = " ") -> str:
         return ""
     number = "%d" if values.dtype.kind in "iub" else NUMBER
     line = separator.join([number] * values.shape[1]) + "\n"
-    return (line * len(values)) % tuple(values.ravel().tolist())
+    # In one piece a window beside it would stand still: Python's lock is not let go in between.
+    pieces = (values[first : first + ROWS] for first in range(0, len(values), ROWS))
+    return "".join((line * len(piece)) % tuple(piece.ravel().tolist()) for piece in pieces)
 
 
 def numbers_of(path: Path | str, words: list[str], dtype: type = float) -> np.ndarray:

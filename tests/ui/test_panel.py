@@ -23,6 +23,7 @@ class Paper:
 
     def operator_menu_enum(self, name, _property, **_):
         self.operator(name)
+        return SimpleNamespace()
 
     def prop_search(self, data, name, within, among, **_):
         assert among in within.bl_rna.properties, among

@@ -48,7 +48,8 @@ def draw_legend() -> None:
 
 def is_drawn(obj: bpy.types.Object, space: bpy.types.SpaceView3D) -> bool:
     """Whether the object has results to draw in this view, local view included."""
-    return obj.type == "MESH" and obj.umbilics.detected and obj.visible_in_viewport_get(space)
+    made = obj.type == "MESH" and (obj.umbilics.detected or obj.umbilics_plan.planned)
+    return made and obj.visible_in_viewport_get(space)
 
 
 def redraw(_context: bpy.types.Context | None = None) -> None:

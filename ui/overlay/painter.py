@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import bpy
@@ -30,7 +31,7 @@ _umbilics: dict[str, _Umbilics] = {}
 
 @dataclass
 class _Directions:
-    """Strokes of one detection; arranged by a thread, since a million take a second."""
+    """Strokes of one field; arranged by a thread, since a million take a second."""
 
     strokes: drawables.Strokes | None = None
     thread: threading.Thread | None = None
@@ -48,12 +49,11 @@ class _Umbilics:
 def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> None:
     """Draw what the scene's choices ask for."""
     display = context.scene.umbilics_display
-    edited = stale.is_edited(context, obj)
     program = shader.place(camera, obj.matrix_world)
-    if display.directions and not edited:
+    if display.directions:
         _draw_directions(context, obj, camera, program)
     program.uniform_float("size", (1.0, camera.pixel, 1.0, 0.0))
-    for batch in _umbilic_batches(context, obj, edited):
+    for batch in _umbilic_batches(context, obj, stale.is_edited(context, obj)):
         batch.draw(program)
 
 
@@ -81,10 +81,16 @@ def collect() -> bool:
 
 
 def _draw_directions(context, obj, camera: Camera, program) -> None:
-    kept = _arranged(obj)
+    display, look = context.scene.umbilics_display, Appearance(context)
+    crosses = display.field == "CROSS"
+    if crosses and not stale.plan_is_edited(context, obj):
+        kept = _arranged(obj, obj.umbilics_plan.stamp, drawables.read_cross)
+    elif not crosses and not stale.is_edited(context, obj):
+        kept = _arranged(obj, obj.umbilics.stamp, drawables.read_field)
+    else:
+        return
     if kept is None or kept.strokes is None:
         return
-    display, look = context.scene.umbilics_display, Appearance(context)
     found = kept.strokes
     if not len(found.blocks):
         return
@@ -103,9 +109,9 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
         if opacity <= 0.02:
             continue
         program.uniform_float("size", (wanted, camera.pixel, opacity, _LIFT * wanted))
-        for second in (False, True)[: 1 + display.crosses]:
-            # On a map that is dark the colours change places.
-            colour = look.stroke_colours[second != swapped]
+        for second in (False, True)[: 1 + (crosses or display.crosses)]:
+            # On a map that is dark the colours change places; the arms of a cross are alike.
+            colour = look.stroke_colours[(second and not crosses) != swapped]
             key = block, second, look.stroke_width, colour
             if key not in kept.batches:
                 shape = drawables.stroke_shape(found, block, second, look.stroke_width, colour)
@@ -113,16 +119,14 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
             kept.batches[key].draw(program)
 
 
-def _arranged(obj) -> _Directions | None:
-    """The strokes of the object's detection; the first time a thread begins to arrange them."""
-    stamp = obj.umbilics.stamp
+def _arranged(obj, stamp: str, read: Callable) -> _Directions | None:
+    """The strokes of what has the stamp; the first time a thread begins to arrange them."""
     kept = _directions.get(stamp)
     if kept is None:
-        arrays = drawables.read_field(obj)
+        arrays = read(obj)
         if arrays is None:
             return None
         kept = _directions[stamp] = _Directions()
-
         _arrange(kept, arrays)
         while len(_directions) > _MOST:
             _, oldest = _directions.popitem(last=False)

@@ -1,0 +1,36 @@
+"""Operator: the writing that Export Guidance starts once its files are chosen."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+
+from . import guiding
+from .guidance_operator import GuidanceOperator
+
+
+class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.write_files"
+    bl_label = "Write Guidance Files"
+    bl_description = "Write the guidance of the active mesh beside the window"
+    # The scene stays as it is: nothing to undo.
+    bl_options = {"INTERNAL"}
+
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    kinds: StringProperty(description="Kinds of files, between blanks", options={"SKIP_SAVE"})
+
+    def job(self, context):
+        stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
+        work = guiding.exported(stem, self.kinds.split())
+        return guiding.gather(context, context.active_object, work)
+
+    def put(self, context, job, found):
+        return f"Wrote {', '.join(path.name for path in found)}."
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_write_files)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_write_files)

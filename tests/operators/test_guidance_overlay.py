@@ -1,0 +1,66 @@
+"""The cross field as the overlay draws it."""
+
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid, moved, values
+
+
+@pytest.fixture
+def planned():
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.guide()
+    return obj
+
+
+def test_every_vertex_has_a_cross_of_full_weight(addon, planned):
+    drawables = addon.operators.drawables
+    found = drawables.strokes(*drawables.read_cross(planned))
+    assert len(found.places) == len(planned.data.vertices)
+    assert (found.weight == 1.0).all()
+    stored = values(planned, "umbilics_cross")
+    row = np.linalg.norm(
+        np.array([vertex.co for vertex in planned.data.vertices]) - found.places[5], axis=1
+    ).argmin()
+    assert found.d1[5] == pytest.approx(stored[row], abs=1e-6)
+    assert np.abs(np.einsum("ij,ij->i", found.d1, found.d2)).max() < 1e-5
+
+
+def test_arms_are_at_right_angles_under_a_stretched_object(addon):
+    obj = add_ellipsoid((1.0, 1.0, 1.0), subdivisions=4)
+    obj.matrix_world = moved(scale=(3.0, 2.0, 1.0))
+    bpy.context.view_layer.update()
+    bpy.ops.umbilics.guide()
+    _, d1, d2, _ = addon.operators.drawables.read_cross(obj)
+    matrix = np.array(obj.matrix_world)[:3, :3]
+    one, two = d1 @ matrix.T, d2 @ matrix.T
+    cosine = np.einsum("ij,ij->i", one, two)
+    cosine /= np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+    assert np.abs(cosine).max() < 1e-3
+
+
+def test_without_a_plan_there_is_nothing_to_draw(addon):
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.detect()
+    assert addon.operators.drawables.read_cross(obj) is None
+    assert not addon.operators.stale.plan_is_edited(bpy.context, obj)
+
+
+def test_an_edited_mesh_has_no_crosses_and_the_plan_says_so(addon, planned):
+    edited = addon.operators.stale.plan_is_edited
+    assert not edited(bpy.context, planned)
+    planned.data.vertices[0].co *= 1.5
+    planned.data.update()
+    bpy.context.view_layer.update()
+    assert edited(bpy.context, planned)
+    bpy.ops.umbilics.guide()
+    assert not edited(bpy.context, planned)
+
+
+def test_a_new_plan_is_drawn_anew(planned):
+    before = planned.umbilics_plan.stamp
+    bpy.context.scene.umbilics_guidance.smoothness = 0.2
+    bpy.ops.umbilics.guide()
+    assert planned.umbilics_plan.stamp not in ("", before)
+    bpy.ops.umbilics.clear()
+    assert planned.umbilics_plan.stamp == ""
