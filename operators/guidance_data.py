@@ -8,6 +8,7 @@ from bpy.props import (
     BoolProperty,
     CollectionProperty,
     FloatProperty,
+    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
@@ -35,6 +36,7 @@ class UMBILICS_PG_pole(bpy.types.PropertyGroup):
     valence: IntProperty(description="Edges that should meet there")
     origin: StringProperty(description="The umbilic that it comes from")
     confidence: FloatProperty(description="How sure it is, 0 to 1")
+    place: FloatVectorProperty(description="Where the plan put its empty", size=3)
 
 
 def _pole_chosen(self, context):
@@ -73,7 +75,11 @@ def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:
 
 
 def store(
-    obj: bpy.types.Object, signature: str, poles: core.Poles, names: list[str], origins: list[str]
+    obj: bpy.types.Object,
+    signature: str,
+    poles: core.Poles,
+    empties: list[bpy.types.Object],
+    origins: list[str],
 ) -> None:
     """Put a plan into the object's table, in place of an earlier one."""
     plan = obj.umbilics_plan
@@ -82,12 +88,21 @@ def store(
     plan.closed = math.isfinite(poles.expected)
     plan.expected = int(poles.expected) if plan.closed else 0
     plan.poles.clear()
-    for row, name in enumerate(names):
+    for row, empty in enumerate(empties):
         item = plan.poles.add()
-        item.name = name
+        item.name = empty.name
+        item.place = empty.location
         item.valence = int(poles.valence[row])
         item.origin = origins[row]
         item.confidence = float(poles.confidence[row])
+
+
+def change_of(pole: UMBILICS_PG_pole) -> str:
+    """What the user has done to a pole of the table: "deleted", "moved" or nothing."""
+    empty = bpy.data.objects.get(pole.name)
+    if empty is None or not empty.users_scene:
+        return "deleted"
+    return "moved" if tuple(empty.location) != tuple(pole.place) else ""
 
 
 def forget(obj: bpy.types.Object) -> bool:

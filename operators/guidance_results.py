@@ -75,7 +75,7 @@ def write_plan(
     remove(obj, POLES)
     poles = guidance.poles
     extent = float(np.ptp(arrays.vertices, axis=0).max())
-    names, origins = [], []
+    empties, origins = [], []
     for row in range(len(poles)):
         valence = int(poles.valence[row])
         empty = bpy.data.objects.new(f"Pole {valence}", None)
@@ -88,9 +88,9 @@ def write_plan(
         matrix = Matrix.Translation(poles.position[row].tolist())
         rotation = _upright(poles.normal[row])
         _adopt(context, obj, arrays, empty, POLES, matrix @ rotation)
-        names.append(empty.name)
+        empties.append(empty)
         origins.append(_origin(poles, umbilics, row))
-    guidance_data.store(obj, arrays.signature, poles, names, origins)
+    guidance_data.store(obj, arrays.signature, poles, empties, origins)
 
 
 def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:

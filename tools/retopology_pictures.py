@@ -26,4 +26,8 @@ with tempfile.TemporaryDirectory(dir=scratch) as name:
     command += ["--python", REPOSITORY / "tools" / "retopology_in_blender.py", "--"]
     command += [REPOSITORY / "docs" / "figures", *(mesh for mesh in meshes if mesh.is_file())]
     environment = isolated_blender.environment(folder / "blender")
-    raise SystemExit(subprocess.run(command, env=environment, check=False).returncode)
+    window = [REPOSITORY / "tools" / "window"]
+    window += ["--python", REPOSITORY / "tools" / "retopology_in_window.py", "--"]
+    window += [REPOSITORY / "docs" / "figures"]
+    for one in (command, window):
+        subprocess.run(one, env=environment, check=True)

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..operators import guidance_results, running, stale
+from ..operators import guidance_data, guidance_results, running, stale
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
 from ..operators.export_field import UMBILICS_OT_export_field
@@ -26,12 +26,13 @@ class UMBILICS_UL_poles(bpy.types.UIList):
     """Poles: valence, where each comes from, how sure it is."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
-        row = layout.row(align=True)
-        gone = item.name not in context.scene.objects
-        row.active = not gone
-        row.label(text=f"{item.valence} edges", icon=_ICON.get(item.valence, "DOT"))
-        row.label(text="deleted" if gone else item.origin)
-        row.label(text=f"{100.0 * item.confidence:.0f} %")
+        change = guidance_data.change_of(item)
+        row = layout.split(factor=0.2)
+        row.active = change != "deleted"
+        row.label(text=str(item.valence), icon=_ICON.get(item.valence, "DOT"))
+        rest = row.split(factor=0.7)
+        rest.label(text=", ".join(filter(None, (item.origin, change))))
+        rest.label(text=f"{100.0 * item.confidence:.0f} %")
 
 
 class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
@@ -66,6 +67,9 @@ class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
         else:
             icon = "CHECKMARK" if total == plan.expected else "ERROR"
             split.label(text=f"{total} of {plan.expected}", icon=icon)
+        if any(map(guidance_data.change_of, plan.poles)):
+            told = "Poles were moved or deleted by hand; lines and files do not follow them."
+            paragraph(layout, context, told)
         if stale.plan_is_edited(context, obj):
             paragraph(layout, context, "The mesh was edited since: plan again.", icon="ERROR")
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")

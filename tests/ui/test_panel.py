@@ -174,3 +174,49 @@ def test_dropped_umbilics_are_offered_where_something_is_dropped(draw):
     assert "dropped" not in draw().names("prop")
     bpy.context.scene.umbilics_display.opened = True
     assert "dropped" in draw().names("prop")
+
+
+def test_pole_table_follows_what_the_user_does(addon, draw):
+    obj = add_ellipsoid(subdivisions=4)
+    assert ("list", "poles") not in draw().drawn
+    bpy.ops.umbilics.guide()
+    paper = draw()
+    assert ("list", "poles") in paper.drawn
+    labels = paper.names("label")
+    assert labels[labels.index("Sum of 4 - valence") + 1] == "8 of 8"
+    assert rows_of(addon, obj)[0][0] == "3"
+    assert rows_of(addon, obj)[0][1].startswith("Lemon")
+    moved, gone = obj.umbilics_plan.poles[0], obj.umbilics_plan.poles[1]
+    bpy.data.objects[moved.name].location.x += 0.1
+    bpy.data.objects.remove(bpy.data.objects[gone.name])
+    labels = draw().names("label")
+    assert labels[labels.index("Sum of 4 - valence") + 1] == "7 of 8"
+    assert "moved or deleted by hand" in " ".join(labels)
+    texts = [row[1] for row in rows_of(addon, obj)]
+    assert texts[0].endswith(", moved") and texts[1].endswith(", deleted")
+    assert not any("," in text for text in texts[2:])
+
+
+def rows_of(addon, obj):
+    """The labels of each row of the table of poles."""
+    table = addon.ui.retopology.UMBILICS_UL_poles
+    plan, found = obj.umbilics_plan, []
+    for item in plan.poles:
+        paper = Paper()
+        table.draw_item(None, bpy.context, paper, plan, item, 0, plan, "active")
+        found.append(paper.names("label"))
+    return found
+
+
+def test_plan_of_an_edited_mesh_says_so(draw):
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.guide()
+    assert "edited since" not in " ".join(draw().names("label"))
+    obj.data.vertices[0].co *= 1.2
+    obj.data.update()
+    bpy.context.view_layer.update()
+    assert "edited since" in " ".join(draw().names("label"))
+
+
+def test_edges_can_be_marked_as_seams_and_as_sharp(draw):
+    assert draw().names("operator").count("umbilics.mark_seams") == 2
