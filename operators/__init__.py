@@ -10,6 +10,7 @@ _MODULES = (
     "summary",
     "live",
     "maps",
+    "view_shading",
     "stale",
     "running",
     "detect",

@@ -7,6 +7,7 @@ serves every view and zoom, and a moved object needs no new one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -30,6 +31,8 @@ _CIRCLE = 32
 # Opacity of what a filter leaves out.
 _FAINT = 0.6
 _DARK = (0.008, 0.008, 0.01)
+# Pixels over which edges fade out: nothing else smooths them.
+_SOFT = 0.5
 
 
 @dataclass(frozen=True)
@@ -152,12 +155,12 @@ def stroke_shape(
     along, across = found.d1[rows], found.d2[rows]
     if second:
         along, across = across, along
-    corners = np.array([(-1, 0, 0, -1), (1, 0, 0, -1), (1, 0, 0, 1), (-1, 0, 0, 1)], np.float32)
-    corners *= (_STROKE, 0.0, 0.0, 0.5 * width)
+    half = 0.5 * width + _SOFT
+    corners = np.array([(x, 0, 0, y) for y in (-half, 0, half) for x in (-_STROKE, _STROKE)])
     colours = np.tile(np.array(colour, np.float32), (end - first, 1))
     colours[:, 3] *= found.weight[rows]
     return _repeated(
-        found.places[rows], along, across, corners, colours, np.array([[0, 1, 2], [0, 2, 3]])
+        found.places[rows], along, across, corners, colours, _strips(3, 2), (0, 0, 1, 1, 0, 0)
     )
 
 
@@ -240,20 +243,12 @@ def _hollow(
     count = len(outline)
     size = 0.75 * look.glyph_size
     # As wide as a stroke, however large glyphs are.
-    inner = 1.0 - look.stroke_width / (0.62 * size)
-    corners = np.zeros((2 * count, 4), np.float32)
-    corners[:count, 2:] = size * outline
-    corners[count:, 2:] = max(inner, 0.0) * size * outline
-    here = np.arange(count)
-    after = np.roll(here, -1)
-    triangles = np.vstack(
-        [
-            np.column_stack([here, here + count, after]),
-            np.column_stack([after, here + count, after + count]),
-        ]
-    )
+    half = (0.5 * look.stroke_width + _SOFT) / (0.62 * size)
+    corners = np.zeros((3 * count, 4), np.float32)
+    corners[:, 2:] = size * np.vstack([outline * grown for grown in (1.0 - half, 1.0, 1.0 + half)])
+    opacities = np.repeat((0.0, 1.0, 0.0), count)
     colours = np.tile(np.array([*look.colours[kind][:3], opacity], np.float32), (len(centre), 1))
-    return _repeated(centre, u, v, corners, colours, triangles)
+    return _repeated(centre, u, v, corners, colours, _bands(3, count), opacities)
 
 
 def _glyphs(
@@ -267,17 +262,20 @@ def _glyphs(
     """A dark rim, then the glyph in its colour: it stands out from any background."""
     shapes = []
     outline = OUTLINES[kind]
-    fan = np.arange(len(outline))
-    triangles = np.column_stack([np.full(len(fan), len(fan)), fan, np.roll(fan, -1)])
     reach = np.linalg.norm(outline, axis=1, keepdims=True)
+    size = 0.75 * look.glyph_size
+    # A middle, the outline, and the outline once more where its edge has faded out.
+    opacities = np.repeat((1.0, 1.0, 0.0), (1, *(len(outline),) * 2))
+    triangles = np.vstack([_fan(len(outline)), 1 + _bands(2, len(outline))])
     for grown, colour in (
         (outline * (1.0 + (_RIM - 1.0) / np.maximum(reach, 0.3)), _DARK),
         (outline, look.colours[kind][:3]),
     ):
-        corners = np.zeros((len(outline) + 1, 4), np.float32)
-        corners[:-1, 2:] = 0.75 * look.glyph_size * grown
+        faded = grown * (1.0 + 2.0 * _SOFT / (size * np.linalg.norm(grown, axis=1)))[:, None]
+        corners = np.zeros((2 * len(outline) + 1, 4), np.float32)
+        corners[1:, 2:] = size * np.vstack([grown, faded])
         colours = np.tile(np.array([*colour, opacity], np.float32), (len(centre), 1))
-        shapes.append(_repeated(centre, u, v, corners, colours, triangles))
+        shapes.append(_repeated(centre, u, v, corners, colours, triangles, opacities))
     return shapes
 
 
@@ -291,13 +289,16 @@ def _rays(
     along = chosen.separatrix[which, ray]
     across = np.cross(chosen.normal[which], along)
     u, v = along @ back[:3, :3].T, across @ back[:3, :3].T
-    length, half = _RAY * look.glyph_size, 0.75 * look.stroke_width
-    corners = np.array([(0, 0, 0, -half), (0, 0, length, 0), (0, 0, 0, half)], np.float32)
+    length, half = _RAY * look.glyph_size, 0.75 * look.stroke_width + _SOFT
+    corners = np.array([(0, 0, x, y) for y in (-half, 0, half) for x in (0, length)])
+    corners[[1, 5], 3] = -_SOFT, _SOFT
     colours = np.zeros((len(which), 4), np.float32)
     for kind in core.KINDS:
         of_kind = chosen.kind[which] == kind
         colours[of_kind] = (*look.colours[kind][:3], opacity)
-    return _repeated(centre[which], u, v, corners, colours, np.array([[0, 1, 2]]))
+    return _repeated(
+        centre[which], u, v, corners, colours, _strips(3, 2), (0.0, 0.0, 1.0, 0.4, 0.0, 0.0)
+    )
 
 
 def _discs(
@@ -311,11 +312,9 @@ def _discs(
     """Translucent discs as wide as the standard error of the place."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
     corners = np.zeros((_CIRCLE + 1, 4), np.float32)
-    corners[:-1, :2] = np.column_stack([np.cos(angle), np.sin(angle)])
-    fan = np.arange(_CIRCLE)
-    triangles = np.column_stack([np.full(_CIRCLE, _CIRCLE), fan, np.roll(fan, -1)])
+    corners[1:, :2] = np.column_stack([np.cos(angle), np.sin(angle)])
     colours = np.tile(np.array([1.0, 1.0, 1.0, 0.35 * opacity], np.float32), (len(centre), 1))
-    shape = _repeated(centre, u, v, corners, colours, triangles)
+    shape = _repeated(centre, u, v, corners, colours, _fan(_CIRCLE))
     shape.reach[:, :2] *= np.repeat(np.nan_to_num(radius), _CIRCLE + 1)[:, None]
     return shape
 
@@ -324,16 +323,12 @@ def _ring(centre: np.ndarray, u: np.ndarray, v: np.ndarray, look: Appearance) ->
     """A white ring around the umbilic that is active in the list."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
     around = np.column_stack([np.cos(angle), np.sin(angle)])
-    corners = np.zeros((2 * _CIRCLE, 4), np.float32)
-    corners[:_CIRCLE, 2:] = (_RING * look.glyph_size - 1.0) * around
-    corners[_CIRCLE:, 2:] = (_RING * look.glyph_size + 1.0) * around
-    a = np.arange(_CIRCLE)
-    b = np.roll(a, -1)
-    triangles = np.vstack(
-        [np.column_stack([a, a + _CIRCLE, b]), np.column_stack([b, a + _CIRCLE, b + _CIRCLE])]
-    )
+    radii = _RING * look.glyph_size + np.array((-1.0 - _SOFT, -0.5, 0.5, 1.0 + _SOFT))
+    corners = np.zeros((4 * _CIRCLE, 4), np.float32)
+    corners[:, 2:] = (radii[:, None, None] * around).reshape(-1, 2)
     colours = np.ones((len(centre), 4), np.float32)
-    return _repeated(centre, u, v, corners, colours, triangles)
+    opacities = np.repeat((0.0, 1.0, 1.0, 0.0), _CIRCLE)
+    return _repeated(centre, u, v, corners, colours, _bands(4, _CIRCLE), opacities)
 
 
 def _repeated(
@@ -343,14 +338,45 @@ def _repeated(
     corners: np.ndarray,
     colours: np.ndarray,
     triangles: np.ndarray,
+    opacities: Sequence[float] | np.ndarray = 1.0,
 ) -> Shape:
-    """The same corners (c, 4) and triangles (t, 3) at each of k places."""
+    """The same corners (c, 4) and triangles (t, 3) at each of k places.
+
+    `opacities` (c,) multiply that of the colours (k, 4).
+    """
     count, size = len(centre), len(corners)
     first = (np.arange(count) * size)[:, None, None]
     each = [np.repeat(values, size, axis=0).astype(np.float32) for values in (centre, u, v)]
+    each_colour = np.repeat(colours, size, axis=0).astype(np.float32)
+    each_colour[:, 3] *= np.tile(np.broadcast_to(opacities, size), count)
     return Shape(
         *each,
         np.tile(corners, (count, 1)).astype(np.float32),
-        np.repeat(colours, size, axis=0).astype(np.float32),
+        each_colour,
         (triangles[None] + first).reshape(-1, 3).astype(np.int32),
     )
+
+
+def _strips(rows: int, columns: int) -> np.ndarray:
+    """(t, 3) triangles between rows of as many corners each."""
+    number = np.arange(rows * columns).reshape(rows, columns)
+    return _between(number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:])
+
+
+def _bands(rings: int, corners: int) -> np.ndarray:
+    """(t, 3) triangles between closed rings of as many corners each."""
+    number = np.arange(rings * corners).reshape(rings, corners)
+    after = np.roll(number, -1, axis=1)
+    return _between(number[:-1], after[:-1], number[1:], after[1:])
+
+
+def _between(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    first = np.column_stack([values.ravel() for values in (a, b, c)])
+    second = np.column_stack([values.ravel() for values in (b, d, c)])
+    return np.vstack([first, second])
+
+
+def _fan(corners: int) -> np.ndarray:
+    """(t, 3) triangles around corner 0 to those from 1 on."""
+    here = np.arange(corners)
+    return 1 + np.column_stack([np.full(corners, -1), here, np.roll(here, -1)])

@@ -26,7 +26,7 @@ def image_of(kind: str) -> bpy.types.Image:
             return image
     image = bpy.data.images.new(f"Umbilics {kind}", _PIXELS, _PIXELS, alpha=True)
     image[IMAGE_TAG] = kind
-    image.pixels.foreach_set(_drawn(OUTLINES[kind]).ravel())
+    image.pixels.foreach_set(drawn(kind).ravel())
     image.update()
     image.pack()
     return image
@@ -38,8 +38,9 @@ def remove_unused() -> None:
     bpy.data.batch_remove(unused)
 
 
-def _drawn(outline: np.ndarray) -> np.ndarray:
-    """(pixels, pixels, 4) float32: a white outline (p, 2) with a dark rim, clear around it."""
+def drawn(kind: str) -> np.ndarray:
+    """(pixels, pixels, 4) float32: a white glyph with a dark rim, clear around it."""
+    outline = OUTLINES[kind]
     inside = _coverage(outline)
     # A rim by the outline's own shape: it grows by the same length at every point of it.
     reach = np.linalg.norm(outline, axis=1, keepdims=True)

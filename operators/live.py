@@ -122,7 +122,7 @@ def _active_changed(context: bpy.types.Context) -> None:
     """Select the umbilic that was clicked in the list; frame it if it is clicked twice."""
     global _clicked
     obj = context.view_layer.objects.active
-    if obj is None or not obj.umbilics.active < len(obj.umbilics.items):
+    if obj is None or not 0 <= obj.umbilics.active < len(obj.umbilics.items):
         return
     row = obj.umbilics.items[obj.umbilics.active].row
     before, _clicked = _clicked, (obj.name_full, row, time.monotonic())

@@ -74,6 +74,7 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     active: IntProperty(
         name="Active Umbilic",
         description="Click to select the umbilic, double-click to bring it into view",
+        default=-1,
         update=_active_changed,
     )
     active_row: IntProperty(description="Row of the umbilic chosen last", default=-1)
@@ -123,10 +124,12 @@ def list_items(obj: bpy.types.Object, umbilics: core.Umbilics, rows: np.ndarray)
     ):
         items.foreach_set(name, np.asarray(values, dtype=dtype))
     kept.hidden_items = len(rows) - len(chosen)
+    # None is active until one is clicked: the list would scroll to it.
     place = np.flatnonzero(rows[chosen] == kept.active_row)
-    if len(place) and place[0] != kept.active:
+    active = int(place[0]) if len(place) else -1
+    if active != kept.active:
         with silence("active"):
-            kept.active = int(place[0])
+            kept.active = active
 
 
 def rows_of(text: str) -> list[int]:

@@ -12,7 +12,7 @@ NOTHING_CHOSEN = "Click an umbilic in the list first."
 def chosen_row(context: bpy.types.Context) -> int | None:
     """Row of the umbilic that is active in the list of the active object, if there is one."""
     obj = context.view_layer.objects.active
-    if record.of(obj) is None or obj.umbilics.active >= len(obj.umbilics.items):
+    if record.of(obj) is None or not 0 <= obj.umbilics.active < len(obj.umbilics.items):
         return None
     return obj.umbilics.items[obj.umbilics.active].row
 

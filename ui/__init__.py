@@ -4,6 +4,7 @@ from importlib import import_module
 
 _MODULES = (
     "overlay",
+    "kind_icons",
     "presets",
     "panel",
     "retopology",

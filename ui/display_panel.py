@@ -15,6 +15,12 @@ class UMBILICS_PT_map(Part, bpy.types.Panel):
         layout = split(self.layout)
         display = context.scene.umbilics_display
         layout.prop(display, "map")
+        shown = maps.is_shown_on(context.active_object)
+        changed = context.area is not None and view_shading.is_changed(context.screen, context.area)
+        buttons = layout.row(align=True)
+        buttons.operator(UMBILICS_OT_show_map.bl_idname, text="Show Map", icon="COLOR")
+        if shown or changed:
+            buttons.operator(UMBILICS_OT_hide_map.bl_idname, text="Put Back", icon="LOOP_BACK")
         if display.map in maps.POWER:
             row = layout.row(align=True)
             row.active = not display.lock_range
@@ -27,12 +33,6 @@ class UMBILICS_PT_map(Part, bpy.types.Panel):
                 ends.prop(display, "range_low")
                 ends.prop(display, "range_high")
         layout.prop(display, "legend")
-        shown = maps.is_shown_on(context.active_object)
-        changed = context.area is not None and view_shading.is_changed(context.screen, context.area)
-        buttons = layout.row(align=True)
-        buttons.operator(UMBILICS_OT_show_map.bl_idname, text="Show Map", icon="COLOR")
-        if shown or changed:
-            buttons.operator(UMBILICS_OT_hide_map.bl_idname, text="Put Back", icon="LOOP_BACK")
 
 
 class UMBILICS_PT_overlay(Part, bpy.types.Panel):

@@ -9,11 +9,12 @@ from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
 from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
 from ..operators.pin import UMBILICS_OT_pin
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
-from .parts import Part
+from . import kind_icons
+from .parts import Part, short
 
-# Told apart without colour: points of a star, a drop, a fan, a question.
-_ICONS = ("LIGHT_SUN", "MESH_CIRCLE", "OUTLINER_OB_FORCE_FIELD", "QUESTION")
 _PERMANENT = 1e37
+# Part of a row for the kind; the rest is shared by the numbers.
+_KIND_PART = 0.4
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
@@ -21,14 +22,17 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
         pinned = item.row in summary.rows_of(data.pinned)
-        halves = layout.split(factor=0.36)
-        halves.label(text=core.KINDS[item.kind].capitalize(), icon=_ICONS[item.kind])
+        halves = layout.split(factor=_KIND_PART)
+        kind = core.KINDS[item.kind]
+        icon = kind_icons.icon_of(context, kind)
+        name = halves.row(align=True)
+        name.label(text=kind.capitalize(), icon_value=icon)
+        if pinned:
+            name.label(text="", icon="PINNED")
         columns = halves.row()
         columns.label(text=f"{item.index:+.2g}")
         columns.label(text=_persistence(item.persistence))
-        columns.label(text=f"{item.curvature:.2g}")
-        if pinned:
-            columns.label(text="", icon="PINNED")
+        columns.label(text=short(item.curvature))
 
     def filter_items(self, context, data, name):
         items = getattr(data, name)
@@ -72,6 +76,7 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         found = context.active_object.umbilics
+        _draw_names(layout)
         layout.template_list("UMBILICS_UL_umbilics", "", found, "items", found, "active", rows=5)
         if found.hidden_items:
             layout.label(text=f"and {found.hidden_items} less persistent ones", icon="INFO")
@@ -85,10 +90,24 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
             layout.operator(UMBILICS_OT_restore_deleted.bl_idname, text=f"Restore {count} Deleted")
 
 
+def _draw_names(layout) -> None:
+    """What the columns of the list are, clear of the list's frame and scroll bar."""
+    row = layout.row()
+    row.active = False
+    row.scale_y = 0.7
+    row.separator(factor=0.5)
+    halves = row.split(factor=_KIND_PART)
+    halves.label(text="Kind")
+    columns = halves.row()
+    for name in ("Index", "Pers.", "H"):
+        columns.label(text=name)
+    row.separator(factor=2.0)
+
+
 def _persistence(value: float) -> str:
     if value > _PERMANENT:
         return "∞"
-    return "–" if value < 0.0 else f"{value:.2g}"
+    return "–" if value < 0.0 else short(value)
 
 
 _CLASSES = (UMBILICS_UL_umbilics, UMBILICS_PT_list)

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .. import core
 from ..operators import live, running, stale
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.cancel import UMBILICS_OT_cancel
@@ -58,8 +59,14 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             row.prop(settings, "opening", text="Strength")
             layout.prop(settings, "flatness")
             layout.prop(display, "dropped")
-        kinds = layout.column(heading="Show", align=True)
-        kinds.prop(display, "kinds")
+        halves = layout.split(factor=0.4)
+        halves.use_property_split = False
+        name = halves.row()
+        name.alignment = "RIGHT"
+        name.label(text="Kinds")
+        kinds = halves.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        for kind in core.KINDS:
+            kinds.prop_enum(display, "kinds", kind)
         layout.prop(display, "empties")
         without = live.without_empty(context, context.active_object)
         if without:

@@ -37,10 +37,21 @@ def automatic(layout, settings, name: str) -> None:
         row.prop(settings, name, text="")
 
 
-def line(layout, name: str, value: str, icon: str = "NONE") -> None:
-    """A name and its value."""
+def short(value: float) -> str:
+    """A number in at most six letters: 0.0123, 1.23, 123, 1.2k, 3.4M."""
+    size = abs(value)
+    if size >= 1e9 or 0.0 < size < 1e-4:
+        return f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e+").replace("e+", "e")
+    for unit, letter in ((1e6, "M"), (1e3, "k")):
+        if size >= 0.9995 * unit:
+            return f"{value / unit:.{0 if size >= 9.95 * unit else 1}f}{letter}"
+    return f"{value:.2g}" if size < 0.01 else f"{value:.{2 if size < 9.95 else 0}f}"
+
+
+def line(layout, name: str, value: str, icon: str = "NONE", icon_value: int = 0) -> None:
+    """A name, with a picture if there is one, and its value."""
     halves = layout.split(factor=0.6)
-    halves.label(text=name)
+    halves.label(text=name, icon_value=icon_value)
     halves.label(text=value, icon=icon)
 
 

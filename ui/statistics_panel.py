@@ -3,6 +3,7 @@
 import bpy
 
 from .. import core
+from . import kind_icons
 from .parts import Part, line, paragraph
 
 _PLURAL = {"star": "Stars", "lemon": "Lemons", "monstar": "Monstars", "uncertain": "Uncertain"}
@@ -21,7 +22,8 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
         for kind in core.KINDS:
             count = getattr(found, kind)
             if count or kind in core.KINDS[:2]:
-                line(table, _PLURAL[kind], str(count))
+                icon = kind_icons.icon_of(context, kind)
+                line(table, _PLURAL[kind], str(count), icon_value=icon)
         if found.regions:
             line(table, "Umbilical regions", str(found.regions))
         line(table, "Candidates", str(found.candidates))

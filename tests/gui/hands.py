@@ -19,6 +19,8 @@ import numpy as np
 def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
     """Run the scenario as soon as the window stands, then close Blender."""
     bpy.context.preferences.view.show_splash = False
+    # Blender's jumps of the mouse, which let a drag go on past the edge, are not followed here.
+    bpy.context.preferences.inputs.use_mouse_continuous = False
     steps = scenario()
 
     # Without a window manager nobody gives the window the keys.
@@ -80,10 +82,21 @@ def point(x: int, y: int) -> None:
     _xdotool("mousemove", x, y)
 
 
-def click(x: int, y: int, count: int = 1) -> None:
+def click(x: int, y: int, count: int = 1, button: int = 1) -> None:
     # Blender acts on what it has drawn under the mouse: it is given the time to.
-    presses = ["mousedown", 1, "sleep", 0.05, "mouseup", 1, "sleep", 0.08] * count
+    presses = ["mousedown", button, "sleep", 0.05, "mouseup", button, "sleep", 0.08] * count
     _xdotool("mousemove", x - 3, y, "sleep", 0.3, "mousemove", x, y, "sleep", 0.3, *presses)
+
+
+def insist(
+    done: Callable[[], bool], place: tuple[int, int], count: int = 1
+) -> Iterator[float]:
+    """Click until it has the wanted effect: a busy virtual screen loses a click now and then."""
+    for _ in range(4):
+        click(*place, count=count)
+        yield 1.8
+        if done():
+            return
 
 
 def drag(start: tuple[int, int], end: tuple[int, int], steps: int = 12) -> Iterator[float]:
@@ -104,9 +117,25 @@ def press(*keys: str) -> None:
     _xdotool("key", *keys)
 
 
+def write(text: str) -> None:
+    """Type a text."""
+    _xdotool("type", "--delay", 20, text)
+
+
+def place_in(window: bpy.types.Window, x: int, y: int) -> tuple[int, int]:
+    """Screen pixels of a place in a window, from its left and its top."""
+    height = int(os.environ.get("UMBILICS_SCREEN_HEIGHT", 900))
+    return window.x + x, height - window.y - window.height + y
+
+
 def move_window(name: str, x: int, y: int) -> None:
     """Put a window of that name elsewhere: nobody else manages windows here."""
     _xdotool("search", "--onlyvisible", "--name", name, "windowmove", x, y)
+
+
+def focus(name: str) -> None:
+    """Give the keys to a window of that name, and put it on top."""
+    _xdotool("search", "--onlyvisible", "--name", name, "windowraise", "windowfocus")
 
 
 def picture(path: Path) -> None:
@@ -145,6 +174,43 @@ def open_tab(view: View, name: str = "Umbilics") -> Iterator[float]:
             yield 0.5
             return
     raise AssertionError(f"there is no tab {name}")
+
+
+def choose_file(path: Path) -> Iterator[float]:
+    """Find a file in the file browser that has opened, and confirm it."""
+    yield 2.0
+    move_window("Blender File View", 240, 130)
+    focus("Blender File View")
+    yield 1.5
+    window = bpy.context.window_manager.windows[-1]
+    files = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
+    regions = {region.type: region for region in files.regions}
+    folders, confirm = regions["UI"], regions["EXECUTE"]
+    # The folder's field takes a whole path.
+    click(*_inside(window, folders, 0.3, 0.5))
+    yield 1.0
+    press("ctrl+a")
+    yield 0.3
+    write(str(path))
+    yield 1.0 + 0.03 * len(str(path))
+    press("Return")
+    yield 1.5
+    # The first click ends the typing.
+    windows = len(bpy.context.window_manager.windows)
+    for _ in range(4):
+        click(*_inside(window, confirm, 0.92, 0.5))
+        yield 2.0
+        if len(bpy.context.window_manager.windows) < windows:
+            return
+    raise AssertionError(f"{path} was not taken")
+
+
+def _inside(
+    window: bpy.types.Window, region: bpy.types.Region, x: float, y: float
+) -> tuple[int, int]:
+    """Screen pixels of a place in a region, in parts of its width and height from its top."""
+    top = window.height - region.y - region.height
+    return place_in(window, round(region.x + x * region.width), round(top + y * region.height))
 
 
 def _take_keyboard() -> None:

@@ -41,6 +41,7 @@ def scene(detected=False):
     plain.select_set(True)
     if detected:
         bpy.ops.umbilics.detect()
+        bpy.context.object.umbilics.active = 0
         bpy.ops.umbilics.pin()
         bpy.ops.umbilics.show_map()
         # Other settings, so that a detection which was not stopped would differ.

@@ -226,3 +226,28 @@ def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     obj.umbilics.pinned = str(left_out[0])
     scene.umbilics_display.kinds = set(addon.core.KINDS)
     assert left_out[0] not in live.left_out_rows(obj, scene)
+
+
+def test_slider_goes_on_from_the_automatic_choice_without_a_jump():
+    obj = noisy()
+    group, display = bpy.context.scene.umbilics, bpy.context.scene.umbilics_display
+    group.persistence_auto = True
+    automatic = len(rows(obj))
+    assert 4 <= automatic < len(obj.umbilics.items) + obj.umbilics.candidates
+    display.strength = display.strength
+    assert not group.persistence_auto
+    assert abs(len(rows(obj)) - automatic) <= 2
+
+
+def test_none_is_active_until_one_is_clicked_nor_when_it_is_filtered_out():
+    obj = noisy()
+    assert obj.umbilics.active == -1
+    assert not bpy.ops.umbilics.pin.poll()
+    weak = min(range(len(obj.umbilics.items)), key=lambda at: obj.umbilics.items[at].persistence)
+    obj.umbilics.active = weak
+    row = obj.umbilics.items[weak].row
+    assert bpy.ops.umbilics.pin.poll()
+    bpy.context.scene.umbilics_display.strength = 1.0
+    assert obj.umbilics.active == -1
+    bpy.context.scene.umbilics_display.strength = 0.0
+    assert obj.umbilics.items[obj.umbilics.active].row == row

@@ -16,9 +16,9 @@ class Paper:
     def _inside(self, **_):
         return Paper(self.drawn)
 
-    row = column = box = split = _inside
+    row = column = box = split = grid_flow = _inside
 
-    def separator(self):
+    def separator(self, factor=1.0):
         pass
 
     def operator_menu_enum(self, name, _property, **_):
@@ -34,6 +34,10 @@ class Paper:
         assert {name, active_name} <= set(data.bl_rna.properties.keys())
         self.drawn.append(("list", name))
 
+    def prop_enum(self, data, name, value, **_):
+        assert value in data.bl_rna.properties[name].enum_items
+        self.prop(data, name)
+
     def prop(self, data, name, **_):
         assert name in data.bl_rna.properties, name
         self.drawn.append(("prop", name))
@@ -43,7 +47,7 @@ class Paper:
         getattr(getattr(bpy.ops, group), short).get_rna_type()
         self.drawn.append(("operator", name))
 
-    def label(self, text="", icon="NONE"):
+    def label(self, text="", icon="NONE", icon_value=0):
         self.drawn.append(("label", text))
 
     def progress(self, factor=0.0, text=""):
@@ -220,3 +224,24 @@ def test_plan_of_an_edited_mesh_says_so(draw):
 
 def test_edges_can_be_marked_as_seams_and_as_sharp(draw):
     assert draw().names("operator").count("umbilics.mark_seams") == 2
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.0123, "0.01"),
+        (0.00123, "0.0012"),
+        (-1.234, "-1.23"),
+        (9.96, "10"),
+        (112.048, "112"),
+        (999.6, "1.0k"),
+        (-12345.0, "-12k"),
+        (3.4e6, "3.4M"),
+        (2e12, "2e12"),
+        (-1e-7, "-1e-7"),
+    ],
+)
+def test_numbers_of_the_list_fit_their_columns(addon, value, text):
+    assert addon.ui.parts.short(value) == text
+    assert len(text) <= 6
