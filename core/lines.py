@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .surface import Surface
-from .tracing import Traces, barycentric_of
+from .tracing import Traces, second_and_third
 from .triangle_planes import TrianglePlanes
 
 FAMILIES = ("first", "second")
@@ -81,8 +81,9 @@ def points_of(
     surface: Surface, planes: TrianglePlanes, triangle: np.ndarray, z: np.ndarray
 ) -> np.ndarray:
     """(r, 3) points in the coordinates of the surface."""
-    weights = barycentric_of(planes, triangle, z)
-    return np.einsum("rk,rkc->rc", weights, surface.vertices[surface.triangles[triangle]])
+    second, third = second_and_third(planes, triangle, z)
+    a, b, c = (surface.vertices.take(surface.triangles[triangle, k], axis=0) for k in range(3))
+    return a + second[:, None] * (b - a) + third[:, None] * (c - a)
 
 
 def sparse_rows(traces: Traces, spacing: float) -> np.ndarray:

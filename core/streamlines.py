@@ -30,9 +30,11 @@ SAMPLES, DETAIL = 2, 10
 # fronts grow at once, but few of these lines meet.
 FRONTS = 0.5
 # With fewer seeds than this a round is not worth its steps: more are taken beside each line.
-FEWEST = 24
+FEWEST = 60
 # A seed is taken if nothing lies nearer than this many spacings.
 FREE = 0.9
+# Spacings between the places of a line that a seed is set beside.
+BESIDE = 2.0
 # Normals count as distance, so that the two sides of a thin sheet are not neighbours: opposite
 # normals are this many spacings apart.
 SIDES = 1.5
@@ -68,6 +70,9 @@ class _Family:
     """Accepted lines of one family and the seeds that are left."""
 
     number: int
+    # Random places over the surface, where a line begins once no seeds are left.
+    strewn_triangle: np.ndarray
+    strewn_z: np.ndarray
     samples: list[np.ndarray] = field(default_factory=list)
     tree: cKDTree | None = None
     seed_triangle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -114,6 +119,10 @@ class _Drawing:
         self.shortest = settings.shortest * spacing
         self.normal, self.area = surface.face_normal_area
         self.edge = float(np.sqrt(np.median(self.area[self.area > 0])) * 1.5)
+        # Steps between two looks at what is near, and how much nearer the two ends of a line come
+        # to each other meanwhile.
+        self.every = max(2, int(0.4 * self.near / self.edge))
+        self.apart = max(0.25 * self.near, self.every * self.edge)
         self.random = np.random.default_rng(0)
         self.longest = LONGEST * float(np.sqrt(self.area.sum()))
         self.accepted: list[_Round] = []
@@ -124,9 +133,9 @@ class _Drawing:
         return np.hstack([points, (0.5 * SIDES * self.spacing) * self.normal[triangle]])
 
     def strewn(self) -> tuple[np.ndarray, np.ndarray]:
-        """Random points on the directed part of the surface, four to a square spacing."""
+        """Random points on the directed part of the surface, two to a square spacing."""
         weight = np.where(self.obstacle < 0, self.area, 0.0)
-        count = int(np.clip(4.0 * weight.sum() / self.spacing**2, 64, 200_000))
+        count = int(np.clip(2.0 * weight.sum() / self.spacing**2, 64, 200_000))
         triangle = self.random.choice(len(weight), count, p=weight / weight.sum())
         a, b = np.sqrt(self.random.random(count)), self.random.random(count)
         weights = np.stack([1.0 - a, a * (1.0 - b), a * b], axis=1)
@@ -150,7 +159,7 @@ class _Drawing:
             pairs = pairs[kept[pairs].all(axis=1)]
         return np.flatnonzero(kept)
 
-    def chosen(self, family: _Family, strewn: tuple[np.ndarray, np.ndarray]) -> tuple:
+    def chosen(self, family: _Family) -> tuple[np.ndarray, np.ndarray]:
         """Seeds for this round: one to each side of a line, else places far from all lines."""
         points = self.embedded(family.seed_triangle, family.seed_z)
         family.keep_seeds(self.far_from_lines(family, points, FREE * self.spacing))
@@ -161,14 +170,17 @@ class _Drawing:
             points = self.embedded(family.seed_triangle[rows], family.seed_z[rows])
             rows = rows[self.thinned(points, FREE * self.spacing)]
             return family.seed_triangle[rows], family.seed_z[rows]
-        points = self.embedded(*strewn)
+        points = self.embedded(family.strewn_triangle, family.strewn_z)
         far = np.flatnonzero(self.far_from_lines(family, points, self.spacing))
-        far = far[:5000]
-        if len(far):
-            far = far[self.thinned(points[far], 2.0 * self.spacing)]
+        # What is near a line stays so.
+        points = points[far]
+        family.strewn_triangle, family.strewn_z = family.strewn_triangle[far], family.strewn_z[far]
+        rows = np.arange(min(len(far), 5000))
+        if len(rows):
+            rows = rows[self.thinned(points[rows], 2.0 * self.spacing)]
         if family.tree is None:
-            far = far[: max(4, int(FRONTS * np.sqrt(self.area.sum()) / self.spacing))]
-        return strewn[0][far], strewn[1][far]
+            rows = rows[: max(4, int(FRONTS * np.sqrt(self.area.sum()) / self.spacing))]
+        return family.strewn_triangle[rows], family.strewn_z[rows]
 
     def traced(
         self, families: list[_Family], seeds: list[tuple], progress: Progress
@@ -186,13 +198,12 @@ class _Drawing:
         count = len(both)
         starts = Starts.plain(np.repeat(triangle, 2), np.repeat(z, 2), both, np.repeat(family, 2))
         trees = {f.number: f.tree for f in families}
-        head = np.full((count, 3), np.inf)
-        far = np.zeros(count)
+        head = np.full((count, 6), 1e9)
+        far, before = np.zeros(count), np.zeros(count)
 
         def stop(ids: np.ndarray, triangle: np.ndarray, z: np.ndarray, length: np.ndarray):
             points = self.embedded(triangle, z)
-            head[:] = np.inf
-            head[ids], far[ids] = points[:, :3], length
+            head[ids], far[ids] = points, length
             code = np.full(len(ids), -1)
             for number, tree in trees.items():
                 rows = np.flatnonzero(starts.family[ids] == number)
@@ -200,19 +211,18 @@ class _Drawing:
                     distance, _ = tree.query(points[rows], distance_upper_bound=self.near)
                     code[rows[np.isfinite(distance)]] = MET
             partner = ids ^ 1
-            gap = np.linalg.norm(head[ids] - np.nan_to_num(head[partner], posinf=1e9), axis=1)
-            met = (
-                (gap < max(0.25 * self.near, self.edge))
-                & (length > self.spacing)
-                & (far[partner] > self.spacing)
-            )
-            code[met] = CLOSED
+            gap = np.linalg.norm(points - head[partner], axis=1)
+            long = np.minimum(length, far[partner]) > 2.0 * self.spacing + self.apart
+            # Ends that have passed beside each other are on their second turn from there.
+            passed = (gap < self.near) & (gap > before[ids])
+            code[long & passed] = MET
+            code[long & (gap < self.apart)] = CLOSED
+            before[ids] = gap
             return code
 
-        every = max(2, int(0.2 * self.near / self.edge))
         limit = np.full(count, 0.5 * self.longest)
         result = trace(
-            self.surface, self.planes, starts, limit, self.obstacle, progress, stop, every
+            self.surface, self.planes, starts, limit, self.obstacle, progress, stop, self.every
         )
         return self.joined(result, starts.family[::2])
 
@@ -228,7 +238,35 @@ class _Drawing:
         order = np.lexsort((arc, half // 2))
         rows, half, arc = rows[order], half[order], arc[order]
         closed = (result.end[::2] == CLOSED) & (result.end[1::2] == CLOSED)
-        return _Round(half // 2, arc, result.triangle[rows], result.z[rows], family, closed)
+        return self.closed_cleanly(
+            _Round(half // 2, arc, result.triangle[rows], result.z[rows], family, closed)
+        )
+
+    def closed_cleanly(self, drawn: _Round) -> _Round:
+        """Without what the ends of closed lines have passed of each other; a line whose ends pass
+        beside each other is not closed."""
+        points = points_of(self.surface, self.planes, drawn.triangle, drawn.z)
+        start = np.searchsorted(drawn.line, np.arange(len(drawn.family) + 1))
+        keep, closed = np.ones(len(points), bool), drawn.closed.copy()
+        for line in np.flatnonzero(closed):
+            rows = np.arange(start[line], start[line + 1])
+            ahead = points[rows[0]] - points[rows[2]]
+            ahead /= max(float(np.linalg.norm(ahead)), 1e-300)
+            late = rows[drawn.arc[rows] > drawn.arc[rows[-1]] - 2.0 * self.apart]
+            over = points[late] - points[rows[0]]
+            along = over @ ahead
+            beside = np.linalg.norm(over - along[:, None] * ahead, axis=1)
+            # The chord that closes the line goes ahead rather than aside.
+            keep[late[along < 2.0 * beside]] = False
+            closed[line] = beside[np.abs(along).argmin()] < 0.25 * self.near
+        return _Round(
+            drawn.line[keep],
+            drawn.arc[keep],
+            drawn.triangle[keep],
+            drawn.z[keep],
+            drawn.family,
+            closed,
+        )
 
     def accept(self, drawn: _Round, families: list[_Family]) -> None:
         """Keep what does not come too near to other lines of the round, longest lines first."""
@@ -240,7 +278,8 @@ class _Drawing:
         points = self.embedded(drawn.triangle[sample], drawn.z[sample])
         # Families do not see each other.
         apart = np.hstack([points, 10.0 * drawn.family[drawn.line[sample], None]])
-        pairs = cKDTree(apart).query_pairs(self.near, output_type="ndarray")
+        tree = cKDTree(apart, balanced_tree=False)
+        pairs = tree.query_pairs(self.near, output_type="ndarray")
         line, arc = drawn.line[sample], drawn.arc[sample]
         own = line[pairs[:, 0]] == line[pairs[:, 1]]
         total = np.bincount(drawn.line, minlength=count)
@@ -306,12 +345,13 @@ class _Drawing:
             some[1:] = (cell[1:] != cell[:-1]) | (own[1:] != own[:-1])
             some = mine[some]
             family.samples.append(self.embedded(kept.triangle[some], kept.z[some]))
-            family.tree = cKDTree(np.concatenate(family.samples))
+            # Built anew in every round: quickly rather than well.
+            family.tree = cKDTree(np.concatenate(family.samples), balanced_tree=False)
             self._seed_beside(kept, mine, family)
 
     def _seed_beside(self, kept: _Round, rows: np.ndarray, family: _Family) -> None:
         """Seeds one spacing to either side of the lines, reached along geodesics."""
-        cell = np.floor(kept.arc[rows] / self.spacing).astype(np.int64)
+        cell = np.floor(kept.arc[rows] / (BESIDE * self.spacing)).astype(np.int64)
         line = kept.line[rows]
         new = np.ones(len(rows), bool)
         new[1:] = (cell[1:] != cell[:-1]) | (line[1:] != line[:-1])
@@ -380,12 +420,12 @@ def evenly_spaced_lines(
     drawing = _Drawing(surface, planes, obstacle, spacing_of(surface, settings), settings)
     strewn = drawing.strewn()
     wanted = {"both": (0, 1), "first": (0,), "second": (1,)}[settings.families]
-    families = [_Family(number) for number in wanted]
+    families = [_Family(number, *strewn) for number in wanted]
     barren = 0
     for number in range(MOST_ROUNDS):
         progress.step(1.0 - 0.85**number)
         fresh = [len(family.seed_triangle) == 0 for family in families]
-        seeds = [drawing.chosen(family, strewn) for family in families]
+        seeds = [drawing.chosen(family) for family in families]
         drawn = drawing.traced(families, seeds, Progress())
         if drawn is None:
             break

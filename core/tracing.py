@@ -150,69 +150,98 @@ def trace(
     limit, length = limit.astype(float), np.zeros(count)
     end, ended_at = np.full(count, LIMIT, np.int8), np.full(count, -1)
     last = np.ones(count, complex)
+    corner = planes.corner[triangle]
     records = [(ids, triangle, z, length)]
     steps = 0
-    while len(ids):
-        steps += 1
-        if steps % 64 == 0:
-            progress.step(1.0 - len(ids) / count)
-        corner = planes.corner[triangle]
-        field = planes.value[triangle], planes.along[triangle], planes.across[triangle]
-        kept = straight > 0
-        first = np.where(kept, direction, _root(field, z, sign, direction))
-        half, _, _ = _exit(corner, z, first, entry)
-        middle = np.where(kept, direction, _root(field, z + 0.5 * half * first, sign, first))
-        distance, side, middle = _exit(corner, z, middle, entry)
-        turned = (middle * direction.conj()).real < LEAST_COSINE
-        step = np.minimum(distance, limit - length)
-        step = np.where(kept, np.minimum(step, straight), step)
-        step = np.maximum(np.where(turned, 0.0, step), 0.0)
-        inside = step < distance
-        length = length + step
-        straight = straight - step
-        straight[straight < 1e-12] = 0.0
-        z = z + step * middle
-        rows = np.arange(len(ids))
-        here, there = corner[rows, side], corner[rows, (side + 1) % 3]
-        edge = there - here
-        share = ((z - here) * edge.conj()).real / np.maximum(np.abs(edge) ** 2, 1e-300)
-        share = np.clip(share, MARGIN, 1.0 - MARGIN)
-        z = np.where(inside, z, here + share * edge)
-        records.append((ids, triangle, z, length))
+    # Each call of NumPy costs more than the work on some hundred lines, so that what is needed
+    # by few of them is looked at only where there are any.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        while len(ids):
+            steps += 1
+            if steps % 64 == 0:
+                progress.step(1.0 - len(ids) / count)
+            rows = np.arange(len(ids))
+            edge, height = _edges(corner, z, entry, rows)
+            field = planes.value[triangle], planes.along[triangle], planes.across[triangle]
+            geodesic = straight > 0
+            some_geodesic = geodesic.any()
+            first = _root(field, z, sign, direction)
+            if some_geodesic:
+                first = np.where(geodesic, direction, first)
+            half, _ = _exit(edge, height, first, rows)
+            middle = _root(field, z + 0.5 * half * first, sign, first)
+            if some_geodesic:
+                middle = np.where(geodesic, direction, middle)
+            middle = _inwards(edge, entry, middle, rows)
+            distance, side = _exit(edge, height, middle, rows)
+            turned = (middle * direction.conj()).real < LEAST_COSINE
+            step = np.minimum(distance, limit - length)
+            if some_geodesic:
+                step = np.where(geodesic, np.minimum(step, straight), step)
+            step[turned] = 0.0
+            step = np.maximum(step, 0.0)
+            inside = step < distance
+            length = length + step
+            if some_geodesic:
+                straight = straight - step
+                straight[straight < 1e-12] = 0.0
+            moved = z + step * middle
+            out = edge[rows, side]
+            here = corner[rows, side]
+            share = ((moved - here) * out).real / np.maximum(np.abs(out) ** 2, 1e-300)
+            share = np.minimum(np.maximum(share, MARGIN), 1.0 - MARGIN)
+            z = np.where(inside, moved, here + share * out.conj())
+            records.append((ids, triangle, z, length))
 
-        half_edge = 3 * triangle + side
-        twin = np.where(inside, half_edge, surface.twin[half_edge]).astype(np.int64)
-        code = np.full(len(ids), -1)
-        code[~inside & (twin < 0)] = BORDER
-        code[length >= limit * (1.0 - 1e-12)] = LIMIT
-        code[turned] = TURN
-        crossing = ~inside & (code < 0)
-        beyond = np.where(crossing, twin // 3, triangle)
-        block = np.where(crossing, obstacle[beyond], -1)
-        hit = (block >= 0) & ((block != own) | (length > grace))
-        code[hit] = OBSTACLE
-        ended_at[ids[hit]] = block[hit]
-
-        direction = np.where(crossing, middle * planes.turn[half_edge], middle)
-        entry = np.where(crossing, twin % 3, -1)
-        following = planes.corner[beyond]
-        into = following[rows, entry] + (1.0 - share) * (
-            following[rows, (entry + 1) % 3] - following[rows, entry]
-        )
-        if stop is not None and steps % every == 0:
-            told = stop(ids, triangle, z, length)
-            code = np.where((code < 0) & (told >= 0), told, code)
-        z = np.where(crossing, into, z)
-        done = code >= 0
-        if done.any():
+            half_edge = 3 * triangle + side
+            twin = surface.twin[half_edge].astype(np.int64)
+            border = (twin < 0) & ~inside
+            reached = length >= limit * (1.0 - 1e-12)
+            stay = inside | border | reached | turned
+            direction = middle * planes.turn[half_edge]
+            beyond = twin // 3
+            entry = twin - 3 * beyond
+            staying = np.flatnonzero(stay)
+            beyond[staying], entry[staying] = triangle[staying], -1
+            direction[staying] = middle[staying]
+            block = obstacle[beyond]
+            hit = block >= 0
+            if hit.any():
+                hit &= ~stay & ((block != own) | (length > grace))
+            told = -1
+            if stop is not None and steps % every == 0:
+                told = stop(ids, triangle, z, length)
+            corner = planes.corner[beyond]
+            tail = corner[rows, entry]
+            into = tail + (1.0 - share) * (corner[rows, (entry + 1) % 3] - tail)
+            z = np.where(stay, z, into)
+            done = border | reached | turned | hit | (told >= 0)
+            if not done.any():
+                triangle = beyond
+                continue
+            code = np.where(border, BORDER, told)
+            for why, number in ((reached, LIMIT), (turned, TURN), (hit, OBSTACLE)):
+                code[why] = number
+            ended_at[ids[hit]] = block[hit]
             end[ids[done]], last[ids[done]] = code[done], middle[done]
             going = ~done
             ids, triangle, z, direction = ids[going], beyond[going], z[going], direction[going]
             entry, sign, straight, own = entry[going], sign[going], straight[going], own[going]
             limit, length, grace = limit[going], length[going], grace[going]
-        else:
-            triangle = beyond
+            corner = corner[going]
     return _collected(records, count, end, ended_at, last)
+
+
+def _edges(
+    corner: np.ndarray, z: np.ndarray, entry: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Conjugates (r, 3) of the edges of triangles, and twice the areas (r, 3) from them to z;
+    infinite for the edge that a line came in by."""
+    edge = (corner[:, (1, 2, 0)] - corner).conj()
+    height = np.maximum((edge * (z[:, None] - corner)).imag, 0.0)
+    came = entry >= 0
+    height[rows[came], entry[came]] = np.inf
+    return edge, height
 
 
 def _root(field: tuple, z: np.ndarray, sign: np.ndarray, near: np.ndarray) -> np.ndarray:
@@ -220,32 +249,35 @@ def _root(field: tuple, z: np.ndarray, sign: np.ndarray, near: np.ndarray) -> np
     value, along, across = field
     root = np.sqrt(sign * (value + along * z + across * z.conj()))
     size = np.abs(root)
-    known = size > 0
-    root = np.where(known, root / np.where(known, size, 1.0), near)
-    return np.where((root * near.conj()).real < 0, -root, root)
+    root /= np.copysign(size, (root * near.conj()).real)
+    if not size.all():
+        root = np.where(size > 0, root, near)
+    return root
+
+
+def _inwards(
+    edge: np.ndarray, entry: np.ndarray, direction: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    """The directions, but along the edge that a line came in by where it would leave by it."""
+    inner = edge[rows, entry]
+    along = direction * (inner / np.maximum(np.abs(inner), 1e-300))
+    back = np.flatnonzero((along.imag < INWARD) & (entry >= 0))
+    if len(back):
+        inner = inner[back].conj() / np.maximum(np.abs(inner[back]), 1e-300)
+        steep = np.where(along[back].real >= 0, np.exp(1j * INWARD), -np.exp(-1j * INWARD))
+        direction[back] = steep * inner
+    return direction
 
 
 def _exit(
-    corner: np.ndarray, z: np.ndarray, direction: np.ndarray, entry: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distance (r,) to the edge by which a ray leaves its triangle, that edge, and the ray."""
-    edge = np.roll(corner, -1, axis=1) - corner
-    rows = np.arange(len(z))
-    came = entry >= 0
-    inner = edge[rows, entry]
-    inner = inner / np.maximum(np.abs(inner), 1e-300)
-    along = direction * inner.conj()
-    backward = came & (along.imag < INWARD)
-    slid = np.where(along.real >= 0, np.exp(1j * INWARD), -np.exp(-1j * INWARD)) * inner
-    direction = np.where(backward, slid, direction)
-    height = (edge.conj() * (z[:, None] - corner)).imag
-    rate = (edge.conj() * direction[:, None]).imag
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.where(rate < 0, np.maximum(height, 0.0) / -rate, np.inf)
-    distance[rows[came], entry[came]] = np.inf
+    edge: np.ndarray, height: np.ndarray, direction: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distance (r,) to the edge by which a ray leaves its triangle, and that edge."""
+    rate = (edge * direction[:, None]).imag
+    distance = np.where(rate < 0, height / -rate, np.inf)
     side = distance.argmin(axis=1)
     distance = distance[rows, side]
-    return np.where(np.isfinite(distance), distance, 0.0), side, direction
+    return np.where(distance < np.inf, distance, 0.0), side
 
 
 def _collected(
@@ -266,13 +298,18 @@ def places(planes: TrianglePlanes, triangle: np.ndarray, barycentric: np.ndarray
 
 def barycentric_of(planes: TrianglePlanes, triangle: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(r, 3) barycentric coordinates of places z in the planes of triangles, inside them."""
-    corner = planes.corner[triangle]
-    height = np.where(corner[:, 2].imag > 0, corner[:, 2].imag, 1.0)
-    third = z.imag / height
-    width = np.where(corner[:, 1].real > 0, corner[:, 1].real, 1.0)
-    second = (z.real - third * corner[:, 2].real) / width
+    second, third = second_and_third(planes, triangle, z)
     weights = np.clip(np.stack([1.0 - second - third, second, third], axis=1), 0.0, 1.0)
     return weights / weights.sum(axis=1, keepdims=True)
+
+
+def second_and_third(
+    planes: TrianglePlanes, triangle: np.ndarray, z: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(r,) barycentric coordinates of places z that belong to the second and third corners."""
+    b, c = planes.corner[triangle, 1].real, planes.corner[triangle, 2]
+    third = z.imag / np.where(c.imag > 0, c.imag, 1.0)
+    return (z.real - third * c.real) / np.where(b > 0, b, 1.0), third
 
 
 def in_plane(surface: Surface, triangle: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -131,7 +131,8 @@ def test_lines_of_the_torus_are_its_circles():
             assert np.ptp(np.unwrap(np.arctan2(y, x))) < 0.02
         else:
             assert np.ptp(z) < 0.05  # over a length of up to 17; an edge is 0.1
-    assert lines.closed.mean() > 0.5
+    assert lines.closed.mean() > 0.6
+    assert lines.closed[lines.family == 1].mean() > 0.9
 
 
 def test_points_lie_in_their_triangles():
@@ -152,6 +153,17 @@ def test_no_line_turns_sharply():
         step = step[np.linalg.norm(step, axis=1) > 0.2 * mesh.edge_length]
         step /= np.linalg.norm(step, axis=1, keepdims=True)
         assert np.einsum("ij,ij->i", step[1:], step[:-1]).min(initial=1.0) > 0.6
+
+
+@pytest.mark.parametrize("mesh", [ellipsoid(subdivisions=6), torus()], ids=["ellipsoid", "torus"])
+def test_closed_lines_close_without_a_kink(mesh):
+    lines = guided(mesh).lines()
+    assert lines.closed.mean() > 0.6
+    for number in np.flatnonzero(lines.closed):
+        points = lines.points(number)
+        step = np.diff(np.vstack([points[-4:], points[:4]]), axis=0)
+        step /= np.linalg.norm(step, axis=1, keepdims=True)
+        assert np.einsum("ij,ij->i", step[1:], step[:-1]).min() > 0.5
 
 
 def test_lines_end_at_borders_and_limits():
