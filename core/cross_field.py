@@ -146,11 +146,17 @@ def smoothed_lines(
     smoothness: float,
     progress: Progress,
     undirected: np.ndarray | None = None,
+    held: np.ndarray | None = None,
 ) -> tuple[CurvatureField, np.ndarray]:
     """The principal directions as a smooth line field, and its index (m,) in each triangle.
 
     As `cross_field`, with second powers: the families stay apart. Features play no part, since
     either family may run along them. The gap of the result is the length of u.
+
+    Parameters
+    ----------
+    held:
+        (n,) bool vertices whose directions stay as they are.
     """
     normal = vertex_normals(surface)
     e1, e2 = tangents(normal)
@@ -160,6 +166,8 @@ def smoothed_lines(
     matrix, pull = _laplacian(surface, weights, axis, 2)
     smoothing = _length(surface, area, smoothness)
     weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
+    if held is not None:
+        weight = np.where(held, FEATURE_WEIGHT * pull, weight)
     system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
     u = solve(system, weight * data, progress.part("Smoothing the lines", 0.0, 0.8))
     smooth = field_from_deviators(np.zeros(len(u)), u, normal, np.full(len(u), np.nan))

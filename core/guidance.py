@@ -16,7 +16,7 @@ from .guidance_settings import GuidanceSettings
 from .lines import Lines
 from .poles import Poles, plan_poles
 from .progress import Progress
-from .separatrices import separatrices, skeleton
+from .separatrices import discs, separatrices, skeleton
 from .streamlines import evenly_spaced_lines
 from .surface import Surface
 from .symmetry import MirrorPlane, find_mirror_plane
@@ -210,13 +210,7 @@ class Guide:
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         part = progress.part("Laying out triangles", 0.0, 0.2)
-        if settings.line_smoothness > 0.0:
-            smooth, index = smoothed_lines(
-                self.surface, self._field, settings.line_smoothness, part, self.undirected
-            )
-            planes, singular = lay_out(self.surface, smooth, Progress()), index != 0.0
-        else:
-            planes, singular = self.planes(part), self._singular
+        planes, singular = self._planes_of_lines(settings, part)
         obstacle = np.where(singular | self.undirected, 0, -1)
         part = progress.part("Tracing lines", 0.2, 1.0)
         return evenly_spaced_lines(self.surface, planes, settings, obstacle, part)
@@ -228,14 +222,39 @@ class Guide:
         *,
         both_ways: bool = False,
     ) -> Lines:
-        """Separatrices of the kept umbilics; each arc between two once, unless `both_ways`."""
+        """Separatrices of the kept umbilics; each arc between two once, unless `both_ways`.
+
+        Where the lines are smoothed, the directions around the umbilics stay as they are: the
+        separatrices leave in their exact directions and the umbilics stay where they lie.
+        """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
-        planes = self.planes(progress.part("Laying out triangles", 0.0, 0.5))
+        part = progress.part("Laying out triangles", 0.0, 0.5)
+        held = np.zeros(len(self.surface.vertices), bool)
+        around = discs(self.surface, self.detection.umbilics) >= 0
+        held[self.surface.triangles[around]] = True
+        planes, _ = self._planes_of_lines(settings, part, held)
         part = progress.part("Tracing separatrices", 0.5, 1.0)
         found = separatrices(
             self.surface, planes, self.detection.umbilics, settings, part, self.undirected
         )
         return found if both_ways else skeleton(found)
+
+    def _planes_of_lines(
+        self, settings: GuidanceSettings, progress: Progress, held: np.ndarray | None = None
+    ) -> tuple[TrianglePlanes, np.ndarray]:
+        """The triangles with the directions that lines follow, and which of them (m,) bool hold
+        a singularity of these."""
+        if settings.line_smoothness == 0.0:
+            return self.planes(progress), self._singular
+        smooth, index = smoothed_lines(
+            self.surface,
+            self._field,
+            settings.line_smoothness,
+            progress,
+            self.undirected,
+            held,
+        )
+        return lay_out(self.surface, smooth, Progress()), index != 0.0
 
     @property
     def _singular(self) -> np.ndarray:

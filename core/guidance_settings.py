@@ -93,7 +93,7 @@ class GuidanceSettings:
     line_smoothness: float = setting(
         0.0,
         label="Line Smoothness",
-        help="0 draws the lines of curvature as they are; more smooths their directions first, "
+        help="0 draws lines and separatrices as they are; more smooths their directions first, "
         "for bumpy surfaces and scans",
         kind="number",
         minimum=0.0,

@@ -59,10 +59,8 @@ def separatrices(
     family = np.repeat([0, 1], len(point))
     point = np.concatenate([point, point])
     edge = _edge_lengths(surface, inner)
-    reach = CAPTURE * edge
-    error = np.nan_to_num(umbilics.uncertainty, nan=0.0, posinf=0.0) / surface.unit
-    reach = np.clip(error, reach, 2.0 * reach)
-    obstacle = _obstacles(surface, umbilics, inner, reach)
+    reach = _reach(surface, umbilics, edge)
+    obstacle = discs(surface, umbilics)
     free = obstacle < 0
     if undirected is not None:
         obstacle = np.where(free & undirected, len(umbilics), obstacle)
@@ -105,10 +103,16 @@ def _edge_lengths(surface: Surface, rows: np.ndarray) -> np.ndarray:
     return np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
 
 
-def _obstacles(
-    surface: Surface, umbilics: Umbilics, rows: np.ndarray, reach: np.ndarray
-) -> np.ndarray:
-    """(m,) which umbilic each triangle is within reach of, -1 for none."""
+def _reach(surface: Surface, umbilics: Umbilics, edge: np.ndarray) -> np.ndarray:
+    """(k,) how near to an umbilic a line has arrived at it, by the edges (k,) around it."""
+    error = np.nan_to_num(umbilics.uncertainty, nan=0.0, posinf=0.0) / surface.unit
+    return np.clip(error, CAPTURE * edge, 2.0 * CAPTURE * edge)
+
+
+def discs(surface: Surface, umbilics: Umbilics) -> np.ndarray:
+    """(m,) int64 umbilic, of k in input rows, that each triangle is within reach of; -1: none."""
+    rows = _triangle_rows(surface, umbilics.triangle)
+    reach = _reach(surface, umbilics, _edge_lengths(surface, rows))
     obstacle = np.full(len(surface.triangles), -1, np.int64)
     normal, _ = surface.face_normal_area
     middle = surface.vertices[surface.triangles].mean(axis=1)

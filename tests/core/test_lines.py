@@ -84,13 +84,15 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
 @pytest.mark.parametrize(
     "mesh", [ellipsoid(subdivisions=5), random_ellipsoid(20000)], ids=["icosphere", "random"]
 )
-def test_separatrices_join_the_lemons_along_the_middle_ellipse(mesh):
-    lines = guided(mesh).separatrices(both_ways=True)
+@pytest.mark.parametrize("smoothness", [0.0, 0.5])
+def test_separatrices_join_the_lemons_along_the_middle_ellipse(mesh, smoothness):
+    settings = core.GuidanceSettings(line_smoothness=smoothness)
+    lines = guided(mesh).separatrices(settings, both_ways=True)
     assert len(lines) == 8
     assert (lines.target >= 0).all() and (lines.target != lines.source).all()
     assert np.abs(lines.position[:, 1]).max() < 0.5 * mesh.edge_length
     # Once each, the four arcs are the whole ellipse x^2 / 9 + z^2 = 1.
-    arcs = guided(mesh).separatrices()
+    arcs = guided(mesh).separatrices(settings)
     assert len(arcs) == 4
     assert arcs.length.sum() == pytest.approx(13.3649, rel=0.005)
     assert sorted(arcs.family) == [0, 0, 1, 1]
@@ -211,6 +213,37 @@ def test_smoothing_lengthens_the_lines_of_a_noisy_surface():
         np.median(guide.lines(core.GuidanceSettings(line_smoothness=s)).length) for s in (0.0, 0.6)
     ]
     assert lengths[1] > 1.2 * lengths[0]
+
+
+def turning(lines, step):
+    """Degrees that lines turn per step of their length."""
+    turned = steps = 0.0
+    for number in range(len(lines)):
+        points = lines.points(number)
+        chord = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        arc = np.concatenate([[0.0], np.cumsum(chord)])
+        at = np.arange(0.0, arc[-1], step)
+        even = np.stack([np.interp(at, arc, axis) for axis in points.T], axis=1)
+        ahead = np.diff(even, axis=0)
+        ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+        cosine = np.einsum("ij,ij->i", ahead[1:], ahead[:-1])
+        turned += np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).sum()
+        steps += len(cosine)
+    return turned / steps
+
+
+def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
+    mesh = noisy(ellipsoid(subdivisions=5), 0.05)
+    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    raw, smooth = (
+        guide.separatrices(core.GuidanceSettings(line_smoothness=s), both_ways=True)
+        for s in (0.0, 0.6)
+    )
+    # They still begin at every umbilic, as many.
+    assert list(smooth.source) == list(raw.source)
+    ratio = turning(smooth, 2 * mesh.edge_length) / turning(raw, 2 * mesh.edge_length)
+    assert ratio < 0.8, ratio
 
 
 def test_smoothing_a_clean_surface_changes_little():
