@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -238,14 +238,10 @@ def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -
 
 
 def _on_input_vertices(field: CurvatureField, surface: Surface, count: int) -> CurvatureField:
-    scaled = {
-        item.name: getattr(field, item.name)
-        / (surface.unit if item.name in ("k1", "k2", "noise") else 1.0)
-        for item in fields(CurvatureField)
-    }
+    per_length = {name: getattr(field, name) / surface.unit for name in ("k1", "k2", "noise")}
     return CurvatureField(
         **{
             name: _scattered(value, surface.source_vertex, count, np.nan)
-            for name, value in scaled.items()
+            for name, value in (vars(field) | per_length).items()
         }
     )

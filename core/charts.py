@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .errors import ChartError, InvalidMeshError
+from .half_edges import following
 from .lscm import conformal_map
 from .progress import Progress
 from .surface import Surface
@@ -100,8 +101,7 @@ def _cut(surface: Surface, seam: np.ndarray) -> Charts:
 
     chart = components(m, inner // 3, other // 3)
     # Corners are one chart vertex when an uncut edge joins them: its tail here is its head there.
-    following = other - other % 3 + (other + 1) % 3
-    corners = components(3 * m, inner, following)
+    corners = components(3 * m, inner, following(other))
     vertex = np.empty(int(corners.max()) + 1, dtype=np.int64)
     vertex[corners] = surface.triangles.ravel()
     return Charts(corners.reshape(m, 3), vertex, chart, border)

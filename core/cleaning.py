@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .errors import InvalidMeshError
-from .half_edges import HalfEdges, fan_labels, has_pinched_vertex, link
+from .half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
 from .surface import Surface
 
 
@@ -202,9 +202,6 @@ def _split_across(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, n
     agree = tails[first] != tails[second]
     first, second = first[agree], second[agree]
 
-    def following(half_edges: np.ndarray) -> np.ndarray:
-        return half_edges - half_edges % 3 + (half_edges + 1) % 3
-
     # Across a shared edge the tail of one half-edge is the head of the other.
     rows = np.concatenate([first, following(first)])
     columns = np.concatenate([following(second), second])
@@ -237,8 +234,8 @@ def _split_fans(
     corners: np.ndarray, source: np.ndarray, links: HalfEdges, warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, HalfEdges]:
     """Take pinched vertices, where several fans touch, apart; also drops unused vertices."""
-    used = np.diff(links.neighbour_start) > 0
-    is_pinched = has_pinched_vertex(corners, links.twin, len(source))
+    used = links.corner_count > 0
+    is_pinched = has_pinched_vertex(corners, links)
     if not is_pinched and used.all():
         return corners, source, links
     if is_pinched:
@@ -267,24 +264,22 @@ def _assemble(
     links: HalfEdges,
 ) -> Surface:
     points = vertices[source]
-    low, high = points.min(axis=0), points.max(axis=0)
+    # By columns: several times faster than along the first axis of (n, 3).
+    low = np.array([column.min() for column in points.T])
+    high = np.array([column.max() for column in points.T])
     # Halves first: the sum of two huge coordinates would overflow.
     origin = 0.5 * low + 0.5 * high
     unit = float((0.5 * high - 0.5 * low).max())
     if unit == 0.0:
         raise InvalidMeshError("All faces of the mesh lie in one point: there is no surface.")
+    points -= origin
+    points /= unit
     border = np.zeros(len(source), bool)
     open_edges = np.flatnonzero(links.twin < 0)
     border[corners.ravel()[open_edges]] = True
-    border[corners[:, [1, 2, 0]].ravel()[open_edges]] = True
-    count = len(source)
-    graph = sparse.csr_array(
-        (np.ones(len(links.neighbours)), links.neighbours, links.neighbour_start),
-        shape=(count, count),
-    )
-    _, component = csgraph.connected_components(graph, directed=False)
+    border[corners.ravel()[following(open_edges)]] = True
     return Surface(
-        vertices=(points - origin) / unit,
+        vertices=points,
         triangles=corners,
         source_vertex=source,
         source_triangle=rows,
@@ -292,28 +287,44 @@ def _assemble(
         neighbour_start=links.neighbour_start,
         neighbours=links.neighbours,
         border=border,
-        component=component,
+        component=_components(links),
         origin=origin,
         unit=unit,
     )
 
 
+def _components(links: HalfEdges) -> np.ndarray:
+    """(n,) int32 connected component of each vertex."""
+    count = len(links.neighbour_start) - 1
+    graph = sparse.csr_array(
+        (np.ones(len(links.neighbours)), links.neighbours, links.neighbour_start),
+        shape=(count, count),
+    )
+    reached = csgraph.breadth_first_order(graph, 0, return_predecessors=False)
+    if len(reached) == count:  # most meshes are one piece, which this tells four times faster
+        return np.zeros(count, np.int32)
+    return csgraph.connected_components(graph, directed=False)[1]
+
+
 def _warn_about_geometry(surface: Surface, warnings: list[str]) -> None:
-    normals, areas = surface.face_normal_area
+    _, areas = surface.face_normal_area
     flat = int(np.count_nonzero(areas <= np.finfo(float).eps ** 2))
     if flat:
         warnings.append(
             f"{_count(flat, 'triangle')} without area: their neighbourhood is less certain."
         )
-    centre = surface.vertices[surface.triangles[:, 0]]
-    volume = np.bincount(
-        surface.component[surface.triangles[:, 0]],
-        weights=np.einsum("ij,ij->i", centre, normals) * areas,
-        minlength=len(surface.closed),
-    )
-    inward = int(np.count_nonzero(surface.closed & (volume < 0)))
+    inward = int(np.count_nonzero(surface.closed & (_volumes(surface) < 0)))
     if inward:
         warnings.append(
             f"The normals of {_count(inward, 'closed piece')} point inwards, so curvatures have "
             "the opposite sign there. Recalculate Outside mends this in the mesh."
         )
+
+
+def _volumes(surface: Surface) -> np.ndarray:
+    """(components,) volume that each component encloses, negative with normals inwards."""
+    normals, areas = surface.face_normal_area
+    heights = np.einsum("rc,rc->r", surface.vertices[surface.triangles[:, 0]], normals)
+    if surface.component_count == 1:
+        return np.array([np.einsum("r,r->", heights, areas) / 3.0])
+    return surface.by_component(slice(None), heights * areas) / 3.0

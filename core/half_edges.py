@@ -19,11 +19,17 @@ class HalfEdges:
     ----------
     twin:
         (3 m,) int32 the same edge in the neighbouring triangle, -1 on a border.
+    leaving:
+        (n,) int32 a half-edge that starts at each vertex, -1 at vertices without a triangle.
+    corner_count:
+        (n,) int32 corners at each vertex.
     neighbour_start, neighbours:
         The one-ring graph of the vertices, see `Surface`.
     """
 
     twin: np.ndarray
+    leaving: np.ndarray
+    corner_count: np.ndarray
     neighbour_start: np.ndarray
     neighbours: np.ndarray
 
@@ -38,6 +44,10 @@ def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     forward = sparse.coo_array((names, (tails, heads)), shape=shape).tocsr()
     if forward.nnz < 3 * m:
         return None
+    corner_count = np.diff(forward.indptr)
+    leaving = np.full(vertex_count, -1, np.int32)
+    used = corner_count > 0
+    leaving[used] = forward.data[forward.indptr[:-1][used]]
     backward = forward.T.tocsr()
     if np.array_equal(forward.indptr, backward.indptr) and np.array_equal(
         forward.indices, backward.indices
@@ -45,7 +55,7 @@ def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
         # Without a border every edge has both directions, in the same places.
         twin = np.empty(3 * m, np.int32)
         twin[forward.data] = backward.data
-        return HalfEdges(twin, forward.indptr, forward.indices)
+        return HalfEdges(twin, leaving, corner_count, forward.indptr, forward.indices)
     # One sum aligns both directions of every edge: the low half names the half-edge from row
     # to column, counted from 1, the high half the one that comes back.
     forward.data = forward.data.astype(np.int64) + 1
@@ -55,7 +65,12 @@ def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     back = (both.data >> 32) - 1
     twin = np.full(3 * m + 1, -1, np.int32)
     twin[out] = back  # half-edges that do not exist are named -1 and land in the spare slot
-    return HalfEdges(twin[:-1], both.indptr, both.indices)
+    return HalfEdges(twin[:-1], leaving, corner_count, both.indptr, both.indices)
+
+
+def following(half_edges: np.ndarray) -> np.ndarray:
+    """The half-edge after each one in its triangle."""
+    return np.where(half_edges % 3 == 2, half_edges - 2, half_edges + 1)
 
 
 def previous(half_edges: np.ndarray) -> np.ndarray:
@@ -65,22 +80,22 @@ def previous(half_edges: np.ndarray) -> np.ndarray:
 
 def _next_around(twin: np.ndarray) -> np.ndarray:
     """(3 m,) the corner that follows each one around its vertex, -1 at the end of an open fan."""
-    return np.ascontiguousarray(twin.reshape(-1, 3)[:, [2, 0, 1]]).ravel()
+    step = np.empty((len(twin) // 3, 3), twin.dtype)
+    for corner in range(3):
+        step[:, corner] = twin[(corner + 2) % 3 :: 3]
+    return step.ravel()
 
 
-def has_pinched_vertex(triangles: np.ndarray, twin: np.ndarray, vertex_count: int) -> bool:
-    """Whether several fans of triangles touch at some vertex.
+def has_pinched_vertex(triangles: np.ndarray, links: HalfEdges) -> bool:
+    """Whether several fans of triangles touch at some vertex of (m, 3) triangles.
 
     One fan is walked around every vertex, all together; it must have as many corners as there
     are at the vertex.
     """
-    tails = triangles.ravel()
-    step = _next_around(twin)
-    valence = np.bincount(tails, minlength=vertex_count)
-    first = np.full(vertex_count, -1, np.int32)
-    first[tails] = np.arange(len(tails), dtype=np.int32)
-    openings = np.flatnonzero(twin < 0)
-    first[tails[openings]] = openings
+    step = _next_around(links.twin)
+    first = links.leaving.copy()
+    openings = np.flatnonzero(links.twin < 0)
+    first[triangles.ravel()[openings]] = openings
     walking = np.flatnonzero(first >= 0)
     begin = current = first[walking]
     length = 0
@@ -89,7 +104,7 @@ def has_pinched_vertex(triangles: np.ndarray, twin: np.ndarray, vertex_count: in
         current = step[current]
         going = (current >= 0) & (current != begin)
         if not going.all():
-            if (valence[walking[~going]] != length).any():
+            if (links.corner_count[walking[~going]] != length).any():
                 return True
             walking, begin, current = walking[going], begin[going], current[going]
     return False

@@ -17,15 +17,17 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     """
     normal, area = surface.face_normal_area
     ab, bc, ca = surface.side_squares
-    n = len(surface.vertices)
-    total, scale = np.zeros((3, n)), np.zeros(n)
-    for corner, product in zip(surface.triangles.T, (ab * ca, ab * bc, bc * ca), strict=True):
+    m, n = len(surface.triangles), len(surface.vertices)
+    weights = np.empty((m, 3))
+    for corner, (left, right) in enumerate(((ab, ca), (ab, bc), (bc, ca))):
+        product = left * right
         # Sides of no length belong to degenerate triangles: nothing is known of the normal.
-        weight = np.divide(area, product, out=product, where=product > 0)
-        scale += np.bincount(corner, weights=weight, minlength=n)
-        for axis in range(3):
-            total[axis] += np.bincount(corner, weights=weight * normal[:, axis], minlength=n)
-    return _unit_or_largest_face(surface, np.ascontiguousarray(total.T), scale)
+        np.divide(area, product, out=product, where=product > 0)
+        weights[:, corner] = product
+    corners = sparse.csc_array(
+        (weights.ravel(), surface.triangles.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(n, m)
+    )
+    return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
 
 
 def _unit_or_largest_face(surface: Surface, total: np.ndarray, scale: np.ndarray) -> np.ndarray:

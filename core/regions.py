@@ -77,8 +77,10 @@ def find_regions(
     rings:
         Rings of samples, by which the regions grow.
     """
-    ratio = _ratio(gap, noise, radius)[surface.triangles]
-    within = ~(ratio > REGION_RATIO).any(axis=1) & np.isfinite(ratio).any(axis=1)
+    ratio = _ratio(gap, noise, radius)
+    clear, known = ratio > REGION_RATIO, np.isfinite(ratio)
+    a, b, c = surface.triangles.T
+    within = ~(clear[a] | clear[b] | clear[c]) & (known[a] | known[b] | known[c])
     if not within.any():
         return RegionMap.none(surface)
     _, area = surface.face_normal_area
@@ -89,7 +91,8 @@ def find_regions(
     for number, rows in enumerate(RegionMap(label, count).rows()):
         if good[number]:
             good[number] = (
-                _weighted_median(np.nanmean(ratio[rows], axis=1), area[rows]) <= REGION_MEDIAN
+                _weighted_median(np.nanmean(ratio[surface.triangles[rows]], axis=1), area[rows])
+                <= REGION_MEDIAN
             )
     if not good.any():
         return RegionMap.none(surface)

@@ -62,16 +62,18 @@ class Surface:
         m = len(self.triangles)
         normals, areas, squares = np.empty((m, 3)), np.empty(m), np.empty((3, m))
 
+        coordinates = np.ascontiguousarray(self.vertices.T)
+
         def block(first: int) -> None:
             rows = slice(first, first + BLOCK)
-            a, b, c = (self.vertices[corner].T for corner in self.triangles[rows].T)
-            sides = b - a, c - b, a - c
-            for square, side in zip(squares, sides, strict=True):
-                np.einsum("cr,cr->r", side, side, out=square[rows])
-            cross = np.cross(sides[0], sides[1], axis=0)
+            corners = np.take(coordinates, self.triangles[rows].T, axis=1)
+            sides = corners[:, [1, 2, 0]] - corners
+            np.einsum("ckr,ckr->kr", sides, sides, out=squares[:, rows])
+            (ax, bx, _), (ay, by, _), (az, bz, _) = sides
+            cross = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
             length = np.sqrt(np.einsum("cr,cr->r", cross, cross))
-            normals[rows] = (cross / np.maximum(length, np.finfo(float).tiny)).T
-            areas[rows] = 0.5 * length
+            np.multiply(0.5, length, out=areas[rows])
+            np.divide(cross.T, np.maximum(length, np.finfo(float).tiny)[:, None], out=normals[rows])
 
         run(block, range(0, m, BLOCK), Progress())
         return normals, areas, squares
@@ -97,13 +99,24 @@ class Surface:
         return near
 
     @cached_property
+    def component_count(self) -> int:
+        """How many connected components there are."""
+        return int(self.component.max()) + 1 if len(self.component) else 0
+
+    def by_component(self, triangles: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+        """(components,) number of the given triangles in each component, or sum of weights."""
+        owner = self.component[self.triangles[triangles, 0]]
+        return np.bincount(owner, weights=weights, minlength=self.component_count)
+
+    @cached_property
     def euler_characteristic(self) -> np.ndarray:
         """(components,) int64 V - E + F of each component."""
-        count = int(self.component.max()) + 1 if len(self.component) else 0
-        vertices = np.bincount(self.component, minlength=count)
-        owner = self.component[self.triangles[:, 0]]
-        faces = np.bincount(owner, minlength=count)
-        on_border = np.bincount(owner[np.flatnonzero(self.twin < 0) // 3], minlength=count)
+        vertices = np.bincount(self.component, minlength=self.component_count)
+        if self.component_count == 1:
+            faces = np.array([len(self.triangles)])
+        else:
+            faces = self.by_component(slice(None))
+        on_border = self.by_component(np.flatnonzero(self.twin < 0) // 3)
         # Every inner edge is two half-edges, every border edge one.
         edges = (3 * faces + on_border) // 2
         return vertices - edges + faces
@@ -111,5 +124,6 @@ class Surface:
     @cached_property
     def closed(self) -> np.ndarray:
         """(components,) bool, True where a component has no border."""
-        count = int(self.component.max()) + 1 if len(self.component) else 0
-        return np.bincount(self.component, weights=self.border, minlength=count) == 0
+        closed = np.ones(self.component_count, bool)
+        closed[self.component[self.border]] = False
+        return closed

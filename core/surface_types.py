@@ -29,7 +29,7 @@ def typical_curvature(surface: Surface, k1: np.ndarray, k2: np.ndarray) -> float
     least the curvature of a sphere around the whole surface: on a mesh that is mostly flat the
     median says nothing about its curved parts. `k1`, `k2` are (n,).
     """
-    largest = np.maximum(np.abs(k1), np.abs(k2))
+    largest = np.maximum(k1, -k2)  # k1 >= k2
     largest = largest[np.isfinite(largest)]
     median = float(np.median(largest)) if len(largest) else 0.0
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))

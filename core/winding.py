@@ -49,39 +49,38 @@ def certified_index(
     frames.real, frames.imag = d1.T, d2.T
 
     def block(first: int) -> None:
-        rows = slice(first, first + BLOCK)
-        corners = surface.triangles[rows].T
-        at = frames[:, corners]
-        ab, bc, ca = (_rotation(at[:, k], at[:, (k + 1) % 3]) for k in range(3))
-        around = ab * bc * ca
+        at = np.take(frames, surface.triangles[first : first + BLOCK].T, axis=1)
+        rotation = _rotations(at)
         # Each edge turns the doubled (or fourfold) angle by less than a right angle and the
         # holonomy is small: the sum stays below a full turn, so the index is zero without
         # arctangents.
-        calm = around.real > 0
-        for power, signed in ((around, True), (ab, False), (bc, False), (ca, False)):
-            power = power ** (symmetry // 2)
-            real = power.real if signed else np.abs(power.real)
-            calm &= real > np.abs(power.imag)
+        power = rotation if symmetry == 2 else rotation * rotation
+        around = power[0] * power[1] * power[2]
+        calm = (np.abs(power.real) > np.abs(power.imag)).all(axis=0)
+        calm &= around.real > np.abs(around.imag)
         wild = np.flatnonzero(~calm)
         if len(wild):
-            edges = [rotation[wild] for rotation in (ab, bc, ca)]
-            holonomy = np.angle(edges[0] * edges[1] * edges[2])
-            turns[first + wild] = sum(_turn(edge, symmetry) for edge in edges) + symmetry * holonomy
+            edges = _unit(rotation[:, wild])
+            holonomy = np.angle(edges.prod(axis=0))
+            turns[first + wild] = _turn(edges, symmetry).sum(axis=0) + symmetry * holonomy
 
     run(block, range(0, m, BLOCK), progress)
     index = np.rint(turns / (2 * np.pi)) / symmetry
     return _with_exact_sums(surface, index, d1, d2, symmetry)
 
 
-def _rotation(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """exp(i rho) up to length: rho turns the frame on the left into the one on the right.
+def _rotations(at: np.ndarray) -> np.ndarray:
+    """(3, b) exp(i rho) up to length for the edges ab, bc, ca of triangles with the frames
+    `at` (3, 3, b) at a, b, c: rho turns the frame at an edge's tail into the one at its head.
 
-    For frames m = d1 + i d2 it is conj(m_left) . m_right, the rotation in the polar
-    decomposition of the projection between the planes. Opposite normals leave it open: 1.
+    For frames m = d1 + i d2 it is conj(m_tail) . m_head, the rotation in the polar
+    decomposition of the projection between the planes.
     """
-    rotation = np.conj(left[0]) * right[0]
-    rotation += np.conj(left[1]) * right[1]
-    rotation += np.conj(left[2]) * right[2]
+    return np.einsum("ckr,ckr->kr", at.conj(), at[:, [1, 2, 0]])
+
+
+def _unit(rotation: np.ndarray) -> np.ndarray:
+    """Rotations of length one. Opposite normals leave it open, rotation 0: then 1."""
     size = np.abs(rotation)
     return np.where(size > 0, rotation / np.where(size > 0, size, 1.0), 1.0)
 
@@ -95,12 +94,12 @@ def _with_exact_sums(
     surface: Surface, index: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int
 ) -> np.ndarray:
     """Redo the closed components whose indices do not sum to their Euler characteristic."""
-    component = surface.component[surface.triangles[:, 0]]
-    sums = np.bincount(component, weights=index, minlength=len(surface.closed))
+    turning = np.flatnonzero(index)
+    sums = surface.by_component(turning, index[turning])
     wrong = surface.closed & (sums != surface.euler_characteristic)
     if not wrong.any():
         return index
-    rows = np.flatnonzero(wrong[component])
+    rows = np.flatnonzero(wrong[surface.component[surface.triangles[:, 0]]])
     index = index.copy()
     index[rows] = _intrinsic_index(surface, rows, d1, d2, symmetry)
     return index
