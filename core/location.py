@@ -169,10 +169,10 @@ def _refine_block(
     found = settled & fit.determined & landed
     chosen = rows[found]
     places.triangle[chosen], places.barycentric[chosen] = around[found], inside[found]
-    axes = (e1.T, e2.T, normal.T)
-    places.normal[chosen] = operator.normal(axes).T[found]
-    places.x[chosen] = operator.tangent(1.0, 0.0, axes).T[found]
-    places.y[chosen] = operator.tangent(0.0, 1.0, axes).T[found]
+    axes = np.stack([e1.T, e2.T, normal.T])
+    places.normal[chosen] = operator.normal(axes)[found]
+    places.x[chosen] = operator.tangent(1.0, 0.0, axes)[found]
+    places.y[chosen] = operator.tangent(0.0, 1.0, axes)[found]
     places.curvature[chosen] = (operator.mean / radius)[found]
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
     places.error[chosen] = (fit.gap_error / radius)[found]
