@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .height_operator import operator_of_heights
-from .heights import fit_heights
+from .heights import HeightFit, solve_heights, sum_count, sum_samples
 from .neighbourhoods import Neighbourhood
 from .parallel import run
 from .progress import Progress
@@ -23,13 +23,13 @@ from .tangent import frame, principal_directions
 from .workspace import Workspace
 
 DEGREE = 3
-# Vertices whose neighbourhoods are found together: their rows stay near the caches.
-CHUNK = 32768
+# Vertices whose fits are solved together: their systems take 14 MB in each thread.
+CHUNK = 16384
 # Rings that are added, one at a time, where the samples leave a cubic undetermined.
 RETRIES = 2
-# Samples per block of fits. Smaller blocks would stay in the second cache, but hand the
-# interpreter lock over so often that two threads were slower than one; this is 1.4 times faster.
-SAMPLES_PER_BLOCK = 98304
+# Samples that are summed together. Smaller blocks would stay in the second cache, but in short
+# calls the threads wait for the interpreter lock longer than the cache saves.
+SAMPLES_PER_BLOCK = 65536
 # Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance d^2 (mean 1) bring the bias of the
 # distant samples down; measured on random meshes they beat equal and Gaussian weights.
 FOCUS = 0.3
@@ -106,17 +106,7 @@ def fit_jets(
     def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
-        for some, members in around.blocks(centres[slots], SAMPLES_PER_BLOCK):
-            _fit_block(
-                coordinates,
-                normals,
-                centres[slots[some]],
-                members,
-                around.focused,
-                slots[some],
-                jets,
-                spaces.workspace,
-            )
+        _fit_some(coordinates, normals, centres[slots], around, slots, jets, spaces.workspace)
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
@@ -129,36 +119,81 @@ def fit_jets(
     return jets
 
 
-def _fit_block(
+def _fit_some(
     coordinates: np.ndarray,
     normals: np.ndarray,
     centres: np.ndarray,
-    members: np.ndarray,
-    focused: bool,
+    around: Neighbourhood,
     slots: np.ndarray,
     jets: Jets,
     workspace: Workspace,
 ) -> None:
-    """Fit the jets of b vertices `centres` to their (s, b) samples; into `slots` of `jets`."""
+    """Fit the jets of some vertices `centres` (c,), into `slots` (c,) of `jets`.
+
+    The samples are summed in blocks, the fits solved all together: in many short calls two
+    threads would wait for the interpreter lock more than they work.
+    """
     n0 = normals[centres].T
     axes = np.stack([*frame(n0), n0])
+    sums = workspace.array("sums", sum_count(DEGREE), len(centres))
+    radius, samples = np.empty((2, len(centres)))
+    blocks, end = [np.zeros(0, int)], 0
+    for some, members in around.blocks(centres, SAMPLES_PER_BLOCK):
+        block = slice(end, end := end + len(some))
+        blocks.append(some)
+        samples[block] = len(members)
+        origin = coordinates[:, centres[some]]
+        x, y, z, radius[block] = _samples(coordinates, members, origin, axes[..., some], workspace)
+        weights = _weights(x, y, workspace) if around.focused else None
+        sum_samples(x, y, z, weights, DEGREE, sums[:, block], workspace)
+    order = np.concatenate(blocks)
+    fit = solve_heights(sums[:, :end], samples[:end], DEGREE, workspace)
+    _store(fit, radius[:end], axes[..., order], slots[order], jets)
+
+
+def _samples(
+    coordinates: np.ndarray,
+    members: np.ndarray,
+    origin: np.ndarray,
+    axes: np.ndarray,
+    workspace: Workspace,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(s, b) coordinates of the vertices `members` (s, b) about `origin` (3, b) along three
+    `axes` (3, 3, b), in units of their root mean square distance, and (b,) that radius."""
     offset = workspace.array("offset", 3, *members.shape)
     np.take(coordinates, members, axis=1, out=offset, mode="clip")
-    offset -= coordinates[:, None, centres]
+    offset -= origin[:, None]
     radius = np.sqrt(np.einsum("csb,csb->b", offset, offset) / len(members))
     radius = np.maximum(radius, np.finfo(float).tiny)
-    inverse = 1.0 / radius
     # One contraction: several times faster than sums of products with their temporaries.
     samples = workspace.array("samples", 3, *members.shape)
-    x, y, z = np.einsum("csb,kcb->ksb", offset, axes * inverse, out=samples)
-    root = _weight_root(x, y, workspace) if focused else None
-    fit = fit_heights(x, y, z, root, DEGREE, workspace)
+    x, y, z = np.einsum("csb,kcb->ksb", offset, axes / radius, out=samples)
+    return x, y, z, radius
 
+
+def _weights(x: np.ndarray, y: np.ndarray, workspace: Workspace) -> np.ndarray:
+    """Weights (s, b) of samples at x, y: 1 / (1 + d^2 / FOCUS)^3."""
+    spread, other = workspace.array("weights", 2, *x.shape)
+    np.multiply(x, x, out=spread)
+    np.multiply(y, y, out=other)
+    spread += other
+    spread *= 1.0 / FOCUS
+    spread += 1.0
+    np.multiply(spread, spread, out=other)
+    spread *= other
+    return np.reciprocal(spread, out=spread)
+
+
+def _store(
+    fit: HeightFit, radius: np.ndarray, axes: np.ndarray, slots: np.ndarray, jets: Jets
+) -> None:
+    """Write the shape operators of fits (b,) over `axes` (3, 3, b) to `slots` (b,) of `jets`."""
     c = fit.coefficients
     # Heights in units of the radius bend 1 / radius times as much as in length.
     operator = operator_of_heights(c[1, 0], c[0, 1], 2 * c[2, 0], c[1, 1], 2 * c[0, 2])
     gap = np.hypot(operator.real, operator.imaginary)
     cosine, sine = principal_directions(operator.real, operator.imaginary, gap)
+    inverse = 1.0 / radius
     jets.k1[slots] = (operator.mean + 0.5 * gap) * inverse
     jets.k2[slots] = (operator.mean - 0.5 * gap) * inverse
     jets.d1[slots] = operator.tangent(cosine, sine, axes)
@@ -168,16 +203,3 @@ def _fit_block(
     jets.residual[slots] = fit.residual * radius
     jets.radius[slots] = radius
     jets.determined[slots] = fit.determined
-
-
-def _weight_root(x: np.ndarray, y: np.ndarray, workspace: Workspace) -> np.ndarray:
-    """Square root (s, b) of the weights of samples at x, y: 1 / (1 + d^2 / FOCUS)^(3/2)."""
-    spread, other = workspace.array("weights", 2, *x.shape)
-    np.multiply(x, x, out=spread)
-    np.multiply(y, y, out=other)
-    spread += other
-    spread *= 1.0 / FOCUS
-    spread += 1.0
-    np.sqrt(spread, out=other)
-    spread *= other
-    return np.reciprocal(spread, out=spread)

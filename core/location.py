@@ -147,8 +147,8 @@ def _refine_block(
     # Where a small piece or a border leaves few samples, the degree that they can hold.
     while degree > 3 and len(members) < SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2:
         degree -= 1
-    root = (1.0 + (x * x + y * y) / FOCUS) ** -1.5 if degree == CLEAN[0] else None
-    fit = fit_heights(x, y, z, root, degree)
+    weights = (1.0 + (x * x + y * y) / FOCUS) ** -3 if degree == CLEAN[0] else None
+    fit = fit_heights(x, y, z, weights, degree)
 
     edge = np.linalg.norm(
         surface.vertices[corners] - surface.vertices[np.roll(corners, 1, axis=1)], axis=2
