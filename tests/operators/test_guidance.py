@@ -201,3 +201,23 @@ def test_files_are_written(tmp_path):
     assert len(names) == 11
     rosy = (tmp_path / "thing.rosy").read_text().split()
     assert [int(word) for word in rosy[:2]] == [len(obj.data.polygons), 4]
+
+
+def test_blender_reads_the_polylines(addon, tmp_path):
+    obj = add_ellipsoid(subdivisions=4)
+    path = str(tmp_path / "thing.obj")
+    only = dict.fromkeys(("mesh", "rosy", "sharp"), False)
+    bpy.ops.umbilics.export_field(filepath=path, lines=True, separatrices=True, **only)
+    for name in ("lines", "separatrices"):
+        file = tmp_path / f"thing-{name}.obj"
+        bpy.ops.wm.obj_import(filepath=str(file), forward_axis="Y", up_axis="Z")
+        read = bpy.context.selected_objects
+        points, _, closed = addon.core.formats.read_curves(file)
+        edges = sum(len(one) - 1 for one in points) + int(closed.sum())
+        assert sum(len(one.data.vertices) for one in read) == sum(map(len, points))
+        assert sum(len(one.data.edges) for one in read) == edges
+        places = np.concatenate([[v.co for v in one.data.vertices] for one in read])
+        ours = np.concatenate(points)
+        for axis in range(3):
+            assert np.sort(places[:, axis]) == pytest.approx(np.sort(ours[:, axis]), abs=1e-5)
+        assert obj not in read
