@@ -21,7 +21,7 @@ from statistics import median
 
 import numpy as np
 import scipy
-from surfaces import AnalyticSurface, ellipsoid
+from surfaces import AnalyticSurface, ellipsoid, random_ellipsoid, seed_patch
 
 from . import ROOT
 from .peers.cgal import Cgal, CgalError
@@ -35,6 +35,10 @@ CLEAR = 0.1
 # Subdivisions of the icosahedron: 20 * 4^level triangles.
 LEVELS, QUICK_LEVELS = (5, 6, 7, 8, 9), (5, 6, 7)
 COMPARED, QUICK_COMPARED = (6, 8), (6,)
+# The largest mesh: so many ellipsoids of the last level, beside each other.
+LARGEST = 2
+# Errors on the patch are taken this far inside, in half its width.
+INTERIOR = 0.9
 
 HEADER = """# Speed
 
@@ -86,10 +90,15 @@ def _load() -> str:
     return f"; the load average at the start was {os.getloadavg()[0]:.1f}"
 
 
-def direction_error(surface: AnalyticSurface, d1: np.ndarray) -> float:
-    """Root mean square angle in degrees between lines d1 (n, 3) and the true ones."""
+def direction_error(
+    surface: AnalyticSurface, d1: np.ndarray, where: np.ndarray | None = None
+) -> float:
+    """Root mean square angle in degrees between lines d1 (n, 3) and the true ones, at the
+    vertices `where` (n,) or all."""
     gap = surface.k1 - surface.k2
     clear = gap > CLEAR * np.median(gap)
+    if where is not None:
+        clear &= where
     cross = np.linalg.norm(np.cross(d1, surface.d1), axis=1)
     dot = np.abs(np.einsum("ij,ij->i", d1, surface.d1))
     angle = np.degrees(np.arctan2(cross, dot))[clear]
@@ -119,25 +128,32 @@ def peers(cache: Path) -> tuple[list[Callable], str]:
     return found, "\n".join(words) + "\n"
 
 
+def measure_all(
+    surface: AnalyticSurface, others: list[Callable]
+) -> list[tuple[list[Measurement], np.ndarray]]:
+    """What each program measures on the mesh, one after the other, and its directions."""
+    with tempfile.TemporaryDirectory() as name:
+        mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
+        np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
+        ours = Ours().measure(mesh, directions)
+        results = [([ours], np.load(directions))]
+    for measure in others:
+        measured, d1 = measure(surface.vertices, surface.triangles)
+        results.append((measured if isinstance(measured, list) else [measured], d1))
+    return results
+
+
 def compare(level: int, others: list[Callable], rounds: int) -> list[Measurement]:
     """All programs in turn on one mesh; their medians."""
     surface = ellipsoid(AXES, level)
     runs: dict[str, list[Measurement]] = {}
     errors: dict[str, float] = {}
-    with tempfile.TemporaryDirectory() as name:
-        mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
-        np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
-        for turn in range(rounds):
-            print(f"{len(surface.triangles):,} triangles, round {turn + 1}", file=sys.stderr)
-            ours = Ours().measure(mesh, directions)
-            results = [([ours], np.load(directions))]
-            for measure in others:
-                measured, d1 = measure(surface.vertices, surface.triangles)
-                results.append((measured if isinstance(measured, list) else [measured], d1))
-            for measured, d1 in results:
-                for single in measured:
-                    runs.setdefault(single.program, []).append(single)
-                    errors[single.program] = direction_error(surface, d1)
+    for turn in range(rounds):
+        print(f"{len(surface.triangles):,} triangles, round {turn + 1}", file=sys.stderr)
+        for measured, d1 in measure_all(surface, others):
+            for single in measured:
+                runs.setdefault(single.program, []).append(single)
+                errors[single.program] = direction_error(surface, d1)
     return [middle(single, errors[name]) for name, single in runs.items()]
 
 
@@ -169,6 +185,59 @@ def comparison_table(level: int, rows: list[Measurement]) -> str:
             f"| {row.peak_mb - row.input_mb:.0f} | {row.error:.4f}° |"
         )
     return "\n".join(lines) + "\n"
+
+
+def compare_directions(others: list[Callable]) -> str:
+    """Markdown: every program's error in the directions on meshes of random points."""
+    hull, patch = random_ellipsoid(count=40_962), seed_patch(5400)
+    half = np.abs(patch.vertices[:, :2]).max()
+    cases = [
+        (f"{len(hull.vertices):,} random points on the ellipsoid, their hull", hull, None),
+        (
+            f"{len(patch.vertices):,} random points of the test patch, its interior",
+            patch,
+            (np.abs(patch.vertices[:, :2]) < INTERIOR * half).all(axis=1),
+        ),
+    ]
+    lines = [
+        "## Direction error on random points",
+        "",
+        "The interior is all that is further from a side than a twentieth of the patch's width.",
+        "",
+    ]
+    table: dict[str, list[float]] = {}
+    for _, surface, where in cases:
+        for measured, d1 in measure_all(surface, others):
+            for single in measured:
+                table.setdefault(single.program, []).append(direction_error(surface, d1, where))
+    names = [name for name, _, _ in cases]
+    lines += ["| Program | " + " | ".join(names) + " |", "|---" * (len(names) + 1) + "|"]
+    lines += [
+        f"| {program} | " + " | ".join(f"{error:.3f}°" for error in errors) + " |"
+        for program, errors in table.items()
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def largest(level: int) -> str:
+    """A sentence on a mesh of several ellipsoids, for the memory that large ones take."""
+    one = ellipsoid(AXES, level)
+    count = len(one.vertices)
+    beside = [np.array([3.0 * AXES[0] * k, 0.0, 0.0]) for k in range(LARGEST)]
+    with tempfile.TemporaryDirectory() as name:
+        mesh = Path(name) / "mesh.npz"
+        np.savez(
+            mesh,
+            vertices=np.concatenate([one.vertices + shift for shift in beside]),
+            triangles=np.concatenate([one.triangles + count * k for k in range(LARGEST)]),
+        )
+        size = LARGEST * len(one.triangles)
+        print(f"{size:,} triangles", file=sys.stderr)
+        run = Ours().measure(mesh)
+    return (
+        f"{LARGEST} such ellipsoids beside each other, {size:,} triangles, take "
+        f"{run.seconds:.0f} s and {run.peak_mb / 1024:.1f} GB in all.\n"
+    )
 
 
 def scaling(levels: tuple[int, ...], rounds: int) -> tuple[str, list[Measurement]]:
@@ -262,8 +331,11 @@ def main(arguments: list[str] | None = None) -> int:
         rows = compare(level, others, options.rounds)
         text += comparison_table(level, rows) + "\n"
         print(comparison_table(level, rows), flush=True)
+    text += compare_directions(others) + "\n"
     grown, medians = scaling(levels, options.rounds)
     text += grown + "\n"
+    if not options.quick:
+        text += largest(levels[-1]) + "\n"
     at = levels.index(compared[-1])
     text += profile(medians[at], 20 * 4 ** levels[at])
     text += "\n" + in_blender(compared[-1], options.rounds)
