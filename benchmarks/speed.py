@@ -2,8 +2,9 @@
 
     benchmarks/speed [--quick] [--rounds N] [--out FILE]
 
-Every program runs in a process of its own, all in turn on the same mesh, several rounds; the
-figures are medians. Other programs are built or installed where that can be (benchmarks/peers).
+Every program runs in a process of its own, one after the other on the same mesh, and does its
+work several rounds; the figures are medians. Other programs are built or installed where that can
+be (benchmarks/peers).
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from statistics import median
 
 import numpy as np
 import scipy
@@ -44,8 +44,9 @@ HEADER = """# Speed
 
 Written by `benchmarks/speed`{options} on {machine}.
 
-The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron. Every program runs
-in a process of its own, all in turn, {rounds} rounds; the figures are medians. Reading the mesh
+The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron. The programs run one
+after the other, each in a process of its own that does the work {rounds} times: "seconds" is the
+median, "first" the first time, when memory is new to the process. Reading the mesh
 is not counted. "Above the input" is peak memory less that after reading. The error is the root
 mean square angle between the first principal directions and the true ones, where the gap of the
 curvatures is above {clear:.0%} of its median. Umbilics does everything that `core.detect` does with
@@ -59,8 +60,8 @@ there are processors; the others use one thread as they come.
 class Ours:
     """This project's `core.detect`."""
 
-    def measure(self, mesh: Path, directions: Path | None = None) -> Measurement:
-        command = [sys.executable, "-m", "benchmarks.speed_task", str(mesh)]
+    def measure(self, mesh: Path, rounds: int, directions: Path | None = None) -> Measurement:
+        command = [sys.executable, "-m", "benchmarks.speed_task", str(mesh), str(rounds)]
         command += [str(directions)] if directions else []
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
         found = json.loads(done.stdout)
@@ -129,60 +130,37 @@ def peers(cache: Path) -> tuple[list[Callable], str]:
 
 
 def measure_all(
-    surface: AnalyticSurface, others: list[Callable]
-) -> list[tuple[list[Measurement], np.ndarray]]:
+    surface: AnalyticSurface, others: list[Callable], rounds: int
+) -> list[tuple[Measurement, np.ndarray]]:
     """What each program measures on the mesh, one after the other, and its directions."""
     with tempfile.TemporaryDirectory() as name:
         mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
         np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
-        ours = Ours().measure(mesh, directions)
-        results = [([ours], np.load(directions))]
+        results = [(Ours().measure(mesh, rounds, directions), np.load(directions))]
     for measure in others:
-        measured, d1 = measure(surface.vertices, surface.triangles)
-        results.append((measured if isinstance(measured, list) else [measured], d1))
+        measured, d1 = measure(surface.vertices, surface.triangles, rounds)
+        results += [(single, d1) for single in measured]
     return results
 
 
-def compare(level: int, others: list[Callable], rounds: int) -> list[Measurement]:
-    """All programs in turn on one mesh; their medians."""
+def compare(level: int, others: list[Callable], rounds: int) -> str:
+    """Markdown: all programs on one ellipsoid, a row for each."""
     surface = ellipsoid(AXES, level)
-    runs: dict[str, list[Measurement]] = {}
-    errors: dict[str, float] = {}
-    for turn in range(rounds):
-        print(f"{len(surface.triangles):,} triangles, round {turn + 1}", file=sys.stderr)
-        for measured, d1 in measure_all(surface, others):
-            for single in measured:
-                runs.setdefault(single.program, []).append(single)
-                errors[single.program] = direction_error(surface, d1)
-    return [middle(single, errors[name]) for name, single in runs.items()]
-
-
-def middle(runs: list[Measurement], error: float = float("nan")) -> Measurement:
-    """The median of each figure."""
-    return Measurement(
-        runs[0].program,
-        median(run.seconds for run in runs),
-        median(run.input_mb for run in runs),
-        median(run.peak_mb for run in runs),
-        {name: median(run.stages[name] for run in runs) for name in runs[0].stages},
-        error,
-    )
-
-
-def comparison_table(level: int, rows: list[Measurement]) -> str:
-    """Markdown: a row for each program."""
-    ours = next(row for row in rows if row.program == OURS)
+    print(f"{len(surface.triangles):,} triangles, all programs", file=sys.stderr)
+    results = measure_all(surface, others, rounds)
+    ours = results[0][0].seconds
     lines = [
-        f"## {20 * 4**level:,} triangles",
+        f"## {len(surface.triangles):,} triangles",
         "",
-        "| Program | Seconds | times ours | Peak MB | above the input | Direction error |",
-        "|---|---|---|---|---|---|",
+        "| Program | Seconds | times ours | first | Peak MB | above the input | Direction error |",
+        "|---|---|---|---|---|---|---|",
     ]
-    for row in rows:
-        ratio = "1" if row is ours else f"{row.seconds / ours.seconds:.1f}"
+    for run, d1 in results:
+        ratio = "1" if run.program == OURS else f"{run.seconds / ours:.1f}"
         lines.append(
-            f"| {row.program} | {row.seconds:.2f} | {ratio} | {row.peak_mb:.0f} "
-            f"| {row.peak_mb - row.input_mb:.0f} | {row.error:.4f}° |"
+            f"| {run.program} | {run.seconds:.2f} | {ratio} | {run.rounds[0]:.2f} "
+            f"| {run.peak_mb:.0f} | {run.peak_mb - run.input_mb:.0f} "
+            f"| {direction_error(surface, d1):.4f}° |"
         )
     return "\n".join(lines) + "\n"
 
@@ -207,9 +185,8 @@ def compare_directions(others: list[Callable]) -> str:
     ]
     table: dict[str, list[float]] = {}
     for _, surface, where in cases:
-        for measured, d1 in measure_all(surface, others):
-            for single in measured:
-                table.setdefault(single.program, []).append(direction_error(surface, d1, where))
+        for run, d1 in measure_all(surface, others, 1):
+            table.setdefault(run.program, []).append(direction_error(surface, d1, where))
     names = [name for name, _, _ in cases]
     lines += ["| Program | " + " | ".join(names) + " |", "|---" * (len(names) + 1) + "|"]
     lines += [
@@ -233,7 +210,7 @@ def largest(level: int) -> str:
         )
         size = LARGEST * len(one.triangles)
         print(f"{size:,} triangles", file=sys.stderr)
-        run = Ours().measure(mesh)
+        run = Ours().measure(mesh, 1)
     return (
         f"{LARGEST} such ellipsoids beside each other, {size:,} triangles, take "
         f"{run.seconds:.0f} s and {run.peak_mb / 1024:.1f} GB in all.\n"
@@ -249,7 +226,7 @@ def scaling(levels: tuple[int, ...], rounds: int) -> tuple[str, list[Measurement
             surface = ellipsoid(AXES, level)
             np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
             print(f"{len(surface.triangles):,} triangles", file=sys.stderr)
-            rows.append(middle([Ours().measure(mesh) for _ in range(rounds)]))
+            rows.append(Ours().measure(mesh, rounds))
     sizes = [20 * 4**level for level in levels]
     exponent = np.polyfit(np.log(sizes), np.log([row.seconds for row in rows]), 1)[0]
     lines = [
@@ -312,7 +289,9 @@ def in_blender(level: int, rounds: int) -> str:
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks/speed", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="small meshes only")
-    parser.add_argument("--rounds", type=int, default=3, metavar="N", help="runs of each (3)")
+    parser.add_argument(
+        "--rounds", type=int, default=3, metavar="N", help="how often each does its work (3)"
+    )
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "speed.md")
     options = parser.parse_args(arguments)
     if options.rounds < 1:
@@ -328,9 +307,9 @@ def main(arguments: list[str] | None = None) -> int:
         peers=words,
     )
     for level in compared:
-        rows = compare(level, others, options.rounds)
-        text += comparison_table(level, rows) + "\n"
-        print(comparison_table(level, rows), flush=True)
+        table = compare(level, others, options.rounds)
+        text += table + "\n"
+        print(table, flush=True)
     text += compare_directions(others) + "\n"
     grown, medians = scaling(levels, options.rounds)
     text += grown + "\n"

@@ -70,25 +70,27 @@ class Cgal:
         return found[:, 0], 0.5 * found[:, 1]
 
     def measure(
-        self, vertices: np.ndarray, triangles: np.ndarray
+        self, vertices: np.ndarray, triangles: np.ndarray, rounds: int
     ) -> tuple[list[Measurement], np.ndarray]:
         """Jets, then jets and umbilics together, without the reading; d1 (n, 3)."""
         path = Path(self._folder.name) / "measured"
-        self._run(vertices, triangles, path)
+        self._run(vertices, triangles, path, rounds)
         line, _, directions = path.read_bytes().partition(b"\n")
-        jets, umbilics, before, peak = map(float, line.split())
+        *seconds, before, peak = map(float, line.split()[1:])
+        jets, umbilics = seconds[::2], seconds[1::2]
+        both = [sum(pair) for pair in zip(jets, umbilics, strict=True)]
         memory = {"input_mb": before / 1024, "peak_mb": peak / 1024}
         measured = [
             Measurement("CGAL, jets of degree 3", jets, **memory),
-            Measurement("CGAL, jets and umbilics", jets + umbilics, **memory),
+            Measurement("CGAL, jets and umbilics", both, **memory),
         ]
         return measured, np.frombuffer(directions).reshape(-1, 3)
 
-    def _run(self, vertices: np.ndarray, triangles: np.ndarray, *arguments: Path) -> str:
+    def _run(self, vertices: np.ndarray, triangles: np.ndarray, *arguments: Path | int) -> str:
         lines = [f"{len(vertices)} {len(triangles)}"]
         lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
         lines += [f"{a} {b} {c}" for a, b, c in triangles.tolist()]
-        command = [self._program, *arguments]
+        command = [self._program, *map(str, arguments)]
         run = subprocess.run(
             command, input="\n".join(lines), capture_output=True, text=True, check=False
         )

@@ -4,9 +4,10 @@
 // corners; writes a line "vertex index" for each umbilic: index 1 or -1 in units of one half,
 // 0 where CGAL calls it non-generic. Jets of degree 3, neighbourhood size 2.
 //
-// With an argument, a file of that name gets a line "seconds for the jets, for the umbilics, kB of
-// memory after reading, at most" and then, 3 doubles a vertex, the directions in which a convex
-// surface bends most: CGAL's curvatures are negative there, so these are its minimal ones.
+// With two arguments, a file and a number of rounds, everything is done that often; the file gets
+// the number of rounds, for each one the seconds for the jets and for the umbilics, kB of memory
+// after reading and at most, in one line, and then, 3 doubles a vertex, the directions in which a
+// convex surface bends most: CGAL's curvatures are negative there, so these are its minimal ones.
 
 #include <CGAL/Monge_via_jet_fitting.h>
 #include <CGAL/Polygon_mesh_processing/compute_normal.h>
@@ -92,32 +93,39 @@ int main(int argc, char** argv) {
     }
 
     const long memory_before = memory("VmRSS:");
-    const double start = now();
+    const int rounds = argc > 2 ? std::stoi(argv[2]) : 1;
     auto k1 = mesh.add_property_map<Vertex, double>("v:k1", 0.0).first;
     auto k2 = mesh.add_property_map<Vertex, double>("v:k2", 0.0).first;
     auto d1 = mesh.add_property_map<Vertex, Vector>("v:d1", Vector(1, 0, 0)).first;
     auto d2 = mesh.add_property_map<Vertex, Vector>("v:d2", Vector(0, 1, 0)).first;
-    for (Vertex vertex : mesh.vertices()) {
-        const std::vector<Point> points = neighbourhood(mesh, vertex);
-        if (points.size() < coefficients) continue;
-        Fitting fitting;
-        auto monge = fitting(points.begin(), points.end(), degree, degree);
-        monge.comply_wrt_given_normal(
-            CGAL::Polygon_mesh_processing::compute_vertex_normal(vertex, mesh));
-        k1[vertex] = monge.principal_curvatures(0);
-        k2[vertex] = monge.principal_curvatures(1);
-        d1[vertex] = monge.maximal_principal_direction();
-        d2[vertex] = monge.minimal_principal_direction();
-    }
-
-    const double fitted = now();
+    std::vector<double> seconds;
     std::vector<CGAL::Umbilic<Mesh>*> umbilics;
-    CGAL::compute_umbilics(mesh, k1, k2, d1, d2, std::back_inserter(umbilics), size);
-    if (argc > 1) {
-        const double end = now();
+    for (int round = 0; round < rounds; ++round) {
+        for (const CGAL::Umbilic<Mesh>* umbilic : umbilics) delete umbilic;
+        umbilics.clear();
+        const double start = now();
+        for (Vertex vertex : mesh.vertices()) {
+            const std::vector<Point> points = neighbourhood(mesh, vertex);
+            if (points.size() < coefficients) continue;
+            Fitting fitting;
+            auto monge = fitting(points.begin(), points.end(), degree, degree);
+            monge.comply_wrt_given_normal(
+                CGAL::Polygon_mesh_processing::compute_vertex_normal(vertex, mesh));
+            k1[vertex] = monge.principal_curvatures(0);
+            k2[vertex] = monge.principal_curvatures(1);
+            d1[vertex] = monge.maximal_principal_direction();
+            d2[vertex] = monge.minimal_principal_direction();
+        }
+        const double fitted = now();
+        CGAL::compute_umbilics(mesh, k1, k2, d1, d2, std::back_inserter(umbilics), size);
+        seconds.push_back(fitted - start);
+        seconds.push_back(now() - fitted);
+    }
+    if (argc > 2) {
         std::ofstream measured(argv[1], std::ios::binary);
-        measured << fitted - start << ' ' << end - fitted << ' ' << memory_before << ' '
-                 << memory("VmHWM:") << '\n';
+        measured << rounds;
+        for (double value : seconds) measured << ' ' << value;
+        measured << ' ' << memory_before << ' ' << memory("VmHWM:") << '\n';
         for (Vertex vertex : mesh.vertices()) {
             const double direction[3] = {d2[vertex].x(), d2[vertex].y(), d2[vertex].z()};
             measured.write(reinterpret_cast<const char*>(direction), sizeof direction);

@@ -24,9 +24,12 @@ vertices, triangles = (np.load(name) for name in sys.argv[1:3])
 def memory(which):
     lines = dict(line.split(":", 1) for line in open("/proc/self/status"))
     return int(lines[which].split()[0]) / 1024
-before, start = memory("VmRSS"), time.perf_counter()
-d1 = igl.principal_curvature(vertices, triangles, int(sys.argv[4]))[0]
-print(time.perf_counter() - start, before, memory("VmHWM"))
+before, seconds = memory("VmRSS"), []
+for _ in range(int(sys.argv[5])):
+    start = time.perf_counter()
+    d1 = igl.principal_curvature(vertices, triangles, int(sys.argv[4]))[0]
+    seconds.append(time.perf_counter() - start)
+print(before, memory("VmHWM"), *seconds)
 np.save(sys.argv[3], d1)
 """
 
@@ -59,18 +62,18 @@ class Libigl:
         (folder / "ready").write_text(json.dumps(PACKAGE))
 
     def measure(
-        self, vertices: np.ndarray, triangles: np.ndarray
-    ) -> tuple[Measurement, np.ndarray]:
+        self, vertices: np.ndarray, triangles: np.ndarray, rounds: int
+    ) -> tuple[list[Measurement], np.ndarray]:
         """Curvatures and directions d1 (n, 3); there are no umbilics in libigl."""
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             np.save(folder / "vertices.npy", vertices)
             np.save(folder / "triangles.npy", triangles)
             paths = [folder / f"{array}.npy" for array in ("vertices", "triangles", "d1")]
-            command = [self._python, "-c", _SCRIPT, *paths, str(RADIUS)]
+            command = [self._python, "-c", _SCRIPT, *paths, str(RADIUS), str(rounds)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode:
                 raise LibiglError(f"it failed: {done.stderr.strip()[-200:]}")
-            seconds, before, peak = map(float, done.stdout.split())
+            before, peak, *seconds = map(float, done.stdout.split())
             program = f"libigl, curvature, radius {RADIUS}"
-            return Measurement(program, seconds, before, peak), np.load(paths[2])
+            return [Measurement(program, seconds, before, peak)], np.load(paths[2])

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import median
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """Seconds of one run, and the memory of its process: after reading the mesh, and at most.
-
-    `stages` are the seconds of its parts, `error` the root mean square angle in degrees between
-    its principal directions and the true ones.
-    """
+    """Seconds of each round in one process, and its memory in MB: after reading the mesh, and
+    at most. `stages` are the seconds of the parts of the median round."""
 
     program: str
-    seconds: float
+    rounds: list[float]
     input_mb: float
     peak_mb: float
     stages: dict[str, float] = field(default_factory=dict)
-    error: float = float("nan")
+
+    @property
+    def seconds(self) -> float:
+        """The median of the rounds."""
+        return median(self.rounds)
 
 
 def memory_mb(which: str) -> float:
