@@ -313,18 +313,9 @@ def _warn_about_geometry(surface: Surface, warnings: list[str]) -> None:
         warnings.append(
             f"{_count(flat, 'triangle')} without area: their neighbourhood is less certain."
         )
-    inward = int(np.count_nonzero(surface.closed & (_volumes(surface) < 0)))
+    inward = int(np.count_nonzero(surface.closed & (surface.volume < 0)))
     if inward:
         warnings.append(
             f"The normals of {_count(inward, 'closed piece')} point inwards, so curvatures have "
             "the opposite sign there. Recalculate Outside mends this in the mesh."
         )
-
-
-def _volumes(surface: Surface) -> np.ndarray:
-    """(components,) volume that each component encloses, negative with normals inwards."""
-    normals, areas = surface.face_normal_area
-    heights = np.einsum("rc,rc->r", surface.vertices[surface.triangles[:, 0]], normals)
-    if surface.component_count == 1:
-        return np.array([np.einsum("r,r->", heights, areas) / 3.0])
-    return surface.by_component(slice(None), heights * areas) / 3.0

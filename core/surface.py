@@ -57,10 +57,12 @@ class Surface:
     unit: float
 
     @cached_property
-    def _faces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(m, 3) unit normals, (m,) areas and (3, m) squared lengths of the sides ab, bc, ca."""
+    def _faces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(m, 3) unit normals, (m,) areas, (3, m) squared lengths of the sides ab, bc, ca and
+        (m,) signed volumes of the tetrahedra from the origin to the triangles."""
         m = len(self.triangles)
-        normals, areas, squares = np.empty((m, 3)), np.empty(m), np.empty((3, m))
+        normals, areas = np.empty((m, 3)), np.empty(m)
+        squares, volumes = np.empty((3, m)), np.empty(m)
 
         coordinates = np.ascontiguousarray(self.vertices.T)
 
@@ -71,12 +73,13 @@ class Surface:
             np.einsum("ckr,ckr->kr", sides, sides, out=squares[:, rows])
             (ax, bx, _), (ay, by, _), (az, bz, _) = sides
             cross = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+            np.einsum("cr,cr->r", corners[:, 0], cross / 6.0, out=volumes[rows])
             length = np.sqrt(np.einsum("cr,cr->r", cross, cross))
             np.multiply(0.5, length, out=areas[rows])
             np.divide(cross.T, np.maximum(length, np.finfo(float).tiny)[:, None], out=normals[rows])
 
         run(block, range(0, m, BLOCK), Progress())
-        return normals, areas, squares
+        return normals, areas, squares, volumes
 
     @property
     def face_normal_area(self) -> tuple[np.ndarray, np.ndarray]:
@@ -87,6 +90,14 @@ class Surface:
     def side_squares(self) -> np.ndarray:
         """(3, m) squared lengths of the sides ab, bc and ca of the triangles abc."""
         return self._faces[2]
+
+    @cached_property
+    def volume(self) -> np.ndarray:
+        """(components,) volume within each closed component, negative with normals inwards."""
+        volumes = self._faces[3]
+        if self.component_count == 1:
+            return volumes.sum(keepdims=True)
+        return self.by_component(slice(None), volumes)
 
     def near_border(self, rings: int) -> np.ndarray:
         """(n,) bool, True at vertices within so many edges of a border."""

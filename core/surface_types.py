@@ -32,7 +32,7 @@ def typical_curvature(surface: Surface, k1: np.ndarray, k2: np.ndarray) -> float
     largest = np.maximum(k1, -k2)  # k1 >= k2
     largest = largest[np.isfinite(largest)]
     median = float(np.median(largest)) if len(largest) else 0.0
-    diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    diagonal = float(np.linalg.norm([np.ptp(column) for column in surface.vertices.T]))
     # A mesh may lie in a single point.
     return max(median, 2.0 / diagonal) if diagonal > 0.0 else median
 
