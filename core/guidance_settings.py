@@ -122,7 +122,7 @@ class GuidanceSettings:
         AUTO,
         label="Length Limit",
         help="Separatrices end after this length; automatic takes four times the size of the "
-        "surface",
+        "surface, and cuts those off that wind in a spiral without end",
         kind="number",
         minimum=0.0,
         automatic=True,

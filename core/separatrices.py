@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from .detection import Umbilics
 from .guidance_settings import GuidanceSettings
-from .lines import Lines, sparse_rows
+from .lines import Lines, points_of, sparse_rows
 from .progress import Progress
 from .settings import AUTO
-from .streamlines import lines_from
+from .streamlines import lines_from, spacing_of
 from .surface import Surface
-from .tracing import OBSTACLE, Starts, Traces, in_plane, places, trace
+from .tracing import LIMIT, MET, OBSTACLE, Starts, Traces, in_plane, places, trace
 from .triangle_planes import TrianglePlanes
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
@@ -24,6 +26,9 @@ CAPTURE = 2.0
 LEAVE = 4.0
 # Automatic limit of the length, in roots of the area.
 AUTO_LIMIT = 4.0
+# A separatrix without end is cut where it comes back beside itself nearer than this many spacings
+# of the lines of curvature.
+BESIDE = 0.5
 # Points are left out as long as this many edges lie between two.
 DETAIL = 1.0
 
@@ -40,7 +45,9 @@ def separatrices(
 
     A line of the larger curvature leaves along every direction of `Umbilics.separatrix`, one of
     the smaller curvature along its opposite. Each ends at another umbilic, a border, a region or
-    the limit of its length; `Lines.source` and `Lines.target` are rows of `umbilics`.
+    the limit of its length; where the limit is automatic, one that comes to it ends where it began
+    to run beside itself, in a spiral that adds nothing to a layout. `Lines.source` and
+    `Lines.target` are rows of `umbilics`.
 
     Parameters
     ----------
@@ -77,10 +84,44 @@ def separatrices(
     )
     limit = np.full(len(point), length_limit(surface, settings))
     traces = trace(surface, planes, starts, limit, obstacle, progress)
+    if settings.length_limit in (AUTO, 0.0):
+        traces = unwound(surface, planes, traces, BESIDE * spacing_of(surface, settings))
     target = np.where(
         (traces.end == OBSTACLE) & (traces.obstacle < len(umbilics)), traces.obstacle, -1
     )
     return _lines(surface, planes, umbilics, inner, traces, family, point, target)
+
+
+def unwound(surface: Surface, planes: TrianglePlanes, traces: Traces, apart: float) -> Traces:
+    """Those lines that come to their limit only as far as they do not come nearer to themselves
+    than `apart`; the others as they are."""
+    count = len(traces.end)
+    rows = sparse_rows(traces, 0.5 * apart)
+    line = np.repeat(np.arange(count), np.diff(traces.start))
+    points = points_of(surface, planes, traces.triangle[rows], traces.z[rows])
+    normal = surface.face_normal_area[0][traces.triangle[rows]]
+    arc = traces.travelled[rows]
+    first = np.searchsorted(line[rows], np.arange(count + 1))
+    cut = np.full(count, np.inf)
+    for number in np.flatnonzero(traces.end == LIMIT):
+        own = slice(first[number], first[number + 1])
+        pairs = cKDTree(points[own]).query_pairs(apart, output_type="ndarray") + first[number]
+        one, two = pairs.T
+        # Neither neighbours along the line nor the two sides of a thin sheet.
+        beside = np.abs(arc[one] - arc[two]) > 4.0 * apart
+        beside &= np.einsum("pc,pc->p", normal[one], normal[two]) > 0.0
+        cut[number] = np.maximum(arc[one], arc[two])[beside].min(initial=np.inf)
+    keep = traces.travelled <= cut[line]
+    wound = np.isfinite(cut)
+    return replace(
+        traces,
+        start=np.concatenate([[0], np.cumsum(np.bincount(line[keep], minlength=count))]),
+        triangle=traces.triangle[keep],
+        z=traces.z[keep],
+        travelled=traces.travelled[keep],
+        end=np.where(wound, MET, traces.end).astype(np.int8),
+        obstacle=np.where(wound, -1, traces.obstacle),
+    )
 
 
 def length_limit(surface: Surface, settings: GuidanceSettings) -> float:

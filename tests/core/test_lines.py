@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from fields import exact_field, surface_of
+from fields import exact_field, field_on_plane, flat_surface, surface_of
 from scipy.spatial import cKDTree
 from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 
 import core
 from core.lines import points_of
 from core.progress import Progress
+from core.separatrices import unwound
 from core.streamlines import AUTO_SPACING
 from core.tracing import BORDER, LIMIT, Starts, trace
 from core.triangle_planes import lay_out
@@ -252,3 +253,22 @@ def test_smoothing_a_clean_surface_changes_little():
     for number in np.flatnonzero(lines.family == 0):
         x, y, _ = lines.points(number).T
         assert np.ptp(np.unwrap(np.arctan2(y, x))) < 0.02
+
+
+def test_a_line_without_end_is_cut_where_it_winds():
+    """On a square whose lines are spirals: a turn of radius r lies 2 pi r tan(0.03) inside."""
+    surface, place = flat_surface(cells=81)
+    angle = np.angle(place) + 0.5 * np.pi + 0.03
+    planes = lay_out(surface, field_on_plane(np.exp(2j * angle)), Progress())
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    triangle = np.linalg.norm(middle - (0.5, 0.0, 0.0), axis=1).argmin(keepdims=True)
+    z = planes.corner[triangle].mean(axis=1)
+    starts = Starts.plain(triangle, z, np.sqrt(planes.deviator(triangle, z)), np.zeros(1))
+    free = np.full(len(surface.triangles), -1)
+    limit = np.array([9.0]) / surface.unit
+    spiral = trace(surface, planes, starts, limit, free, Progress())
+    assert spiral.end == LIMIT
+    wide = unwound(surface, planes, spiral, 0.15 / surface.unit)
+    assert 0.75 < wide.travelled[-1] * surface.unit / (2 * np.pi * 0.5) < 1.1
+    narrow = unwound(surface, planes, spiral, 0.01 / surface.unit)
+    assert len(narrow.travelled) == len(spiral.travelled) and narrow.end == LIMIT
