@@ -10,7 +10,6 @@ be (benchmarks/peers).
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import platform
 import subprocess
@@ -24,12 +23,10 @@ import scipy
 from surfaces import AnalyticSurface, ellipsoid, random_ellipsoid, seed_patch
 
 from . import ROOT
-from .peers.cgal import Cgal, CgalError
-from .peers.libigl import Libigl, LibiglError
 from .peers.measurement import Measurement
+from .programs import OURS, Ours, measure_all, peers
 
 AXES = (3.0, 2.0, 1.0)
-OURS = "Umbilics, the whole detection"
 # Vertices where the directions are clear: the gap is more than this part of its median.
 CLEAR = 0.1
 # Subdivisions of the icosahedron: 20 * 4^level triangles.
@@ -55,19 +52,6 @@ there are processors; the others use one thread as they come.
 
 {peers}
 """
-
-
-class Ours:
-    """This project's `core.detect`."""
-
-    def measure(self, mesh: Path, rounds: int, directions: Path | None = None) -> Measurement:
-        command = [sys.executable, "-m", "benchmarks.speed_task", str(mesh), str(rounds)]
-        command += [str(directions)] if directions else []
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-        found = json.loads(done.stdout)
-        return Measurement(
-            OURS, found["seconds"], found["input_mb"], found["peak_mb"], found["stages"]
-        )
 
 
 def machine() -> str:
@@ -104,43 +88,6 @@ def direction_error(
     dot = np.abs(np.einsum("ij,ij->i", d1, surface.d1))
     angle = np.degrees(np.arctan2(cross, dot))[clear]
     return float(np.sqrt(np.mean(angle**2)))
-
-
-def peers(cache: Path) -> tuple[list[Callable], str]:
-    """What measures each other program that can be had here, and a word on each."""
-    found, words = [], []
-    try:
-        cgal = Cgal()
-        found.append(cgal.measure)
-        words.append(
-            f"- CGAL {cgal.version}: `Monge_via_jet_fitting` of degree 3, then `compute_umbilics` "
-            "with neighbourhood size 2 (`benchmarks/peers/cgal_umbilics.cpp`, -O3)."
-        )
-    except CgalError as error:
-        words.append(f"- CGAL was left out of this run: {error}.")
-    try:
-        libigl = Libigl(cache)
-        found.append(libigl.measure)
-        words.append(
-            f"- libigl {libigl.version}: `principal_curvature` with radius 3; curvatures only."
-        )
-    except LibiglError as error:
-        words.append(f"- libigl was left out of this run: {error}.")
-    return found, "\n".join(words) + "\n"
-
-
-def measure_all(
-    surface: AnalyticSurface, others: list[Callable], rounds: int
-) -> list[tuple[Measurement, np.ndarray]]:
-    """What each program measures on the mesh, one after the other, and its directions."""
-    with tempfile.TemporaryDirectory() as name:
-        mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
-        np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
-        results = [(Ours().measure(mesh, rounds, directions), np.load(directions))]
-    for measure in others:
-        measured, d1 = measure(surface.vertices, surface.triangles, rounds)
-        results += [(single, d1) for single in measured]
-    return results
 
 
 def compare(level: int, others: list[Callable], rounds: int) -> str:

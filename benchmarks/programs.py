@@ -1,0 +1,70 @@
+"""The programs that `benchmarks.speed` compares: this project's detection and its peers."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from surfaces import AnalyticSurface
+
+from . import ROOT
+from .peers.cgal import Cgal, CgalError
+from .peers.libigl import Libigl, LibiglError
+from .peers.measurement import Measurement
+
+OURS = "Umbilics, the whole detection"
+
+
+class Ours:
+    """This project's `core.detect`."""
+
+    def measure(self, mesh: Path, rounds: int, directions: Path | None = None) -> Measurement:
+        command = [sys.executable, "-m", "benchmarks.speed_task", str(mesh), str(rounds)]
+        command += [str(directions)] if directions else []
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        found = json.loads(done.stdout)
+        return Measurement(
+            OURS, found["seconds"], found["input_mb"], found["peak_mb"], found["stages"]
+        )
+
+
+def peers(cache: Path) -> tuple[list[Callable], str]:
+    """What measures each other program that can be had here, and a word on each."""
+    found, words = [], []
+    try:
+        cgal = Cgal()
+        found.append(cgal.measure)
+        words.append(
+            f"- CGAL {cgal.version}: `Monge_via_jet_fitting` of degree 3, then `compute_umbilics` "
+            "with neighbourhood size 2 (`benchmarks/peers/cgal_umbilics.cpp`, -O3)."
+        )
+    except CgalError as error:
+        words.append(f"- CGAL was left out of this run: {error}.")
+    try:
+        libigl = Libigl(cache)
+        found.append(libigl.measure)
+        words.append(
+            f"- libigl {libigl.version}: `principal_curvature` with radius 3; curvatures only."
+        )
+    except LibiglError as error:
+        words.append(f"- libigl was left out of this run: {error}.")
+    return found, "\n".join(words) + "\n"
+
+
+def measure_all(
+    surface: AnalyticSurface, others: list[Callable], rounds: int
+) -> list[tuple[Measurement, np.ndarray]]:
+    """What each program measures on the mesh, one after the other, and its directions."""
+    with tempfile.TemporaryDirectory() as name:
+        mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
+        np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
+        results = [(Ours().measure(mesh, rounds, directions), np.load(directions))]
+    for measure in others:
+        measured, d1 = measure(surface.vertices, surface.triangles, rounds)
+        results += [(single, d1) for single in measured]
+    return results
