@@ -14,7 +14,7 @@ import numpy as np
 from . import linear_form
 from .height_operator import HeightOperator, operator_of_heights
 from .heights import HeightFit, fit_heights
-from .neighbourhoods import Neighbourhood, by_size, selection
+from .neighbourhoods import Neighbourhood, by_size
 from .parallel import run
 from .progress import Progress
 from .surface import Surface
@@ -112,9 +112,7 @@ def refine(
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
-        reach = neighbourhood.around(
-            selection(corners, len(normals)), neighbourhood.rings + more_rings
-        )
+        reach = neighbourhood.around_triangles(corners, neighbourhood.rings + more_rings)
         for some, members in by_size(reach, 1 << 15):
             _refine_block(surface, normals, rows[some], members, degree, places)
 

@@ -54,6 +54,9 @@ class Neighbourhood:
         Length that the rings must cover and samples beyond it are left out; None for none.
     focused:
         Weigh near samples more: least bias, for clean meshes. Equal weights hold noise best.
+    stretch:
+        Length over width of the triangles. Above 1 as many samples as the rings of an even mesh
+        hold, the nearest of more rings, stand for the rings, which would be as stretched.
     """
 
     surface: Surface
@@ -62,8 +65,20 @@ class Neighbourhood:
     rings: int = 2
     reach: float | None = None
     focused: bool = True
+    stretch: float = 1.0
 
-    def around(self, start: sparse.csr_array, rings: int) -> sparse.csr_array:
+    def around_triangles(self, corners: np.ndarray, rings: int) -> sparse.csr_array:
+        """(r, n) matrix whose rows hold ones at the samples around triangles (r, 3) of vertices."""
+        reach = self._around(selection(corners, self.graph.shape[0]), self._grown(rings))
+        if self.stretch <= 1.0:
+            return reach
+        return self._nearest(reach, self.surface.vertices[corners].mean(axis=1), rings)
+
+    def _grown(self, rings: int) -> int:
+        """Rings that hold the nearest samples of as many rings of an even mesh."""
+        return rings if self.stretch <= 1.0 else int(np.ceil(rings * np.sqrt(self.stretch)))
+
+    def _around(self, start: sparse.csr_array, rings: int) -> sparse.csr_array:
         """Rows of `start` grown by rings, stopping at walls."""
         if self.walls is None:
             return grow(start, self.graph, rings)
@@ -91,7 +106,9 @@ class Neighbourhood:
         sizes = np.zeros(len(centres), int)
         # Small neighbourhoods grow ring by ring until they suffice or hold a whole component.
         while len(pending):
-            reach = self._ring_rows(centres[pending], count)
+            reach = self._ring_rows(centres[pending], self._grown(count))
+            if self.stretch > 1.0:
+                reach = self._nearest(reach, self.surface.vertices[centres[pending]], count)
             grown = np.diff(reach.indptr)
             ready = (grown >= FEWEST_SAMPLES) | (grown == sizes)
             if self.reach is not None:
@@ -109,24 +126,46 @@ class Neighbourhood:
     def _ring_rows(self, centres: np.ndarray, count: int) -> sparse.csr_array:
         if self.walls is None:
             return grow(self.graph[centres], self.graph, count - 1)
-        return self.around(selection(centres[:, None], self.graph.shape[0]), count)
+        return self._around(selection(centres[:, None], self.graph.shape[0]), count)
 
     def _within_reach(
         self, reach: sparse.csr_array, centres: np.ndarray
     ) -> tuple[sparse.csr_array, np.ndarray]:
         """Samples within the length `reach` (but not fewer than needed), and whether the rings
         went as far as that."""
-        points = self.surface.vertices
-        row = np.repeat(np.arange(len(centres)), np.diff(reach.indptr))
-        distance = np.linalg.norm(points[reach.indices] - points[centres[row]], axis=1)
-        order = np.lexsort((distance, row))
-        rank = np.arange(len(row)) - reach.indptr[row]
-        distance, members = distance[order], reach.indices[order]
-        keep = (distance <= self.reach) | (rank < FEWEST_SAMPLES)
-        start = np.append(0, np.cumsum(np.bincount(row[keep], minlength=len(centres))))
+        distance, rank, reach = self._by_distance(reach, self.surface.vertices[centres])
         covered = distance[reach.indptr[1:] - 1] >= self.reach
-        ones = np.ones(int(keep.sum()), np.int32)
-        return sparse.csr_array((ones, members[keep], start), shape=reach.shape), covered
+        return _only(reach, (distance <= self.reach) | (rank < FEWEST_SAMPLES)), covered
+
+    def _nearest(self, reach: sparse.csr_array, points: np.ndarray, rings: int) -> sparse.csr_array:
+        """As many samples nearest to the points as so many rings hold where six edges meet."""
+        _, rank, reach = self._by_distance(reach, points)
+        return _only(reach, rank <= 3 * rings * (rings + 1))
+
+    def _by_distance(
+        self, reach: sparse.csr_array, points: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:
+        """Each row of `reach` sorted by the distance from its point (c, 3); distances, ranks."""
+        sizes = np.diff(reach.indptr)
+        square = np.zeros(len(reach.indices))
+        for vertex, point in zip(self.surface.vertices.T, points.T, strict=True):
+            square += (vertex[reach.indices] - np.repeat(point, sizes)) ** 2
+        distance = np.sqrt(square)
+        # One key for row and distance: several times faster to sort than two.
+        largest = distance.max(initial=np.finfo(float).tiny)
+        order = np.argsort(np.repeat(np.arange(len(points)), sizes) + distance / (1.001 * largest))
+        rank = np.arange(len(order)) - np.repeat(reach.indptr[:-1], sizes)
+        sorted_reach = sparse.csr_array(
+            (reach.data, reach.indices[order], reach.indptr), shape=reach.shape
+        )
+        return distance[order], rank, sorted_reach
+
+
+def _only(reach: sparse.csr_array, keep: np.ndarray) -> sparse.csr_array:
+    """`reach` with only the entries in the mask `keep`."""
+    start = np.append(0, np.cumsum(keep))[reach.indptr]
+    ones = np.ones(int(start[-1]), np.int32)
+    return sparse.csr_array((ones, reach.indices[keep], start), shape=reach.shape)
 
 
 def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:

@@ -9,7 +9,7 @@ import pytest
 import surfaces
 
 import core
-from benchmarks.cases import Case, random_mobius
+from benchmarks.cases import Case, cases, random_mobius
 from benchmarks.scoring import score
 
 
@@ -61,3 +61,15 @@ def test_patch_of_random_points():
         assert sorted(nearest) == [0, 1, 2]
         assert (detection.umbilics.index[nearest] == truth.index).all()
         assert distance.min(axis=0).max() <= 0.35 * surface.edge_length, seed
+
+
+def test_noise_on_stretched_triangles():
+    case = next(
+        case
+        for case in cases((0.02,))
+        if case.surface == "x⁴ + y⁴ + z⁴ = 1" and case.mesh == "stretched"
+    )
+    umbilics = core.detect(case.vertices, case.triangles).umbilics
+    result = score(case, umbilics.position, umbilics.index, umbilics.kind)
+    assert result.kinds == result.matched == 8
+    assert result.mean_error < 0.5

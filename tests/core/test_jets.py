@@ -8,6 +8,7 @@ import surfaces
 from fields import surface_of
 
 import core
+from core.cleaning import clean
 from core.jets import fit_jets
 from core.neighbourhoods import Neighbourhood, adjacency
 from core.normals import vertex_normals
@@ -87,6 +88,19 @@ def test_a_length_bounds_the_samples():
         distance = np.linalg.norm(offset, axis=2)
         assert (distance <= length).all() or len(members) == 15
     assert (np.linalg.norm(offset, axis=2).max(axis=0) > 0.7 * length).all()
+
+
+def test_samples_among_stretched_triangles_lie_in_a_disc():
+    points, triangles = surfaces.grid_points(40, 160, (0.0, 0.0), (1.0, 1.0))
+    surface, _ = clean(np.column_stack([points, np.zeros(len(points))]), triangles)
+    middle = np.argmin(np.linalg.norm(surface.vertices - surface.vertices.mean(axis=0), axis=1))
+    round_ = dataclasses.replace(neighbourhood_of(surface), rings=5, stretch=4.0, focused=False)
+    for neighbourhood in (round_, dataclasses.replace(round_, stretch=1.0)):
+        ((_, members),) = neighbourhood.blocks(np.array([middle]), 10_000)
+        offset = surface.vertices[members[:, 0]] - surface.vertices[middle]
+        width, length = np.sort(offset.std(axis=0))[1:]
+        assert (length < 1.3 * width) == (neighbourhood is round_)
+        assert len(members) == 91 or neighbourhood is not round_
 
 
 def test_creases_are_not_fitted_across():
