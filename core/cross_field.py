@@ -211,14 +211,21 @@ def _data(
 
 def _weights_and_areas(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """(3 m,) half the cotangent across from each half-edge; (n,) a third of the areas around."""
-    corner = surface.vertices[surface.triangles]
     _, area = surface.face_normal_area
     tiny = np.finfo(float).tiny
     weights = np.empty((len(area), 3))
-    for k in range(3):
-        opposite = (k + 2) % 3
-        one, two = corner[:, k] - corner[:, opposite], corner[:, (k + 1) % 3] - corner[:, opposite]
-        weights[:, k] = 0.25 * np.einsum("mc,mc->m", one, two) / np.maximum(area, tiny)
+
+    def block(first: int) -> None:
+        rows = slice(first, first + BLOCK)
+        a, b, c = (surface.vertices.take(of, axis=0) for of in surface.triangles[rows].T)
+        sides = b - a, c - b, a - c
+        quarter = 0.25 / np.maximum(area[rows], tiny)
+        for k in range(3):
+            # The sides that meet across from side k run in opposite senses there.
+            product = np.einsum("mc,mc->m", sides[(k + 1) % 3], sides[(k + 2) % 3])
+            weights[rows, k] = -quarter * product
+
+    run(block, range(0, len(area), BLOCK), Progress())
     around = np.bincount(
         surface.triangles.ravel(), weights=np.repeat(area / 3.0, 3), minlength=len(surface.vertices)
     )

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from fields import exact_field, surface_of
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
 from surfaces import cylinder, ellipsoid, icosphere, noisy, plane, quartic, sphere, torus
 
 import core
@@ -177,24 +179,43 @@ def test_face_field_has_the_same_sum_at_vertices():
     assert (quarters == 1).all() and len(vertex) == 8
 
 
-def test_solver_agrees_with_a_factorization():
-    from scipy import sparse
-    from scipy.sparse.linalg import spsolve
-
+def turning_laplacian(rng, spread=0.3):
+    """A Hermitian Laplacian (n, n) over an icosphere, with random phases, and its degrees (n,)."""
     points, triangles = icosphere(5)
     n = len(points)
-    rng = np.random.default_rng(1)
     tail, head = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     first = tail < head
     tail, head = tail[first], head[first]
-    phase = np.exp(0.3j * rng.normal(size=len(tail)))
+    phase = np.exp(1j * spread * rng.normal(size=len(tail)))
     upper = sparse.coo_array((-phase, (tail, head)), shape=(n, n)).tocsr()
-    degree = np.bincount(np.concatenate([tail, head]), minlength=n) + 0.01
-    matrix = (upper + upper.conj().T + sparse.diags_array(degree.astype(complex))).tocsr()
+    degree = np.bincount(np.concatenate([tail, head]), minlength=n).astype(float)
+    return upper + upper.conj().T + sparse.diags_array(degree.astype(complex)), degree
+
+
+def test_solver_agrees_with_a_factorization():
+    rng = np.random.default_rng(1)
+    matrix, degree = turning_laplacian(rng)
+    n = len(degree)
+    matrix = (matrix + sparse.diags_array(np.full(n, 0.01 + 0j))).tocsr()
     right = rng.normal(size=n) + 1j * rng.normal(size=n)
     exact = spsolve(matrix.tocsc(), right)
     found = solve(matrix, right, Progress(), tolerance=1e-8)
     assert np.abs(found - exact).max() < 1e-5 * np.abs(exact).max()
+
+
+def test_solver_is_as_exact_beside_rows_that_weigh_much():
+    """As those of creases, a hundred times the others."""
+    rng = np.random.default_rng(2)
+    matrix, degree = turning_laplacian(rng, spread=0.02)
+    heavy = rng.random(len(degree)) < 0.05
+    weight = np.where(heavy, 100.0 * degree, 1e-6)
+    wanted = np.exp(2j * np.pi * rng.random(len(degree)))
+    matrix = (matrix + sparse.diags_array(weight.astype(complex))).tocsr()
+    exact = spsolve(matrix.tocsc(), weight * wanted)
+    found = solve(matrix, weight * wanted, Progress())
+    clear = np.abs(exact) > 0.1
+    off = np.degrees(np.abs(np.angle(found[clear] * exact[clear].conj()))) / 4.0
+    assert off.max() < 0.3
 
 
 def test_cancelling_stops_the_solver():
