@@ -14,7 +14,7 @@ from .filtering import filtered
 from .hits import Hits
 from .interpolation import face_deviators
 from .location import refine
-from .persistence import trust_ratio
+from .persistence import made_by_noise, trust_ratio
 from .progress import Progress
 from .regions import RegionMap, describe_regions
 from .scale import change_of_scale
@@ -107,29 +107,41 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     mean = 0.5 * (fitted.field.k1 + fitted.field.k2)
     curvature = np.einsum("rk,rk->r", mean[corners], barycentric)
     noise = np.einsum("rk,rk->r", parts.noise[corners], barycentric)
-    error = noise
+    error = noise.copy()
     exact = settings.curvature == "given"
     if exact:
         # What the user gives has no noise that could make pairs.
         noise = np.full(len(hits), np.nan)
     located = np.ones(len(hits), bool)
+    # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
+    # hundreds of thousands of them.
+    clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
     if fitted.neighbourhood is not None:
-        change = change_of_scale(surface, fitted.field, fitted.neighbourhood, corners.ravel())
-        noise = np.hypot(noise, change.reshape(-1, 3).mean(axis=1))
+        change = change_of_scale(
+            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel()
+        )
+        noise[clear] = np.hypot(noise[clear], change.reshape(-1, 3).mean(axis=1))
     if fitted.neighbourhood is not None and settings.method != "I":
         places = refine(
-            surface, fitted.field.normal, triangle, barycentric, fitted.neighbourhood, progress
+            surface,
+            fitted.field.normal,
+            triangle[clear],
+            barycentric[clear],
+            fitted.neighbourhood,
+            progress,
         )
         # What contradicts the winding is another zero: the triangle's own is kept then.
-        located = places.found & (linear_form.index(places.p, places.q) == np.sign(hits.index) / 2)
-        triangle = np.where(located, places.triangle, triangle)
-        barycentric = np.where(located[:, None], places.barycentric, barycentric)
-        normal = np.where(located[:, None], places.normal, normal)
-        x = np.where(located[:, None], places.x, x)
-        y = np.where(located[:, None], places.y, y)
-        p, q = np.where(located, places.p, p), np.where(located, places.q, q)
-        curvature = np.where(located, places.curvature, curvature)
-        error = np.where(located, places.error, error)
+        seen = places.found & (
+            linear_form.index(places.p, places.q) == np.sign(hits.index[clear]) / 2
+        )
+        located = np.zeros(len(hits), bool)
+        found = clear[seen]
+        located[found] = True
+        triangle[found], barycentric[found] = places.triangle[seen], places.barycentric[seen]
+        normal[found] = places.normal[seen]
+        x[found], y[found] = places.x[seen], places.y[seen]
+        p[found], q[found] = places.p[seen], places.q[seen]
+        curvature[found], error[found] = places.curvature[seen], places.error[seen]
         corners = surface.triangles[triangle]
     uncertainty = _uncertainty(error, p, q)
     # A fit whose place is this vague within its own radius would not show a one-sided error.
