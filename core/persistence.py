@@ -283,6 +283,8 @@ def _cancel(
     place = centres.tolist()
     root = list(range(len(charge)))
     left = [[row] for row in range(len(charge))]
+    # Places of those in a long list, in the same order: made once, then kept up to date.
+    crowd: dict[int, np.ndarray] = {}
     first: list[int] = []
     second: list[int] = []
     level: list[float] = []
@@ -296,25 +298,38 @@ def _cancel(
             one, two, mine, yours = two, one, yours, mine
         root[two] = one
         left[two] = []
+        crowd.pop(two, None)
+        ours = crowd.get(one)
         if yours and (charge[mine[0]] > 0) != (charge[yours[0]] > 0):
             while mine and yours:
-                i, j = _closest(mine, yours, place, centres)
+                if ours is None and len(mine) > _FEW:
+                    ours = crowd[one] = centres[mine]
+                i, j = _closest(mine, yours, place, ours)
                 first.append(mine[i])
                 second.append(yours[j])
                 level.append(gap)
-                _spend(charge, mine, i, yours, j)
+                if _spend(charge, mine, i, yours, j) and ours is not None:
+                    ours[i] = ours[len(mine)]
+        if ours is not None and yours:
+            count = len(mine) + len(yours)
+            if count > len(ours):
+                ours = crowd[one] = np.concatenate([ours[: len(mine)], np.empty((count, 3))])
+            ours[len(mine) : count] = centres[yours]
         mine.extend(yours)
     return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64), np.array(level)
 
 
 def _closest(
-    mine: list[int], yours: list[int], place: list[list[float]], centres: np.ndarray
+    mine: list[int], yours: list[int], place: list[list[float]], ours: np.ndarray | None
 ) -> tuple[int, int]:
-    """Places in both lists of the two umbilics closest to each other."""
+    """Places in both lists of the two umbilics closest to each other.
+
+    `ours` begins with the places of the first list where that is a long one.
+    """
     if len(mine) == 1 and len(yours) == 1:
         return 0, 0
-    if len(mine) * len(yours) <= _FEW:
-        nearest, first, second = np.inf, 0, 0
+    nearest, first, second = np.inf, 0, 0
+    if ours is None:
         for j, two in enumerate(yours):
             u, v, w = place[two]
             for i, one in enumerate(mine):
@@ -324,10 +339,8 @@ def _closest(
                     nearest, first, second = distance, i, j
         return first, second
     # The longer list at once, the shorter one in turn: the memory stays small.
-    ours = centres[mine]
-    nearest, first, second = np.inf, 0, 0
     for j, two in enumerate(yours):
-        away = ours - centres[two]
+        away = ours[: len(mine)] - place[two]
         distance = np.einsum("ij,ij->i", away, away)
         i = int(distance.argmin())
         if distance[i] < nearest:
@@ -335,18 +348,22 @@ def _closest(
     return first, second
 
 
-def _spend(charge: list[int], mine: list[int], i: int, yours: list[int], j: int) -> None:
-    """Cancel as much of two opposite charges as both have; what is used up leaves its list."""
+def _spend(charge: list[int], mine: list[int], i: int, yours: list[int], j: int) -> bool:
+    """Cancel as much of two opposite charges as both have; what is used up leaves its list, in
+    which the last takes its place. True if one left the first list.
+    """
     one, two = mine[i], yours[j]
     spent = min(abs(charge[one]), abs(charge[two]))
     charge[one] -= spent if charge[one] > 0 else -spent
     charge[two] -= spent if charge[two] > 0 else -spent
-    if charge[one] == 0:
+    used_up = charge[one] == 0
+    if used_up:
         mine[i] = mine[-1]
         mine.pop()
     if charge[two] == 0:
         yours[j] = yours[-1]
         yours.pop()
+    return used_up
 
 
 def _group(
