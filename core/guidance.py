@@ -229,13 +229,13 @@ class Guide:
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         part = progress.part("Laying out triangles", 0.0, 0.5)
+        around = discs(self.surface, self.detection.umbilics)
         held = np.zeros(len(self.surface.vertices), bool)
-        around = discs(self.surface, self.detection.umbilics) >= 0
-        held[self.surface.triangles[around]] = True
+        held[self.surface.triangles[around >= 0]] = True
         planes, _ = self._planes_of_lines(settings, part, held)
         part = progress.part("Tracing separatrices", 0.5, 1.0)
         found = separatrices(
-            self.surface, planes, self.detection.umbilics, settings, part, self.undirected
+            self.surface, planes, self.detection.umbilics, settings, part, self.undirected, around
         )
         return found if both_ways else skeleton(found)
 

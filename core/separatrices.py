@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from .detection import Umbilics
 from .guidance_settings import GuidanceSettings
 from .lines import Lines, points_of, sparse_rows
+from .parallel import threads
 from .progress import Progress
 from .settings import AUTO
 from .streamlines import lines_from, spacing_of
@@ -40,6 +41,7 @@ def separatrices(
     settings: GuidanceSettings,
     progress: Progress,
     undirected: np.ndarray | None = None,
+    around: np.ndarray | None = None,
 ) -> Lines:
     """The separatrices of umbilics, both families: one each for a lemon, three each otherwise.
 
@@ -55,6 +57,8 @@ def separatrices(
         k umbilics in input rows and coordinates.
     undirected:
         (m,) bool triangles of regions without directions.
+    around:
+        (m,) the `discs`, if they are known.
     """
     inner = _triangle_rows(surface, umbilics.triangle)
     point, ray = np.nonzero(np.isfinite(umbilics.separatrix).all(axis=2))
@@ -67,7 +71,7 @@ def separatrices(
     point = np.concatenate([point, point])
     edge = _edge_lengths(surface, inner)
     reach = _reach(surface, umbilics, edge)
-    obstacle = discs(surface, umbilics)
+    obstacle = discs(surface, umbilics) if around is None else around
     free = obstacle < 0
     if undirected is not None:
         obstacle = np.where(free & undirected, len(umbilics), obstacle)
@@ -158,12 +162,16 @@ def discs(surface: Surface, umbilics: Umbilics) -> np.ndarray:
     normal, _ = surface.face_normal_area
     middle = surface.vertices[surface.triangles].mean(axis=1)
     place = (umbilics.position - surface.origin) / surface.unit
-    near = cKDTree(middle).query_ball_point(place, reach)
+    # A tree of the few umbilics finds at once which of all the triangles are worth a tree.
+    bound = float(reach.max(initial=0.0)) * (1.0 + 1e-9)
+    far, _ = cKDTree(place).query(middle, distance_upper_bound=bound, workers=threads())
+    some = np.flatnonzero(np.isfinite(far))
+    near = cKDTree(middle[some]).query_ball_point(place, reach)
     nearest = np.full(len(obstacle), np.inf)
     for number, found in enumerate(near):
         if rows[number] < 0:
             continue
-        found = np.asarray(found, np.int64)
+        found = some[np.asarray(found, np.int64)]
         # Not the other side of a thin sheet.
         found = found[normal[found] @ normal[rows[number]] > 0.0]
         distance = np.linalg.norm(middle[found] - place[number], axis=1)
