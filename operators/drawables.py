@@ -28,6 +28,10 @@ _STROKE = 0.42
 # Rays and rims in sizes of a glyph; the ring around the chosen one.
 _RAY, _RIM, _RING = 3.4, 1.28, 2.1
 _CIRCLE = 32
+# With more umbilics than these their glyphs would hide each other and hold up a drag of the
+# slider: they are drawn as small diamonds, without rays.
+_CROWD = 1500
+_DIAMOND = 0.5
 # Opacity of what a filter leaves out.
 _FAINT = 0.6
 _DARK = (0.008, 0.008, 0.01)
@@ -183,11 +187,15 @@ def umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> 
     centre, u, v = _places(chosen, back)
     if display.discs:
         shapes.append(_discs(centre, u, v, chosen.uncertainty, look, opacity))
-    if display.rays:
-        shapes.append(_rays(chosen, centre, back, look, opacity))
-    if display.glyphs:
-        drawn = ~np.isin(rows, shown_by_empties(obj))
-        for kind in core.KINDS:
+    drawn = ~np.isin(rows, shown_by_empties(obj))
+    if len(rows) > _CROWD:
+        if display.glyphs:
+            places = centre[drawn], u[drawn], v[drawn]
+            shapes.append(_diamonds(chosen.kind[drawn], *places, look, opacity))
+    else:
+        if display.rays:
+            shapes.append(_rays(chosen, centre, back, look, opacity))
+        for kind in core.KINDS if display.glyphs else ():
             of_kind = drawn & (chosen.kind == kind)
             if of_kind.any():
                 place = centre[of_kind], u[of_kind], v[of_kind]
@@ -277,6 +285,23 @@ def _glyphs(
         colours = np.tile(np.array([*colour, opacity], np.float32), (len(centre), 1))
         shapes.append(_repeated(centre, u, v, corners, colours, triangles, opacities))
     return shapes
+
+
+def _diamonds(
+    kinds: np.ndarray,
+    centre: np.ndarray,
+    u: np.ndarray,
+    v: np.ndarray,
+    look: Appearance,
+    opacity: float,
+) -> Shape:
+    """What a crowd is drawn as; (k,) kinds tell the colours."""
+    size = _DIAMOND * look.glyph_size
+    corners = np.array([(0, 0, size, 0), (0, 0, 0, size), (0, 0, 0, -size), (0, 0, -size, 0)])
+    colours = np.zeros((len(centre), 4), np.float32)
+    for kind in core.KINDS:
+        colours[kinds == kind] = (*look.colours[kind][:3], opacity)
+    return _repeated(centre, u, v, corners, colours, _strips(2, 2))
 
 
 def _rays(

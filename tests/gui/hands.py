@@ -39,11 +39,14 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
 
 
 class View:
-    """The largest 3D view of the first window, looked up anew after every load and undo."""
+    """The largest 3D view of a window, looked up anew after every load and undo."""
+
+    def __init__(self, window: int = 0) -> None:
+        self._window = window
 
     @property
     def window(self) -> bpy.types.Window:
-        return bpy.context.window_manager.windows[0]
+        return bpy.context.window_manager.windows[self._window]
 
     @property
     def area(self) -> bpy.types.Area:
@@ -119,7 +122,7 @@ def press(*keys: str) -> None:
 
 def write(text: str) -> None:
     """Type a text."""
-    _xdotool("type", "--delay", 20, text)
+    _xdotool("type", "--delay", 60, text)
 
 
 def place_in(window: bpy.types.Window, x: int, y: int) -> tuple[int, int]:
@@ -131,6 +134,19 @@ def place_in(window: bpy.types.Window, x: int, y: int) -> tuple[int, int]:
 def move_window(name: str, x: int, y: int) -> None:
     """Put a window of that name elsewhere: nobody else manages windows here."""
     _xdotool("search", "--onlyvisible", "--name", name, "windowmove", x, y)
+
+
+def arrange_windows(width: int = 1600, height: int = 900) -> None:
+    """Put all windows of Blender beside each other, on a screen of this size."""
+    names = subprocess.run(
+        ["xdotool", "search", "--onlyvisible", "--class", "Blender"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    part = width // len(names)
+    for place, name in enumerate(names):
+        _xdotool("windowsize", name, part, height, "windowmove", name, place * part, 0)
 
 
 def focus(name: str) -> None:
@@ -192,7 +208,7 @@ def choose_file(path: Path) -> Iterator[float]:
     press("ctrl+a")
     yield 0.3
     write(str(path))
-    yield 1.0 + 0.03 * len(str(path))
+    yield 1.0 + 0.08 * len(str(path))
     press("Return")
     yield 1.5
     # The first click ends the typing.

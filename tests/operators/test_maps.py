@@ -148,3 +148,18 @@ def test_overlay_has_something_to_draw(addon, obj):
     for shape in shapes:
         assert shape.triangles.max() < len(shape.centre) == len(shape.colour)
         assert np.isfinite(shape.centre).all()
+
+
+def test_a_crowd_is_drawn_as_diamonds_in_the_colours_of_its_kinds(addon, obj, monkeypatch):
+    drawables = addon.operators.drawables
+    # Without a window an empty shows its glyph itself.
+    bpy.context.scene.umbilics_display.empties = False
+    glyphs = drawables.umbilics(bpy.context, obj, faint=False)
+    monkeypatch.setattr(drawables, "_CROWD", 3)
+    (diamonds,) = drawables.umbilics(bpy.context, obj, faint=False)
+    assert len(diamonds.triangles) == 2 * 4
+    assert len(diamonds.centre) < sum(len(shape.centre) for shape in glyphs) / 20
+    lemon = addon.operators.preferences.KIND_COLOURS["lemon"]
+    assert np.allclose(diamonds.colour, lemon)
+    bpy.context.scene.umbilics_display.glyphs = False
+    assert drawables.umbilics(bpy.context, obj, faint=False) == []
