@@ -8,7 +8,7 @@ serves every view and zoom, and a moved object needs no new one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -53,6 +53,8 @@ class Shape:
         (p, 4) float32 linear sRGB and opacity.
     triangles:
         (t, 3) int32.
+    on_top:
+        Seen through the surface.
     """
 
     centre: np.ndarray
@@ -61,6 +63,7 @@ class Shape:
     reach: np.ndarray
     colour: np.ndarray
     triangles: np.ndarray
+    on_top: bool = False
 
 
 @dataclass(frozen=True)
@@ -345,7 +348,7 @@ def _discs(
 
 
 def _ring(centre: np.ndarray, u: np.ndarray, v: np.ndarray, look: Appearance) -> Shape:
-    """A white ring around the umbilic that is active in the list."""
+    """A white ring around the umbilic that is active in the list, wherever it hides."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
     around = np.column_stack([np.cos(angle), np.sin(angle)])
     radii = _RING * look.glyph_size + np.array((-1.0 - _SOFT, -0.5, 0.5, 1.0 + _SOFT))
@@ -353,7 +356,8 @@ def _ring(centre: np.ndarray, u: np.ndarray, v: np.ndarray, look: Appearance) ->
     corners[:, 2:] = (radii[:, None, None] * around).reshape(-1, 2)
     colours = np.ones((len(centre), 4), np.float32)
     opacities = np.repeat((0.0, 1.0, 1.0, 0.0), _CIRCLE)
-    return _repeated(centre, u, v, corners, colours, _bands(4, _CIRCLE), opacities)
+    ring = _repeated(centre, u, v, corners, colours, _bands(4, _CIRCLE), opacities)
+    return replace(ring, on_top=True)
 
 
 def _repeated(

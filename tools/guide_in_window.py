@@ -1,6 +1,9 @@
 """The pictures of docs/guide.md, taken inside Blender's window; tools/take_screenshots runs it.
 
-blender --python tools/guide_in_window.py -- FOLDER ZIP
+blender --python tools/guide_in_window.py -- FOLDER ZIP [MESH]
+
+It begins without the extension, which is installed as a user does. MESH is the scan of the guide's
+first chapters; without it their pictures stay as they are.
 """
 
 import subprocess
@@ -12,10 +15,13 @@ sys.path.insert(0, str(REPOSITORY / "tests" / "gui"))
 
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
-from hands import View, click, drag, move_window, open_tab, picture, play, point  # noqa: E402
+from hands import View, click, drag, open_tab, picture, play, point  # noqa: E402
 from mathutils import Euler, Vector  # noqa: E402
+from new_user import FIRST_ROW, ROW, STRENGTH, NewUser  # noqa: E402
 
-FOLDER, ZIP = Path(sys.argv[-2]), Path(sys.argv[-1])
+FOLDER, ZIP, *MESH = map(Path, sys.argv[sys.argv.index("--") + 1 :])
+# The preferences on the screen, and the 3D view with its sidebar.
+PREFERENCES, VIEW = (300, 120, 1176, 694), (0, 28, 1320, 820)
 view = View()
 
 
@@ -92,7 +98,7 @@ def tidy():
     overlay = view.space.overlay
     overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = False
     overlay.show_cursor = overlay.show_text = overlay.show_object_origins = False
-    overlay.show_outline_selected = False
+    overlay.show_outline_selected = overlay.show_relationship_lines = False
     look = bpy.context.preferences.addons["bl_ext.user_default.umbilics"].preferences
     look.glyph_size, look.stroke_width = 17.0, 2.0
     overlay.show_extras = False
@@ -103,40 +109,75 @@ def tidy():
 
 
 def scenario():
-    yield from install()
+    user = NewUser(lambda name: shot(f"guide/{name}", *PATH[name]) if name in PATH else None)
+    yield from user.install(ZIP)
+    if MESH:
+        yield from user.import_mesh(MESH[0])
+        yield from scanned(user)
     yield from open_tab(view)
     tidy()
-    yield from first()
+    yield from panel()
     yield from reading()
     yield from maps()
     yield from scan()
 
 
-def install():
-    bpy.ops.screen.userpref_show(section="EXTENSIONS")
-    yield 1.0
-    move_window("Preferences", 300, 120)
-    yield 1.5
-    shot("guide/install", 300, 120, 1176, 694)
-    with bpy.context.temp_override(window=bpy.context.window_manager.windows[-1]):
-        if len(bpy.context.window_manager.windows) > 1:
-            bpy.ops.wm.window_close()
-    yield 0.5
+# What is shown of the new user's path.
+PATH = {
+    "install_from_disk": PREFERENCES,
+    "installed": PREFERENCES,
+    "before": VIEW,
+    "detected": VIEW,
+    "thinned": VIEW,
+    "map": VIEW,
+}
 
 
-def first():
+def scanned(user):
+    """The path from the button to the map and back, with a scan."""
+    tidy()
+    with view.inside():
+        bpy.ops.object.shade_smooth()
+    obj = user.mesh
+    middle = sum((obj.matrix_world @ Vector(corner) for corner in obj.bound_box), Vector()) / 8.0
+    look_from(80, 14, 2.05 * max(obj.dimensions), middle + Vector((0.02, 0.0, -0.002)))
+    yield from user.detect()
+    yield from user.thin_out()
+    yield from framed(user)
+    look_from(80, 14, 2.05 * max(obj.dimensions), middle + Vector((0.02, 0.0, -0.002)))
+    view.space.shading.light = "STUDIO"
+    # The colours are the subject here.
+    bpy.context.scene.umbilics_display.directions = False
+    yield from user.show_map()
+    yield from user.undo_all()
+    bpy.context.scene.umbilics_display.directions = True
+
+
+def framed(user):
+    """Double click the first row of the list whose umbilic is on this side."""
+    kept = sys.modules["bl_ext.user_default.umbilics.operators.record"]
+    obj, items = user.mesh, user.mesh.umbilics.items
+    towards = view.space.region_3d.view_rotation @ Vector((0.0, 0.0, 1.0))
+    rows = [item.row for item in sorted(items, key=lambda item: -item.persistence)[:5]]
+    normals = [Vector(kept.place_now(obj, kept.of(obj), row)[1]) for row in rows]
+    place = next((at for at, normal in enumerate(normals) if towards.dot(normal) > 0.5), 0)
+    click(*view.in_sidebar(0.3, FIRST_ROW + place * ROW), count=2)
+    yield 2.0
+    point(*view.middle())
+    yield from settled()
+    shot("guide/chosen", *VIEW)
+
+
+def panel():
+    """The picture of the README."""
     monkey()
-    view.space.overlay.show_extras = False
     look_from(78, 24, 7.6, (0.0, 0.0, -0.05))
     yield 1.0
-    shot("guide/before", 0, 28, 1320, 820)
-    click(*view.in_sidebar(0.5, 120))
-    yield 12.0
+    detect()
     bpy.context.scene.umbilics_display.strength = 0.95
     point(*view.middle())
     yield from settled()
-    shot("guide/detected", 0, 28, 1320, 820)
-    shot("../images/panel", 0, 28, 1320, 820)
+    shot("../images/panel", *VIEW)
 
 
 def reading():
@@ -186,12 +227,12 @@ def maps():
     display = bpy.context.scene.umbilics_display
     display.strength = 0.95
     view.space.shading.light = "STUDIO"
-    for name in ("gap", "gauss"):
+    for name in ("k1", "gauss"):
         display.map = name
         with view.inside():
             bpy.ops.umbilics.show_map()
         yield from settled()
-        shot(f"guide/map_{name}", 60, 90, 1010, 820)
+        shot(f"guide/map_{name}", 60, 90, 1030, 806)
     with view.inside():
         bpy.ops.umbilics.hide_map()
     tidy()
@@ -209,10 +250,11 @@ def scan():
     detect()
     look_from(84, 78, 8.5)
     yield from settled()
-    shot("guide/scan_all", 0, 28, 1320, 820)
-    yield from drag(view.in_sidebar(0.47, 210), view.in_sidebar(0.9, 210))
+    shot("guide/scan_all", *VIEW)
+    yield from drag(view.in_sidebar(0.45, STRENGTH), view.in_sidebar(1.12, STRENGTH))
+    point(*view.middle())
     yield from settled()
-    shot("guide/scan_thinned", 0, 28, 1320, 820)
+    shot("guide/scan_thinned", *VIEW)
 
 
 play(scenario)

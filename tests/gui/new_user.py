@@ -39,7 +39,7 @@ NAME = "bl_ext.user_default.umbilics"
 # in the tab, in pixels below its top.
 GET_EXTENSIONS, ARROW, INSTALL_FROM_DISK = (80, 195), (857, 18), (747, 140)
 FILE, IMPORT, WAVEFRONT = (42, 13), (76, 311), (317, 331)
-DETECT, STRENGTH, SECOND_ROW, SHOW_MAP = 120, 210, 471, 664
+DETECT, STRENGTH, FIRST_ROW, ROW, SHOW_MAP = 120, 210, 450, 21, 664
 
 Shot = Callable[[str], None]
 
@@ -137,7 +137,7 @@ class NewUser:
 
     def thin_out(self) -> Iterator[float]:
         """Drag Strength a little to the right."""
-        yield from drag(self.view.in_sidebar(0.6, STRENGTH), self.view.in_sidebar(0.64, STRENGTH))
+        yield from drag(self.view.in_sidebar(0.6, STRENGTH), self.view.in_sidebar(0.627, STRENGTH))
         point(*self.view.middle())
         yield 1.0
         self.found["thinned"] = self.shown
@@ -146,7 +146,7 @@ class NewUser:
     def choose(self) -> Iterator[float]:
         """Click a row of the list."""
         yield from insist(
-            lambda: self.mesh.umbilics.active >= 0, self.view.in_sidebar(0.3, SECOND_ROW)
+            lambda: self.mesh.umbilics.active >= 0, self.view.in_sidebar(0.3, FIRST_ROW + ROW)
         )
         chosen = [obj.name for obj in bpy.context.selected_objects if obj.type == "EMPTY"]
         self.found["chosen"] = chosen

@@ -43,7 +43,7 @@ class _Umbilics:
     """Glyphs and what goes with them, and the signature of what they were made from."""
 
     signature: tuple = ()
-    batches: list[gpu.types.GPUBatch] = field(default_factory=list)
+    batches: list[tuple[gpu.types.GPUBatch, bool]] = field(default_factory=list)
 
 
 def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> None:
@@ -53,8 +53,11 @@ def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> N
     if display.directions:
         _draw_directions(context, obj, camera, program)
     program.uniform_float("size", (1.0, camera.pixel, 1.0, 0.0))
-    for batch in _umbilic_batches(context, obj, stale.is_edited(context, obj)):
+    depth_test = gpu.state.depth_test_get()
+    for batch, on_top in _umbilic_batches(context, obj, stale.is_edited(context, obj)):
+        gpu.state.depth_test_set("NONE" if on_top else depth_test)
         batch.draw(program)
+    gpu.state.depth_test_set(depth_test)
 
 
 def forget() -> None:
@@ -149,7 +152,8 @@ def _arrange(kept: _Directions, arrays: tuple) -> None:
     kept.thread.start()
 
 
-def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
+def _umbilic_batches(context, obj, faint: bool) -> list[tuple[gpu.types.GPUBatch, bool]]:
+    """Each with whether it is seen through the surface."""
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
     # The empties say by their number and visibility which glyphs they take over.
@@ -166,6 +170,7 @@ def _umbilic_batches(context, obj, faint: bool) -> list[gpu.types.GPUBatch]:
     kept = _umbilics.setdefault(obj.name_full, _Umbilics())
     if kept.signature != signature:
         shapes = drawables.umbilics(context, obj, faint)
-        kept.batches = [shader.batch(shape) for shape in shapes if len(shape.triangles)]
+        shapes = [shape for shape in shapes if len(shape.triangles)]
+        kept.batches = [(shader.batch(shape), shape.on_top) for shape in shapes]
         kept.signature = signature
     return kept.batches
