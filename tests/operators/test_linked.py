@@ -94,6 +94,7 @@ def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library
     bpy.ops.wm.open_mainfile(filepath=library)
     active(bpy.data.objects[NAME])
     bpy.ops.umbilics.detect()
+    bpy.context.object.umbilics.active = 0
     bpy.ops.wm.save_mainfile()
     obj = way(library)
     assert obj.umbilics.detected
