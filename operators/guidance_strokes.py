@@ -6,6 +6,8 @@ user adds, and what is drawn on them, are never removed.
 
 from __future__ import annotations
 
+import math
+
 import bpy
 import numpy as np
 
@@ -18,8 +20,8 @@ _COLOUR = {
     SEPARATRICES: (0.3, 0.05, 0.45, 1.0),
 }
 OBJECT_TYPES = ("GREASEPENCIL", "GPENCIL")
-# In 4.2 a width of 2000 is a radius of one unit, and widths are whole; the pressure divides it.
-_OLD_UNIT, _OLD_WIDTH = 2000.0, 10
+# In 4.2 a width of 2000 is a radius of one unit. Widths are whole; a pressure up to 1 thins them.
+_OLD_UNIT = 2000.0
 
 
 def layers_of(lines: core.Lines, separatrices: core.Lines) -> dict[str, core.Lines]:
@@ -98,13 +100,14 @@ def _draw(key, lines: core.Lines, points: np.ndarray, radius: float, material: i
 
 
 def _draw_old(key, lines: core.Lines, points: np.ndarray, radius: float, material: int) -> None:
+    width = max(1, math.ceil(radius * _OLD_UNIT))
     for row in range(len(lines)):
         place = points[lines.start[row] : lines.start[row + 1]]
         stroke = key.strokes.new()
         stroke.display_mode = "3DSPACE"
-        stroke.line_width = _OLD_WIDTH
+        stroke.line_width = width
         stroke.use_cyclic = bool(lines.closed[row])
         stroke.material_index = material
-        stroke.points.add(len(place), pressure=radius * _OLD_UNIT / _OLD_WIDTH)
+        stroke.points.add(len(place), pressure=radius * _OLD_UNIT / width)
         stroke.points.foreach_set("co", place.ravel())
         stroke.points.update()

@@ -59,6 +59,25 @@ def test_layers_hold_the_lines_and_separatrices():
         assert np.abs(((points / AXES) ** 2).sum(axis=1) - 1.0).max() < 0.02
 
 
+def radius_of(layer):
+    key = layer.frames[0]
+    if hasattr(key, "drawing"):
+        return key.drawing.strokes[0].points[0].radius
+    stroke = key.strokes[0]
+    # 4.2 has the width in thousandths of a unit across.
+    return stroke.line_width * stroke.points[0].pressure / 2000.0
+
+
+@pytest.mark.parametrize("size", [0.01, 1.0, 100.0])
+def test_strokes_are_as_thick_as_the_curves(size):
+    obj = add_ellipsoid(tuple(size * AXES), subdivisions=4)
+    bpy.ops.umbilics.lines()
+    bpy.ops.umbilics.draw_guides()
+    curve = next(child for child in obj.children if child.type == "CURVE")
+    (made,) = guides(obj)
+    assert radius_of(made.data.layers[0]) == pytest.approx(curve.data.bevel_depth, rel=1e-3)
+
+
 def test_strokes_are_seen_from_the_first_frame_on():
     obj = add_ellipsoid(subdivisions=4)
     bpy.context.scene.frame_start = 10
