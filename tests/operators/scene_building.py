@@ -77,6 +77,12 @@ def result_names(obj) -> list[str]:
     return [a.name for a in obj.data.attributes if a.name.startswith("umbilics_")]
 
 
+def _custom_properties(obj) -> list[str]:
+    """Names of the user's and our custom properties; Blender before 5.0 also lists those that
+    add-ons define, as soon as one was read."""
+    return sorted(key for key in obj.keys() if key not in obj.bl_rna.properties)  # noqa: SIM118
+
+
 def census() -> dict:
     """What is in the file, to compare before and after."""
     return {
@@ -87,7 +93,7 @@ def census() -> dict:
             mesh.name: (sorted(a.name for a in mesh.attributes), len(mesh.vertices))
             for mesh in bpy.data.meshes
         },
-        "properties": {obj.name: sorted(obj.keys()) for obj in bpy.data.objects},
+        "properties": {obj.name: _custom_properties(obj) for obj in bpy.data.objects},
     }
 
 
