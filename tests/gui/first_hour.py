@@ -62,6 +62,7 @@ def state():
         "images": sorted(item.name for item in bpy.data.images),
         "attributes": {m.name: sorted(a.name for a in m.attributes) for m in bpy.data.meshes},
         "properties": {obj.name: sorted(obj.keys()) for obj in bpy.data.objects},
+        "hidden": [obj.name for obj in bpy.context.view_layer.objects if obj.hide_get()],
         "detected": [obj.name for obj in bpy.data.objects if obj.umbilics.detected],
         "handlers": {
             name: len(getattr(bpy.app.handlers, name))
@@ -104,22 +105,34 @@ def told():
 
 
 def escape():
+    """Esc at several moments, with two objects, one of which would get a copy for its results."""
     monkey(4)
+    with view.inside():
+        first = bpy.context.object
+        bpy.ops.mesh.primitive_monkey_add(size=2.0, location=(4.0, 0.0, 0.0))
+        bpy.context.object.modifiers.new("Subdivision", "SUBSURF").levels = 4
+        first.select_set(True)
+        bpy.context.scene.umbilics_display.source = "EVALUATED"
     yield 3.0
-    before = state()
-    click(*view.in_sidebar(0.5, DETECT))
-    end = time.monotonic() + 15.0
-    while running() is None and time.monotonic() < end:
-        yield 0.1
-    run = running()
-    found["detect_button_starts_a_run"] = run is not None
-    look("running")
-    found["status"] = run.stage if run else ""
-    point(*view.middle())
-    press("Escape")
-    yield from wait_for_detection()
-    found["escape_cancelled"] = bool(run and run.cancelled)
-    found["escape_before"], found["escape_after"] = before, state()
+    found["escapes"] = []
+    for moment in (0.0, 0.3, 0.5, 0.7):
+        before = state()
+        click(*view.in_sidebar(0.5, DETECT))
+        end = time.monotonic() + 15.0
+        while running() is None and time.monotonic() < end:
+            yield 0.05
+        run = running()
+        found["detect_button_starts_a_run"] = run is not None
+        point(*view.middle())
+        while run is not None and not run.finished and run.fraction < moment:
+            yield 0.02
+        reached = run.stage if run else ""
+        press("Escape")
+        yield from wait_for_detection()
+        cancelled = bool(run and run.cancelled)
+        found["escapes"].append([moment, reached, cancelled, state() == before])
+        yield 0.5
+    bpy.context.scene.umbilics_display.source = "BASE"
 
 
 def detection():
