@@ -203,7 +203,8 @@ def _at_border(
 def _unseen_pairs(
     position: np.ndarray, partner: np.ndarray, located: np.ndarray, radius: np.ndarray
 ) -> np.ndarray:
-    """(k,) bool, umbilics of close pairs of which the finer fit does not show both.
+    """(k,) bool, umbilics of pairs that the finer fit does not show: neither of them or, of a
+    close pair, not both.
 
     A fit that reaches over both would have two zeros or none: the error of the gap is then at
     least what parts them. `radius` (k, 3) are those of the fits at the corners.
@@ -211,7 +212,8 @@ def _unseen_pairs(
     paired = partner >= 0
     apart = np.linalg.norm(position - position[partner], axis=1)
     close = apart <= PAIR_REACH * radius.mean(axis=1)
-    return paired & close & ~(located & located[partner])
+    both, either = located & located[partner], located | located[partner]
+    return paired & ~(both | (either & ~close))
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
