@@ -60,4 +60,4 @@ bias of the fits makes on clean patches at up to 2.7, pairs of the surface from 
 PAIR_CROWD = 25
 """Umbilics among which a pair is noise below that multiple; it grows with their number, which
 thousands of bumps as small as the edges bring to 4.6. Meshes of smooth surfaces have a handful of
-candidates, the bunny's scan 1,785, of which this leaves 33."""
+candidates; the bunny's scan has 1,713, of which some thirty are left."""
