@@ -113,6 +113,8 @@ def confirm_the_file_browser():
 def files(obj):
     """The window lives while files are written: its timers tick."""
     folder = REPORT.parent / "files"
+    # The file browser leaves a folder that does not exist for another one.
+    folder.mkdir(exist_ok=True)
     monkey(4)
     ticks = []
 
