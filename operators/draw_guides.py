@@ -18,12 +18,8 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
         return guiding.gather(context, context.active_object, guiding.guides)
 
     def put(self, context, job, found):
-        arrays = job.inputs.arrays
-        guiding.write(
-            context,
-            job,
-            lambda obj: guidance_results.write_guides(context, obj, arrays, *found),
-        )
+        with guiding.written(context, job) as obj:
+            guidance_results.write_guides(context, obj, job.inputs.arrays, *found)
         lines, separatrices = found
         return f"{len(lines)} lines of curvature and {len(separatrices)} separatrices drawn."
 

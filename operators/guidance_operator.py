@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import bpy
-
 from .. import core
-from . import engine, guidance_results, guiding, running
+from . import engine, running
 from .workspace import finished
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
@@ -85,13 +83,3 @@ class GuidanceOperator(NeedsMesh):
     def _fail(self, error):
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
-
-
-def write_lines(context: bpy.types.Context, job: guiding.Job, lines: core.Lines, part: str) -> None:
-    """Put lines into the scene as one part of the guidance."""
-    arrays = job.inputs.arrays
-    guiding.write(
-        context,
-        job,
-        lambda obj: guidance_results.write_lines(context, obj, arrays, lines, part),
-    )

@@ -20,14 +20,9 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         return guiding.gather(context, context.active_object, guiding.plan)
 
     def put(self, context, job, found):
-        guidance, umbilics = found
-        arrays = job.inputs.arrays
-        guiding.write(
-            context,
-            job,
-            lambda obj: guidance_results.write_plan(context, obj, arrays, guidance, umbilics),
-        )
-        poles = guidance.poles
+        with guiding.written(context, job) as obj:
+            guidance_results.write_plan(context, obj, job.inputs.arrays, *found)
+        poles = found[0].poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
         text += f"4 - valence sums to {poles.total}"

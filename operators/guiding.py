@@ -6,7 +6,8 @@ user keeps, by filters, pins and deletions, are taken from the object's record.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -124,10 +125,9 @@ def gather(
     )
 
 
-def write(
-    context: bpy.types.Context, job: Job, put: Callable[[bpy.types.Object], Any]
-) -> bpy.types.Object:
-    """Call `put` with the object, out of Edit Mode, if it is still the one that was read.
+@contextmanager
+def written(context: bpy.types.Context, job: Job) -> Iterator[bpy.types.Object]:
+    """The object to write to, out of Edit Mode, if it is still the one that was read.
 
     Raises
     ------
@@ -141,8 +141,7 @@ def write(
     depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
     mesh_data.check_unchanged(obj, job.inputs.arrays, depsgraph)
     with object_mode(context, obj):
-        put(obj)
-    return obj
+        yield obj
 
 
 def plan(job: Job, guide: core.Guide, progress: core.Progress) -> tuple:

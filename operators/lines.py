@@ -3,7 +3,7 @@
 import bpy
 
 from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator, write_lines
+from .guidance_operator import GuidanceOperator
 
 
 class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
@@ -17,7 +17,10 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
         return guiding.gather(context, context.active_object, guiding.lines)
 
     def put(self, context, job, found):
-        write_lines(context, job, found, guidance_results.LINES)
+        with guiding.written(context, job) as obj:
+            guidance_results.write_lines(
+                context, obj, job.inputs.arrays, found, guidance_results.LINES
+            )
         return f"{len(found)} lines of curvature."
 
 

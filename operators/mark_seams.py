@@ -35,13 +35,9 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
         return guiding.gather(context, context.active_object, work, with_edges=True)
 
     def put(self, context, job, found):
-        counts = []
-        guiding.write(
-            context,
-            job,
-            lambda obj: counts.append(guidance_results.mark(obj, found, _MARK[self.mark])),
-        )
-        return f"{counts[0]} edges marked."
+        with guiding.written(context, job) as obj:
+            count = guidance_results.mark(obj, found, _MARK[self.mark])
+        return f"{count} edges marked."
 
 
 def register() -> None:

@@ -3,7 +3,7 @@
 import bpy
 
 from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator, write_lines
+from .guidance_operator import GuidanceOperator
 
 
 class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
@@ -18,7 +18,10 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
         return guiding.gather(context, context.active_object, guiding.separatrices)
 
     def put(self, context, job, found):
-        write_lines(context, job, found, guidance_results.SEPARATRICES)
+        with guiding.written(context, job) as obj:
+            guidance_results.write_lines(
+                context, obj, job.inputs.arrays, found, guidance_results.SEPARATRICES
+            )
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 

@@ -18,12 +18,8 @@ class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
         return guiding.gather(context, context.active_object, guiding.mirror)
 
     def put(self, context, job, found):
-        arrays = job.inputs.arrays
-        guiding.write(
-            context,
-            job,
-            lambda obj: guidance_results.write_mirror(context, obj, arrays, found),
-        )
+        with guiding.written(context, job) as obj:
+            guidance_results.write_mirror(context, obj, job.inputs.arrays, found)
         return (
             f"Mirror plane from {len(found.pairs)} matched umbilics; the image lies "
             f"{found.error:.3g} away from the shape."
