@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .creases import bent_half_edges, marked_half_edges
 from .detection import CurvatureField
 from .errors import InvalidMeshError
+from .half_edges import following
 from .jets import fit_jets
 from .neighbourhoods import MOST_RINGS, Neighbourhood, adjacency
 from .normal_curvature import curvature_from_normals
@@ -135,17 +137,15 @@ def _walls(
     surface: Surface, settings: Settings, sharp: np.ndarray | None
 ) -> np.ndarray | None:
     """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
-    walls = np.zeros(len(surface.vertices), bool)
+    found = []
     if settings.crease_angle < 180.0:
-        half_edges = np.flatnonzero(surface.twin >= 0)
-        normal, _ = surface.face_normal_area
-        cosine = np.einsum(
-            "ec,ec->e", normal[half_edges // 3], normal[surface.twin[half_edges] // 3]
-        )
-        creased = half_edges[cosine < np.cos(np.radians(settings.crease_angle))]
-        walls[surface.triangles.ravel()[creased]] = True
-    if sharp is not None and len(sharp):
-        walls |= np.isin(surface.source_vertex, np.unique(sharp))
+        found.append(bent_half_edges(surface, settings.crease_angle))
+    if settings.crease_marks:
+        found.append(marked_half_edges(surface, sharp))
+    creased = np.concatenate(found) if found else np.zeros(0, np.int64)
+    walls = np.zeros(len(surface.vertices), bool)
+    for end in (creased, following(creased)):
+        walls[surface.triangles.ravel()[end]] = True
     return walls if walls.any() else None
 
 

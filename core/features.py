@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .creases import bent_half_edges, marked_half_edges
 from .guidance_settings import GuidanceSettings
 from .surface import Surface
-
-# Importers mark every edge sharp where a file has a normal for each corner. More marks than this
-# share of the edges are not features, unless the mesh is so small that they may well be.
-MOST_MARKED, SMALL = 0.2, 600
 
 
 def feature_half_edges(
@@ -22,26 +19,11 @@ def feature_half_edges(
     sharp:
         (s, 2) pairs of input vertices whose edges are marked sharp, or None.
     """
-    twin = surface.twin
-    name = np.arange(len(twin), dtype=np.int32)
-    inner = np.flatnonzero(name < twin)
-    found = [np.flatnonzero(twin < 0)] if settings.align_borders else []
+    found = [np.flatnonzero(surface.twin < 0)] if settings.align_borders else []
     if settings.feature_angle < 180.0:
-        normal, _ = surface.face_normal_area
-        cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[twin[inner] // 3])
-        found.append(inner[cosine < np.cos(np.radians(settings.feature_angle))])
-    if settings.align_sharp and sharp is not None and len(sharp):
-        source = surface.source_vertex
-        tail = source[surface.triangles.ravel()]
-        head = source[surface.triangles[:, [1, 2, 0]].ravel()]
-        count = int(source.max()) + 1
-        marked = np.sort(np.asarray(sharp, np.int64), axis=1)
-        marked = marked[(marked < count).all(axis=1)]
-        key = np.minimum(tail, head) * count + np.maximum(tail, head)
-        at = np.isin(key, marked[:, 0] * count + marked[:, 1])
-        chosen = np.flatnonzero(at & ((name < twin) | (twin < 0)))
-        if len(chosen) <= MOST_MARKED * 0.5 * len(twin) or len(twin) <= SMALL:
-            found.append(chosen)
+        found.append(bent_half_edges(surface, settings.feature_angle))
+    if settings.align_sharp:
+        found.append(marked_half_edges(surface, sharp))
     return np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
 
 

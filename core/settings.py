@@ -136,6 +136,13 @@ class Settings:
         maximum=180.0,
         unit="degrees",
     )
+    crease_marks: bool = setting(
+        True,
+        label="Sharp Edges",
+        help="Edges marked sharp are not fitted across; ignored where more than a fifth of all "
+        "edges are marked, as some importers leave them",
+        kind="flag",
+    )
     normal_smoothing: int = setting(
         0,
         label="Normal Smoothing",

@@ -93,6 +93,7 @@ class UMBILICS_PT_curvature(Part, bpy.types.Panel):
             if not settings.scale_auto:
                 layout.prop(settings, "scale_unit", text="Unit")
         layout.prop(settings, "crease_angle")
+        layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
 
 

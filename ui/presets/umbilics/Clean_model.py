@@ -10,6 +10,7 @@ settings.scale_auto = True
 settings.scale = 2.0
 settings.scale_unit = "rings"
 settings.crease_angle = 3.141592653589793
+settings.crease_marks = True
 settings.normal_smoothing = 0
 settings.opening = 0
 settings.flatness = 0.01

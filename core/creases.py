@@ -1,0 +1,45 @@
+"""Creases: edges across which a surface bends sharply, by angle or by the user's mark."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .half_edges import following
+from .surface import Surface
+
+# Importers mark every edge sharp where a file has a normal for each corner. More marks than this
+# share of the edges are not creases, unless the mesh is so small that they may well be.
+MOST_MARKED, SMALL = 0.2, 600
+
+
+def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
+    """Half-edges, one of each edge, ascending, across which the normal turns further than
+    `angle` in degrees."""
+    inner = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
+    normal, _ = surface.face_normal_area
+    cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
+    return inner[cosine < np.cos(np.radians(angle))]
+
+
+def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:
+    """Half-edges, one of each edge, ascending, that are marked; none where nearly all are.
+
+    Parameters
+    ----------
+    sharp:
+        (s, 2) pairs of input vertices whose edges are marked sharp, or None.
+    """
+    if sharp is None or not len(sharp):
+        return np.zeros(0, np.int64)
+    twin = surface.twin
+    source = surface.source_vertex
+    name = np.arange(len(twin), dtype=np.int32)
+    once = np.flatnonzero((name < twin) | (twin < 0))
+    corners = surface.triangles.ravel()
+    ends = np.sort(source[np.column_stack([corners[once], corners[following(once)]])], axis=1)
+    count = np.int64(source.max()) + 1
+    marked = np.sort(np.asarray(sharp, np.int64), axis=1)
+    marked = marked[(marked < count).all(axis=1)]
+    chosen = once[np.isin(ends[:, 0] * count + ends[:, 1], marked[:, 0] * count + marked[:, 1])]
+    few = len(chosen) <= MOST_MARKED * 0.5 * len(twin) or len(twin) <= SMALL
+    return chosen if few else np.zeros(0, np.int64)
