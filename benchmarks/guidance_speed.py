@@ -1,17 +1,18 @@
-"""How long the guidance of a large mesh takes beside its detection.
+"""How long the guidance of a large mesh takes beside its detection: docs/guidance_speed.md.
 
-    benchmarks/guidance [LEVEL [ROUNDS]]
+    benchmarks/guidance [--level N] [--rounds N] [--out FILE]
 
-The ellipsoid with half axes 3, 2 and 1 as an icosahedron subdivided LEVEL times (8: 1.3 million
-triangles). Every round runs in a process of its own; printed are the medians, as Markdown.
+Every round runs in a process of its own.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
 import time
+from pathlib import Path
 from statistics import median
 
 from surfaces import ellipsoid
@@ -19,11 +20,24 @@ from surfaces import ellipsoid
 import core
 
 from . import ROOT
-from .speed import machine
+from .pages import machine, table
 
 AXES = (3.0, 2.0, 1.0)
 # Spacing at which both families have some 500 lines together.
 SPACING = 0.027
+
+PAGE = """# Speed of the guidance
+
+Written by `benchmarks/guidance` on {machine}.
+
+The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron of {triangles:,}
+triangles; figures are medians of {rounds} rounds, each in a process of its own.
+
+{steps}
+
+The cross field without the poles takes {field:.1f} times the detection.
+"""
+_STEPS = ("Step", "Seconds", "Processor seconds", "times the detection's")
 
 
 def measured(level: int) -> dict:
@@ -43,29 +57,58 @@ def measured(level: int) -> dict:
     guidance = timed("cross field and poles", lambda: guide.guidance(settings))
     lines = timed("lines of curvature", lambda: guide.lines(settings))
     timed("separatrices", lambda: guide.separatrices(settings))
-    return {"seconds": found, "lines": len(lines), "field": guidance.timings["cross field"]}
+    return {
+        "triangles": len(mesh.triangles),
+        "seconds": found,
+        "lines": len(lines),
+        "field": guidance.timings["cross field"],
+    }
 
 
-def main(level: int = 8, rounds: int = 3) -> None:
-    command = [sys.executable, "-m", "benchmarks.guidance_speed", "--one", str(level)]
-    runs = []
-    for _ in range(rounds):
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-        runs.append(json.loads(done.stdout))
-    print(f"{20 * 4**level:,} triangles, {rounds} rounds, {machine()}\n")
-    print("| Step | Seconds | Processor seconds | times the detection's |")
-    print("|---|---|---|---|")
+def page(runs: list[dict], where: str) -> str:
+    """The page, from what `measured` has found in each round on the machine described."""
     whole = median(run["seconds"]["detection"][0] for run in runs)
+    rows = []
     for name in runs[0]["seconds"]:
         clock, processor = (median(run["seconds"][name][k] for run in runs) for k in (0, 1))
         label = f"{median(run['lines'] for run in runs):g} {name}" if "lines" in name else name
-        print(f"| {label} | {clock:.2f} | {processor:.2f} | {clock / whole:.1f} |")
-    field = median(run["field"] / run["seconds"]["detection"][0] for run in runs)
-    print(f"\nThe cross field alone takes {field:.1f} times the detection.")
+        rows.append((label, f"{clock:.2f}", f"{processor:.2f}", f"{clock / whole:.1f}"))
+    return PAGE.format(
+        machine=where,
+        triangles=runs[0]["triangles"],
+        rounds=len(runs),
+        steps=table(_STEPS, rows),
+        field=median(run["field"] / run["seconds"]["detection"][0] for run in runs),
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="benchmarks/guidance", description=__doc__)
+    parser.add_argument("--level", type=int, default=8, help="20 * 4^level triangles (8)")
+    parser.add_argument("--rounds", type=int, default=3, help="how often it is measured (3)")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "guidance_speed.md")
+    parser.add_argument("--one", action="store_true", help="one round, as JSON")
+    options = parser.parse_args(arguments)
+    if options.one:
+        print(json.dumps(measured(options.level)))
+        return 0
+    where = machine()
+    command = [sys.executable, "-m", "benchmarks.guidance_speed", "--one"]
+    runs = []
+    for _ in range(options.rounds):
+        done = subprocess.run(
+            [*command, "--level", str(options.level)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        runs.append(json.loads(done.stdout))
+    text = page(runs, where)
+    options.out.write_text(text, encoding="utf-8")
+    print(text)
+    return 0
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--one"]:
-        print(json.dumps(measured(int(sys.argv[2]))))
-    else:
-        main(*map(int, sys.argv[1:]))
+    raise SystemExit(main())

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import platform
 import subprocess
 import sys
 import tempfile
@@ -19,10 +18,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import scipy
 from surfaces import AnalyticSurface, ellipsoid, random_ellipsoid, seed_patch
 
 from . import ROOT
+from .pages import machine, table
 from .peers.measurement import Measurement
 from .programs import OURS, Ours, measure_all, peers
 
@@ -53,26 +52,16 @@ there are processors; the others use one thread as they come.
 {peers}
 """
 
-
-def machine() -> str:
-    """The processor, how many of it this process may use, and the versions that matter."""
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
-        model = names[0].partition(":")[2].strip() if names else model
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return (
-        f"{cores} cores of {model}, Python {platform.python_version()}, NumPy {np.__version__}, "
-        f"SciPy {scipy.__version__}{_load()}"
-    )
-
-
-def _load() -> str:
-    """How busy the machine is with other things: figures from a busy one are not to be quoted."""
-    if not hasattr(os, "getloadavg"):
-        return ""
-    return f"; the load average at the start was {os.getloadavg()[0]:.1f}"
+_COMPARED = (
+    "Program",
+    "Seconds",
+    "times ours",
+    "first",
+    "Peak MB",
+    "above the input",
+    "Direction error",
+)
+_GROWTH = ("Triangles", "Seconds", "µs a triangle", "MB above the input", "bytes a triangle")
 
 
 def direction_error(
@@ -96,20 +85,19 @@ def compare(level: int, others: list[Callable], rounds: int) -> str:
     print(f"{len(surface.triangles):,} triangles, all programs", file=sys.stderr)
     results = measure_all(surface, others, rounds)
     ours = results[0][0].seconds
-    lines = [
-        f"## {len(surface.triangles):,} triangles",
-        "",
-        "| Program | Seconds | times ours | first | Peak MB | above the input | Direction error |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for run, d1 in results:
-        ratio = "1" if run.program == OURS else f"{run.seconds / ours:.1f}"
-        lines.append(
-            f"| {run.program} | {run.seconds:.2f} | {ratio} | {run.rounds[0]:.2f} "
-            f"| {run.peak_mb:.0f} | {run.peak_mb - run.input_mb:.0f} "
-            f"| {direction_error(surface, d1):.4f}° |"
+    rows = [
+        (
+            run.program,
+            f"{run.seconds:.2f}",
+            "1" if run.program == OURS else f"{run.seconds / ours:.1f}",
+            f"{run.rounds[0]:.2f}",
+            f"{run.peak_mb:.0f}",
+            f"{run.peak_mb - run.input_mb:.0f}",
+            f"{direction_error(surface, d1):.4f}°",
         )
-    return "\n".join(lines) + "\n"
+        for run, d1 in results
+    ]
+    return f"## {len(surface.triangles):,} triangles\n\n{table(_COMPARED, rows)}\n"
 
 
 def compare_directions(others: list[Callable]) -> str:
@@ -124,23 +112,17 @@ def compare_directions(others: list[Callable]) -> str:
             (np.abs(patch.vertices[:, :2]) < INTERIOR * half).all(axis=1),
         ),
     ]
-    lines = [
-        "## Direction error on random points",
-        "",
-        "The interior is all that is further from a side than a twentieth of the patch's width.",
-        "",
-    ]
-    table: dict[str, list[float]] = {}
+    errors: dict[str, list[str]] = {}
     for _, surface, where in cases:
         for run, d1 in measure_all(surface, others, 1):
-            table.setdefault(run.program, []).append(direction_error(surface, d1, where))
-    names = [name for name, _, _ in cases]
-    lines += ["| Program | " + " | ".join(names) + " |", "|---" * (len(names) + 1) + "|"]
-    lines += [
-        f"| {program} | " + " | ".join(f"{error:.3f}°" for error in errors) + " |"
-        for program, errors in table.items()
-    ]
-    return "\n".join(lines) + "\n"
+            error = direction_error(surface, d1, where)
+            errors.setdefault(run.program, []).append(f"{error:.3f}°")
+    rows = [(program, *found) for program, found in errors.items()]
+    return (
+        "## Direction error on random points\n\n"
+        "The interior is all that is further from a side than a twentieth of the patch's width.\n\n"
+        f"{table(('Program', *(name for name, _, _ in cases)), rows)}\n"
+    )
 
 
 def largest(level: int) -> str:
@@ -176,33 +158,28 @@ def scaling(levels: tuple[int, ...], rounds: int) -> tuple[str, list[Measurement
             rows.append(Ours().measure(mesh, rounds))
     sizes = [20 * 4**level for level in levels]
     exponent = np.polyfit(np.log(sizes), np.log([row.seconds for row in rows]), 1)[0]
-    lines = [
-        "## Growth with the size of the mesh",
-        "",
-        "| Triangles | Seconds | µs a triangle | MB above the input | bytes a triangle |",
-        "|---|---|---|---|---|",
-    ]
+    cells = []
     for size, row in zip(sizes, rows, strict=True):
         above = row.peak_mb - row.input_mb
-        lines.append(
-            f"| {size:,} | {row.seconds:.3f} | {1e6 * row.seconds / size:.2f} | {above:.0f} "
-            f"| {above * 2**20 / size:.0f} |"
-        )
-    text = f"\nThe time grows with the power {exponent:.2f} of the number of triangles.\n"
-    return "\n".join(lines) + "\n" + text, rows
+        numbers = f"{row.seconds:.3f}", f"{1e6 * row.seconds / size:.2f}", f"{above:.0f}"
+        cells.append((f"{size:,}", *numbers, f"{above * 2**20 / size:.0f}"))
+    text = (
+        f"## Growth with the size of the mesh\n\n{table(_GROWTH, cells)}\n\n"
+        f"The time grows with the power {exponent:.2f} of the number of triangles.\n"
+    )
+    return text, rows
 
 
 def profile(run: Measurement, triangles: int) -> str:
     """Where the time goes: the stages of one run."""
-    lines = [
-        f"## Where the time goes ({triangles:,} triangles)",
-        "",
-        "| Stage | Seconds | Share |",
-        "|---|---|---|",
+    rows = [
+        (name, f"{seconds:.2f}", f"{seconds / run.seconds:.0%}")
+        for name, seconds in sorted(run.stages.items(), key=lambda item: -item[1])
     ]
-    for name, seconds in sorted(run.stages.items(), key=lambda item: -item[1]):
-        lines.append(f"| {name} | {seconds:.2f} | {seconds / run.seconds:.0%} |")
-    return "\n".join(lines) + "\n"
+    return (
+        f"## Where the time goes ({triangles:,} triangles)\n\n"
+        f"{table(('Stage', 'Seconds', 'Share'), rows)}\n"
+    )
 
 
 def in_blender(level: int, rounds: int) -> str:
@@ -254,9 +231,9 @@ def main(arguments: list[str] | None = None) -> int:
         peers=words,
     )
     for level in compared:
-        table = compare(level, others, options.rounds)
-        text += table + "\n"
-        print(table, flush=True)
+        compared_here = compare(level, others, options.rounds)
+        text += compared_here + "\n"
+        print(compared_here, flush=True)
     text += compare_directions(others) + "\n"
     grown, medians = scaling(levels, options.rounds)
     text += grown + "\n"

@@ -13,11 +13,10 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 
 from . import ROOT
-from .speed import machine
+from .pages import machine, table
 
 PAGE = """# Speed of the window
 
@@ -65,8 +64,8 @@ _FRAMES = ("", "frame without overlay", "frame with overlay", "frame rate with /
 _PLACES = {"away": "mesh out of view", "seen": "mesh in view"}
 
 
-def page(found: dict) -> str:
-    """The page, from what window_speed_in_blender.py has found."""
+def page(found: dict, where: str) -> str:
+    """The page, from what window_speed_in_blender.py has found on the machine described."""
     drawn = found["seen, overlay"]
     detections, drag = [], []
     for name, label in _PLACES.items():
@@ -79,13 +78,13 @@ def page(found: dict) -> str:
         times = [f"{seconds * 1e3:.0f} ms" for seconds in (filtering, building)]
         drag.append([f"{shown:,}", *times, f"{1.0 / (filtering + building):.0f}"])
     return PAGE.format(
-        machine=machine(),
+        machine=where,
         triangles=found["triangles"],
         candidates=found["candidates"],
-        detections=_table(_DETECTION, detections),
-        orbit=_table(_FRAMES, _frames(found, "orbit")),
-        drag=_table(_DRAG, drag),
-        frames=_table(_FRAMES, _frames(found, "drag")),
+        detections=table(_DETECTION, detections),
+        orbit=table(_FRAMES, _frames(found, "orbit")),
+        drag=table(_DRAG, drag),
+        frames=table(_FRAMES, _frames(found, "drag")),
         steps=len(drawn["shown"]),
         most=max(drawn["shown"]),
         least=min(drawn["shown"]),
@@ -99,11 +98,6 @@ def _frames(found: dict, kind: str) -> list[list[str]]:
         before, after = (found[f"{name}, {what}"][kind] for what in ("no overlay", "overlay"))
         rows.append([label, f"{before:.2f} s", f"{after:.2f} s", f"{before / after:.2f}"])
     return rows
-
-
-def _table(names: Sequence[str], rows: list[list[str]]) -> str:
-    lines = [names, ["---"] * len(names), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def measure(level: int) -> dict:
@@ -124,7 +118,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--level", type=int, default=8, help="20 * 4^level triangles (8)")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "window_speed.md")
     options = parser.parse_args(arguments)
-    text = page(measure(options.level))
+    where = machine()
+    text = page(measure(options.level), where)
     options.out.write_text(text, encoding="utf-8")
     print(text)
     return 0

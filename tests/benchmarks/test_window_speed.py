@@ -23,8 +23,10 @@ def test_freezes_rates_and_ratios_are_those_measured():
             "seen, overlay": _drag(0.8, 1.4),
             "away, no overlay": _drag(0.2, 0.3),
             "away, overlay": _drag(0.4, 0.3),
-        }
+        },
+        "two cores",
     )
+    assert "on two cores." in text
     assert "1,310,720 triangles" in text
     assert "| mesh out of view | 10.0 s | 0.10 s | 0.12 s | 0.50 s | 0 |" in text
     assert "| mesh in view | 10.0 s | 0.10 s | 0.24 s | 0.50 s | 3 |" in text
