@@ -44,30 +44,31 @@ class HeightFit:
 
 
 @cache
+def _monomials(degree: int) -> list[tuple[int, int]]:
+    """Exponents (a, b) of x^a y^b, degree after degree."""
+    return [(total - b, b) for total in range(degree + 1) for b in range(total + 1)]
+
+
 def _terms(degree: int) -> list[tuple[int, int]]:
     """Exponents with the quadratic terms last: their Schur complement is their covariance."""
     quadratic = [(2, 0), (1, 1), (0, 2)]
-    every = [(total - b, b) for total in range(degree + 1) for b in range(total + 1)]
-    return [term for term in every if term not in quadratic] + quadratic
-
-
-def _by_rising_powers(degree: int) -> list[tuple[int, int]]:
-    return [(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)]
+    return [term for term in _monomials(degree) if term not in quadratic] + quadratic
 
 
 def sum_count(degree: int) -> int:
     """Rows of the sums that a fit of this degree needs, see `sum_samples`."""
-    return len(_by_rising_powers(2 * degree)) + len(_by_rising_powers(degree)) + 1
+    return len(_monomials(2 * degree)) + len(_monomials(degree)) + 1
 
 
 @cache
 def _system_rows(degree: int) -> np.ndarray:
     """(t, t + 1) rows of the sums that make up the normal equations of the t terms."""
-    moments = _by_rising_powers(2 * degree)
+    low, steps = _monomials(degree), range(1, degree + 1)
+    # As `sum_samples` multiplies them: all by 1, the highest by powers of x, the rest by y^degree.
+    moments = low + [(degree + k - b, b) for k in steps for b in range(degree)]
+    moments += [(a, degree + b) for a, b in low[1:]]
     moment = {exponents: row for row, exponents in enumerate(moments)}
-    lifted = {
-        exponents: row for row, exponents in enumerate(_by_rising_powers(degree), len(moments))
-    }
+    lifted = {exponents: row for row, exponents in enumerate(low, len(moments))}
     terms = _terms(degree)
     return np.array(
         [[moment[a + c, b + d] for c, d in terms] + [lifted[a, b]] for a, b in terms], np.int32
@@ -107,35 +108,33 @@ def sum_samples(
     degree:
         Degree of the polynomial, at least 2.
     sums:
-        (r, b) float64 takes the weighted sums: of x^a y^b for a + b <= 2 degree, of z x^a y^b
-        for a + b <= degree, both by rising a, then b; and of z^2. r is `sum_count`.
+        (r, b) float64 takes the weighted sums of x^a y^b for a + b <= 2 degree, of z x^a y^b
+        for a + b <= degree, and of z^2, in the order of `_system_rows`. r is `sum_count`.
     workspace:
         Buffers to work in, for calls in a loop.
     """
-    most = 2 * degree
-    along_x = _powers("powers of x", weights, x, most, workspace)
-    along_y = _powers("powers of y", None, y, most, workspace)
-    lifted = workspace.array("lifted", degree + 1, *x.shape)
-    np.multiply(along_x[: degree + 1], z, out=lifted)
-    # All sums with one power of x in one call: threads meet at the interpreter lock between them.
-    counts = [(left, most + 1 - a) for a, left in enumerate(along_x)]
-    counts += [(left, degree + 1 - a) for a, left in enumerate(lifted)]
+    monomials = workspace.array("monomials", len(_monomials(degree)), *x.shape)
+    monomials[0] = 1.0
+    pure, end = [], 1  # rows of the powers of x
+    for total in range(1, degree + 1):
+        pure.append(end)
+        np.multiply(monomials[end - total : end], x, out=monomials[end : end + total])
+        np.multiply(monomials[end - 1], y, out=monomials[end + total])
+        end += total + 1
+    weighted = monomials
+    if weights is not None:
+        weighted = workspace.array("weighted", *monomials.shape)
+        np.multiply(monomials, weights, out=weighted)
+    highest = monomials[-degree - 1 :]
+    # Few products with many sums each: threads meet at the interpreter lock between calls.
+    products = [(weighted[0], monomials)]
+    products += [(weighted[row], highest[:-1]) for row in pure]
+    products += [(highest[-1], weighted[1:]), (z, weighted)]
     begin = 0
-    for left, count in counts:
-        np.einsum("sb,qsb->qb", left, along_y[:count], out=sums[begin : begin + count])
-        begin += count
-    np.einsum("sb,sb->b", lifted[0], z, out=sums[begin])
-
-
-def _powers(
-    name: str, first: np.ndarray | None, base: np.ndarray, most: int, workspace: Workspace
-) -> np.ndarray:
-    """(most + 1, s, b): `first` (ones if None) times base^0, base^1, ... base^most."""
-    powers = workspace.array(name, most + 1, *base.shape)
-    powers[0] = 1.0 if first is None else first
-    for k in range(1, most + 1):
-        np.multiply(powers[k - 1], base, out=powers[k])
-    return powers
+    for left, right in products:
+        np.einsum("sb,qsb->qb", left, right, out=sums[begin : begin + len(right)])
+        begin += len(right)
+    np.einsum("sb,sb,sb->b", weighted[0], z, z, out=sums[begin])
 
 
 def solve_heights(
@@ -144,12 +143,9 @@ def solve_heights(
     """The fits of a degree from `sums` (r, b) over their `samples` (b,), see `sum_samples`."""
     terms = _terms(degree)
     size, first = len(terms), len(terms) - 3
-    system = workspace.array("system", size, size + 1, sums.shape[1])
-    np.take(sums, _system_rows(degree), axis=0, out=system, mode="clip")
     diagonal = np.arange(size)
-    floor = np.maximum(RANK_TOLERANCE * system[diagonal, diagonal], np.finfo(float).tiny)
     with np.errstate(all="ignore"):  # undetermined columns may overflow; they are zeroed below
-        pivots = _eliminate(system, floor[:first], workspace)
+        system, pivots, floor = _eliminated(sums, degree, workspace)
         covariance, determined = _inverse_of_last(system[first:, first:size], floor[first:])
         determined &= (system[diagonal[:first], diagonal[:first]] > floor[:first]).all(axis=0)
         determined &= samples >= size
@@ -179,22 +175,35 @@ def solve_heights(
     )
 
 
-def _eliminate(system: np.ndarray, floor: np.ndarray, workspace: Workspace) -> np.ndarray:
-    """Eliminate the first p unknowns from the upper triangles of systems (t, t + 1, b) in place.
+def _eliminated(
+    sums: np.ndarray, degree: int, workspace: Workspace
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normal equations of t terms with all but the last three unknowns eliminated.
 
-    Returns their pivots (p, b), at least `floor` (p, b): weak ones must not divide by zero.
+    Returns
+    -------
+    system:
+        (t, t + 1, b), the result in the upper triangles.
+    pivots:
+        (t - 3, b), at least the floor: weak ones must not divide by zero.
+    floor:
+        (t, b) what a pivot must exceed.
     """
-    size, _, fits = system.shape
-    pivots = np.empty(floor.shape)
-    for pivot, lowest in enumerate(floor):
-        np.maximum(system[pivot, pivot], lowest, out=pivots[pivot])
-        factor = workspace.array("factor", size - pivot - 1, fits)
-        np.divide(system[pivot, pivot + 1 : size], pivots[pivot], out=factor)
-        for row, times in enumerate(factor, pivot + 1):
-            change = workspace.array("change", size + 1 - row, fits)
-            np.multiply(times, system[pivot, row:], out=change)
-            system[row, row:] -= change
-    return pivots
+    rows = _system_rows(degree)
+    size, first, fits = len(rows), len(rows) - 3, sums.shape[1]
+    system = workspace.array("system", size, size + 1, fits)
+    pivots, floor = np.empty((first, fits)), np.empty((size, fits))
+    # Row by row, each with all rows above it in one call: fewer passes than pivot by pivot.
+    for row, above in enumerate(min(row, first) for row in range(size)):
+        upper, factor = system[row, row:], system[row, :above]
+        np.take(sums, rows[row, row:], axis=0, out=upper, mode="clip")
+        np.maximum(RANK_TOLERANCE * upper[0], np.finfo(float).tiny, out=floor[row])
+        np.divide(system[:above, row], pivots[:above], out=factor)
+        change = workspace.array("change", len(upper), fits)
+        upper -= np.einsum("rb,rqb->qb", factor, system[:above, row:], out=change)
+        if row < first:
+            np.maximum(upper[0], floor[row], out=pivots[row])
+    return system, pivots, floor
 
 
 def _inverse_of_last(q: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -197,5 +197,6 @@ def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np
             rows = order[low : min(low + step, end)]
             if size:
                 slots = reach.indptr[rows] + np.arange(size, dtype=reach.indptr.dtype)[:, None]
-                yield rows, reach.indices[slots]
+                # `take`: an index in brackets would keep the interpreter lock from the threads.
+                yield rows, reach.indices.take(slots)
         begin = end
