@@ -5,10 +5,6 @@ is a node of value 0 joined to the corners of its triangle; sublevel sets of the
 grow over the edges of the mesh. Where two of them merge whose umbilics left over have indices
 of opposite sign, the closest opposite pairs cancel at that gap until one sign is left. The sum
 of the indices is therefore the same at every level.
-
-The tree is contracted before anything is walked in Python: vertices run down to the minimum
-below them, and a basin without an umbilic joins the basin across its lowest pass, which is
-where the sublevel sets would join it and where nothing can cancel.
 """
 
 from __future__ import annotations
@@ -19,11 +15,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from .cancelling import cancel
+from .merge_tree import merge_tree
 from .surface import Surface
 from .tolerances import PAIR_CROWD, PAIR_NOISE
-
-# Fewer candidates than this are compared faster without arrays.
-_FEW = 24
 
 
 def measure_persistence(
@@ -67,9 +62,9 @@ def measure_persistence(
         return persistence, partner
 
     gap = _finite(gap)
-    low, high, saddle = _tree(surface, gap, np.asarray(triangle), units != 0, regions)
+    low, high, saddle = merge_tree(surface, gap, np.asarray(triangle), units != 0, regions)
     centres = surface.vertices[surface.triangles[triangle]].mean(axis=1)
-    first, second, level = _cancel(units.copy(), centres, low, high, saddle)
+    first, second, level = cancel(units, centres, low, high, saddle)
     if len(first) == 0:
         return persistence, partner
     if np.abs(units).max() == 1:
@@ -151,219 +146,6 @@ def _finite(gap: np.ndarray) -> np.ndarray:
     if finite.all():
         return gap
     return np.where(finite, gap, gap[finite].max() if finite.any() else 0.0)
-
-
-def _tree(
-    surface: Surface,
-    gap: np.ndarray,
-    triangle: np.ndarray,
-    charged: np.ndarray,
-    regions: Sequence[np.ndarray],
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The merge tree of the umbilics: rows of both and gap at the pass, lowest pass first."""
-    count, vertices = len(triangle), len(gap)
-    # Ranks instead of gaps: a strict order, in which equal gaps make no cycles.
-    order = np.argsort(gap, kind="stable").astype(np.int32)
-    rank = np.empty(vertices, dtype=np.int32)
-    rank[order] = np.arange(vertices, dtype=np.int32)
-
-    # Seeds have value 0, below everything: umbilics first, then regions.
-    corners = [surface.triangles[triangle].ravel()]
-    seeds = [np.repeat(np.arange(count), 3)]
-    for number, rows in enumerate(regions):
-        inside = np.unique(surface.triangles[rows])
-        corners.append(inside)
-        seeds.append(np.full(len(inside), count + number))
-    corner, seed = np.concatenate(corners), np.concatenate(seeds)
-    seed_node = (seed + vertices).astype(np.int32)
-
-    around = rank[surface.neighbours]
-    lowest = np.minimum.reduceat(around, surface.neighbour_start[:-1])
-    below = np.arange(vertices + count + len(regions), dtype=np.int32)
-    below[:vertices] = np.where(lowest < rank, order[lowest], below[:vertices])
-    below[corner] = seed_node
-    basin, basins = _label(below)
-
-    mine = np.repeat(basin[:vertices], np.diff(surface.neighbour_start))
-    other = basin[surface.neighbours]
-    crossing = np.flatnonzero(mine < other)
-    owner = np.repeat(np.arange(vertices, dtype=np.int32), np.diff(surface.neighbour_start))
-    first = np.concatenate([mine[crossing], basin[corner]])
-    second = np.concatenate([other[crossing], basin[seed_node]])
-    weight = np.concatenate([np.maximum(rank[owner[crossing]], around[crossing]), rank[corner]])
-    different = first != second
-    first, second, weight = first[different], second[different], weight[different]
-    # Sorting keys is several times faster than sorting places, and as strict.
-    key = np.sort(weight.astype(np.int64) << 32 | np.arange(len(weight)))
-    ascending = key & 0xFFFFFFFF
-    first, second, weight = first[ascending], second[ascending], weight[ascending]
-
-    umbilic = basin[vertices : vertices + count]
-    neutral = np.ones(basins, dtype=bool)
-    neutral[umbilic[charged]] = False
-    row = np.full(basins, -1)
-    row[umbilic] = np.arange(count)
-    while True:
-        hook, _ = _lowest_pass(first, second, neutral)
-        if hook is None:
-            break
-        basin, basins = _label(hook)
-        first, second = basin[first], basin[second]
-        kept = first != second
-        first, second, weight = first[kept], second[kept], weight[kept]
-        # A basin that takes neutral ones up keeps its umbilic.
-        held, was = np.flatnonzero(~neutral), row
-        neutral, row = np.ones(basins, dtype=bool), np.full(basins, -1)
-        neutral[basin[held]] = False
-        row[basin[held]] = was[held]
-
-    # Only umbilics are left. The same steps, all of them hooking, give the spanning tree.
-    low, high = row[first], row[second]
-    edge = np.arange(len(first))
-    tree = []
-    while len(first):
-        hook, used = _lowest_pass(first, second, np.ones(basins, dtype=bool))
-        tree.append(edge[used])
-        basin, basins = _label(hook)
-        first, second = basin[first], basin[second]
-        kept = first != second
-        first, second, edge = first[kept], second[kept], edge[kept]
-    chosen = np.unique(np.concatenate(tree)) if tree else np.empty(0, dtype=np.int64)
-    return low[chosen], high[chosen], gap[order[weight[chosen]]]
-
-
-def _label(below: np.ndarray) -> tuple[np.ndarray, int]:
-    """Number the roots of a forest of pointers; each node's root number, and how many."""
-    while True:
-        further = below[below]
-        if np.array_equal(further, below):
-            break
-        below = further
-    root = below == np.arange(len(below), dtype=below.dtype)
-    number = np.cumsum(root, dtype=np.int32) - 1
-    return number[below], int(number[-1]) + 1
-
-
-def _lowest_pass(
-    first: np.ndarray, second: np.ndarray, hooking: np.ndarray
-) -> tuple[np.ndarray | None, np.ndarray]:
-    """Where the hooking nodes go over their lowest edge (Borůvka 1926); edges lowest first.
-
-    Returns the pointers, None where no hooking node has an edge, and the edges used.
-    """
-    none = len(first)
-    edge = np.full(len(hooking), none)
-    # Of several values written to one place the last one stays.
-    backwards = np.arange(none)[::-1]
-    edge[second[::-1]] = backwards
-    other = np.full(len(hooking), none)
-    other[first[::-1]] = backwards
-    edge = np.minimum(edge, other)
-    moving = np.flatnonzero(hooking & (edge < none))
-    hook = np.arange(len(hooking), dtype=np.int32)
-    if len(moving) == 0:
-        return None, moving
-    used = edge[moving]
-    hook[moving] = first[used] + second[used] - moving
-    # Two nodes may choose each other: one of them stays.
-    mutual = moving[(hook[hook[moving]] == moving) & (moving < hook[moving])]
-    hook[mutual] = mutual
-    return hook, used
-
-
-def _cancel(
-    units: np.ndarray,
-    centres: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    saddle: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Walk up the tree; the pairs that cancel and the gap at which they do."""
-    charge = units.tolist()
-    place = centres.tolist()
-    root = list(range(len(charge)))
-    left = [[row] for row in range(len(charge))]
-    # Places of those in a long list, in the same order: made once, then kept up to date.
-    crowd: dict[int, np.ndarray] = {}
-    first: list[int] = []
-    second: list[int] = []
-    level: list[float] = []
-    for one, two, gap in zip(low.tolist(), high.tolist(), saddle.tolist(), strict=True):
-        while root[one] != one:
-            root[one] = one = root[root[one]]
-        while root[two] != two:
-            root[two] = two = root[root[two]]
-        mine, yours = left[one], left[two]
-        if len(mine) < len(yours):
-            one, two, mine, yours = two, one, yours, mine
-        root[two] = one
-        left[two] = []
-        crowd.pop(two, None)
-        ours = crowd.get(one)
-        if yours and (charge[mine[0]] > 0) != (charge[yours[0]] > 0):
-            while mine and yours:
-                if ours is None and len(mine) > _FEW:
-                    ours = crowd[one] = centres[mine]
-                i, j = _closest(mine, yours, place, ours)
-                first.append(mine[i])
-                second.append(yours[j])
-                level.append(gap)
-                if _spend(charge, mine, i, yours, j) and ours is not None:
-                    ours[i] = ours[len(mine)]
-        if ours is not None and yours:
-            count = len(mine) + len(yours)
-            if count > len(ours):
-                ours = crowd[one] = np.concatenate([ours[: len(mine)], np.empty((count, 3))])
-            ours[len(mine) : count] = centres[yours]
-        mine.extend(yours)
-    return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64), np.array(level)
-
-
-def _closest(
-    mine: list[int], yours: list[int], place: list[list[float]], ours: np.ndarray | None
-) -> tuple[int, int]:
-    """Places in both lists of the two umbilics closest to each other.
-
-    `ours` begins with the places of the first list where that is a long one.
-    """
-    if len(mine) == 1 and len(yours) == 1:
-        return 0, 0
-    nearest, first, second = np.inf, 0, 0
-    if ours is None:
-        for j, two in enumerate(yours):
-            u, v, w = place[two]
-            for i, one in enumerate(mine):
-                x, y, z = place[one]
-                distance = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w)
-                if distance < nearest:
-                    nearest, first, second = distance, i, j
-        return first, second
-    # The longer list at once, the shorter one in turn: the memory stays small.
-    for j, two in enumerate(yours):
-        away = ours[: len(mine)] - place[two]
-        distance = np.einsum("ij,ij->i", away, away)
-        i = int(distance.argmin())
-        if distance[i] < nearest:
-            nearest, first, second = float(distance[i]), i, j
-    return first, second
-
-
-def _spend(charge: list[int], mine: list[int], i: int, yours: list[int], j: int) -> bool:
-    """Cancel as much of two opposite charges as both have; what is used up leaves its list, in
-    which the last takes its place. True if one left the first list.
-    """
-    one, two = mine[i], yours[j]
-    spent = min(abs(charge[one]), abs(charge[two]))
-    charge[one] -= spent if charge[one] > 0 else -spent
-    charge[two] -= spent if charge[two] > 0 else -spent
-    used_up = charge[one] == 0
-    if used_up:
-        mine[i] = mine[-1]
-        mine.pop()
-    if charge[two] == 0:
-        yours[j] = yours[-1]
-        yours.pop()
-    return used_up
 
 
 def _group(
