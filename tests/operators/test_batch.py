@@ -5,10 +5,12 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import time
 from importlib import import_module
 
 import bpy
+import numpy as np
 import pytest
 import surfaces
 
@@ -165,6 +167,51 @@ def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path)
 
     again = run(*arguments, "--resume")
     assert f"1 files to do, {count} done before" in again.stderr
+
+
+def write_large_ply(path):
+    """1.3 million triangles, for which Blender needs more than a gigabyte."""
+    surface = surfaces.ellipsoid((3.0, 2.0, 1.0), 8)
+    faces = np.empty(len(surface.triangles), [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, surface.triangles
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(surface.vertices)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    points = surface.vertices.astype("<f4")
+    path.write_bytes(header.encode() + points.tobytes() + faces.tobytes())
+
+
+@needs_program
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux bounds another process's memory")
+def test_a_file_that_needs_more_than_its_share_of_memory_fails_alone(
+    batch, plan, monkeypatch, capfd, tmp_path
+):
+    write_obj(tmp_path / "small.obj")
+    write_large_ply(tmp_path / "large.ply")
+    machine = import_module(f"{batch.__name__}.machine")
+    monkeypatch.setattr(machine, "free_memory", lambda: 700 << 20)
+    names = ("large.ply", "small.obj")
+    wanted = batch.Plan(
+        tasks=tuple(plan.Task(str(tmp_path / name), name) for name in names),
+        out=tmp_path / "out",
+        kinds=("json",),
+        worker_arguments=(),
+        jobs=1,
+        part=(1, 1),
+        report=None,
+        resume=False,
+        tolerant=False,
+        time_limit=600.0,
+    )
+    assert batch.run(wanted, command()) == 1
+    said = capfd.readouterr().err
+    assert "each with at most 700 MB of memory" in said
+    large, small = rows_of(tmp_path / "out" / "report.csv")
+    assert (large["status"], small["status"]) == ("failed", "done")
+    assert large["error"] == "out of memory: give it more with fewer --jobs"
 
 
 @needs_program

@@ -33,16 +33,15 @@ def free_memory() -> int:
         return _UNKNOWN_MEMORY
 
 
-def peak_memory(process: int) -> int | None:
-    """Bytes that a running process has held at most so far; None where that is not known."""
+def memory_of(process: int) -> tuple[int, int]:
+    """Bytes that a running process has held at most so far, and those of the data that
+    `limit_memory` bounds as they are now; zeros where that is not known."""
     try:
         text = Path(f"/proc/{process}/status").read_text()
     except OSError:
-        return None
-    for line in text.splitlines():
-        if line.startswith("VmHWM:"):
-            return int(line.split()[1]) << 10
-    return None
+        return 0, 0
+    sizes = dict(line.split(":", 1) for line in text.splitlines() if line.startswith("Vm"))
+    return tuple(int(sizes.get(name, "0 kB").split()[0]) << 10 for name in ("VmHWM", "VmData"))
 
 
 def limit_memory(process: int, size: int) -> bool:

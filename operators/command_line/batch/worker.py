@@ -10,6 +10,10 @@ from pathlib import Path
 from . import machine
 from .plan import Task
 
+# A process that failed with this part of its bound in use has run out of memory: what is asked
+# for last may be large, and native code says nothing of it.
+_NEARLY_FULL = 0.75
+
 
 class Worker:
     """A running process; its results lie in a scratch folder until they are complete."""
@@ -18,6 +22,7 @@ class Worker:
         self.task = task
         self.started = time.monotonic()
         self.peak = 0
+        self._bound = self._fullest = 0
         self.timed_out = False
         self._made = {kind: scratch / f"result.{kind}" for kind in kinds}
         self._log = scratch / "log"
@@ -31,13 +36,15 @@ class Worker:
                 command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, **apart
             )
 
-    def limit_memory(self, size: int) -> bool:
+    def limit_memory(self, size: int) -> None:
         """Bound its memory, if the system can."""
-        return machine.limit_memory(self._process.pid, size)
+        if machine.limit_memory(self._process.pid, size):
+            self._bound = size
 
     def has_ended(self, time_limit: float) -> bool:
         """Look after the process, and end one that takes longer than `time_limit` seconds."""
-        self.peak = max(self.peak, machine.peak_memory(self._process.pid) or 0)
+        peak, data = machine.memory_of(self._process.pid)
+        self.peak, self._fullest = max(self.peak, peak), max(self._fullest, data)
         if self._process.poll() is not None:
             return True
         if self.seconds > time_limit:
@@ -75,7 +82,8 @@ class Worker:
         if said:
             return " ".join(said)
         code = self._process.returncode
-        if any("MemoryError" in line or "alloc" in line.lower() for line in lines[-20:]):
+        full = self._bound and self._fullest > _NEARLY_FULL * self._bound
+        if full or any("MemoryError" in line or "alloc" in line.lower() for line in lines[-20:]):
             return "out of memory: give it more with fewer --jobs"
         end = f"signal {-code}" if code < 0 else f"exit code {code}"
         last = next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
