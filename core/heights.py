@@ -121,20 +121,18 @@ def sum_samples(
         np.multiply(monomials[end - total : end], x, out=monomials[end : end + total])
         np.multiply(monomials[end - 1], y, out=monomials[end + total])
         end += total + 1
-    weighted = monomials
-    if weights is not None:
-        weighted = workspace.array("weighted", *monomials.shape)
-        np.multiply(monomials, weights, out=weighted)
     highest = monomials[-degree - 1 :]
     # Few products with many sums each: threads meet at the interpreter lock between calls.
-    products = [(weighted[0], monomials)]
-    products += [(weighted[row], highest[:-1]) for row in pure]
-    products += [(highest[-1], weighted[1:]), (z, weighted)]
+    products = [(monomials[0], monomials)]
+    products += [(monomials[row], highest[:-1]) for row in pure]
+    products += [(highest[-1], monomials[1:]), (z, monomials)]
     begin = 0
     for left, right in products:
+        if weights is not None:
+            left = np.multiply(weights, left, out=workspace.array("left", *x.shape))
         np.einsum("sb,qsb->qb", left, right, out=sums[begin : begin + len(right)])
         begin += len(right)
-    np.einsum("sb,sb,sb->b", weighted[0], z, z, out=sums[begin])
+    np.einsum("sb,sb->b", left, z, out=sums[begin])
 
 
 def solve_heights(

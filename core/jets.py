@@ -136,20 +136,20 @@ def _fit_some(
     n0 = normals[centres].T
     axes = np.stack([*frame(n0), n0])
     sums = workspace.array("sums", sum_count(DEGREE), len(centres))
-    radius, samples = np.empty((2, len(centres)))
+    radius, count = np.empty((2, len(centres)))
     blocks, end = [np.zeros(0, int)], 0
     for some, members in around.blocks(centres, SAMPLES_PER_BLOCK):
         block = slice(end, end := end + len(some))
         blocks.append(some)
-        samples[block] = len(members)
+        count[block] = len(members)
         # `take` gives arrays that run along b; indexed with [..., some] they would not.
         origin = coordinates.take(centres[some], axis=1)
         along = axes.take(some, axis=2)
-        x, y, z, radius[block] = _samples(coordinates, members, origin, along, workspace)
-        weights = _weights(x, y, workspace) if around.focused else None
-        sum_samples(x, y, z, weights, DEGREE, sums[:, block], workspace)
+        samples, radius[block] = _samples(coordinates, members, origin, along, workspace)
+        weights = _weights(samples[:2], workspace) if around.focused else None
+        sum_samples(*samples, weights, DEGREE, sums[:, block], workspace)
     order = np.concatenate(blocks)
-    fit = solve_heights(sums[:, :end], samples[:end], DEGREE, workspace)
+    fit = solve_heights(sums[:, :end], count[:end], DEGREE, workspace)
     _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)
 
 
@@ -159,30 +159,26 @@ def _samples(
     origin: np.ndarray,
     axes: np.ndarray,
     workspace: Workspace,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(s, b) coordinates of the vertices `members` (s, b) about `origin` (3, b) along three
+) -> tuple[np.ndarray, np.ndarray]:
+    """(3, s, b) coordinates of the vertices `members` (s, b) about `origin` (3, b) along three
     `axes` (3, 3, b), in units of their root mean square distance, and (b,) that radius."""
     offset = workspace.array("offset", 3, *members.shape)
-    np.take(coordinates, members, axis=1, out=offset, mode="clip")
-    offset -= origin[:, None]
+    for here, centre, away in zip(coordinates, origin, offset, strict=True):
+        np.subtract(here[members], centre, out=away)
     radius = np.sqrt(np.einsum("csb,csb->b", offset, offset) / len(members))
     radius = np.maximum(radius, np.finfo(float).tiny)
     samples = workspace.array("samples", 3, *members.shape)
     # Axis by axis: NumPy takes three times as long for one contraction with all of them.
     for axis, along in zip(axes / radius, samples, strict=True):
         np.einsum("csb,cb->sb", offset, axis, out=along)
-    x, y, z = samples
-    return x, y, z, radius
+    return samples, radius
 
 
-def _weights(x: np.ndarray, y: np.ndarray, workspace: Workspace) -> np.ndarray:
-    """Weights (s, b) of samples at x, y: 1 / (1 + d^2 / FOCUS)^3."""
-    spread, other = workspace.array("weights", 2, *x.shape)
-    np.multiply(x, x, out=spread)
-    np.multiply(y, y, out=other)
-    spread += other
-    spread *= 1.0 / FOCUS
-    spread += 1.0
+def _weights(plane: np.ndarray, workspace: Workspace) -> np.ndarray:
+    """Weights (s, b) of samples at `plane` (2, s, b), up to a factor: 1 / (1 + d^2 / FOCUS)^3."""
+    spread, other = workspace.array("weights", *plane.shape)
+    np.einsum("csb,csb->sb", plane, plane, out=spread)
+    spread += FOCUS
     np.multiply(spread, spread, out=other)
     spread *= other
     return np.reciprocal(spread, out=spread)

@@ -99,7 +99,7 @@ class Neighbourhood:
         rows:
             (b,) rows of `centres`, with b * s <= `most` (at least one row).
         members:
-            (s, b) int32 samples of each.
+            (s, b) intp samples of each.
         """
         pending = np.arange(len(centres))
         count = self.rings
@@ -185,7 +185,7 @@ def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np
     rows:
         (b,) rows of `reach`, with b * size <= `most` (at least one row).
     members:
-        (size, b) int32 vertices of each row.
+        (size, b) intp vertices of each row.
     """
     sizes = np.diff(reach.indptr)
     order = np.argsort(sizes, kind="stable")
@@ -196,7 +196,7 @@ def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np
         for low in range(begin, end, step):
             rows = order[low : min(low + step, end)]
             if size:
-                slots = reach.indptr[rows] + np.arange(size, dtype=reach.indptr.dtype)[:, None]
-                # `take`: an index in brackets would keep the interpreter lock from the threads.
-                yield rows, reach.indices.take(slots)
+                # NumPy gathers by its own integers several times faster than by others.
+                slots = reach.indptr[rows] + np.arange(size, dtype=np.intp)[:, None]
+                yield rows, reach.indices[slots].astype(np.intp)
         begin = end
