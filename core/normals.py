@@ -18,15 +18,16 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     normal, area = surface.face_normal_area
     ab, bc, ca = surface.side_squares
     m, n = len(surface.triangles), len(surface.vertices)
+    # Area / (|a|^2 |b|^2) by the side across from the corner. Where a side has no length the
+    # triangle is degenerate, and nothing is known of its normal.
+    scale = ab * bc
+    scale *= ca
+    np.divide(area, scale, out=scale, where=scale > 0)
     weights = np.empty((m, 3))
-    for corner, (left, right) in enumerate(((ab, ca), (ab, bc), (bc, ca))):
-        product = left * right
-        # Sides of no length belong to degenerate triangles: nothing is known of the normal.
-        np.divide(area, product, out=product, where=product > 0)
-        weights[:, corner] = product
-    corners = sparse.csc_array(
-        (weights.ravel(), surface.triangles.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(n, m)
-    )
+    for corner, across in enumerate((bc, ca, ab)):
+        np.multiply(scale, across, out=weights[:, corner])
+    starts = np.arange(0, 3 * m + 1, 3, dtype=np.int32)
+    corners = sparse.csc_array((weights.ravel(), surface.triangles.ravel(), starts), shape=(n, m))
     return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
 
 

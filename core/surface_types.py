@@ -21,6 +21,11 @@ curvatures are positive. On an open surface the side that the normals point to d
 
 PEAK, PIT, RIDGE, VALLEY, FLAT, MINIMAL, SADDLE_RIDGE, SADDLE_VALLEY = range(8)
 
+# Rows by the sign of H, columns by that of K: 0, 1 and, as the last one, -1.
+_TYPE_BY_SIGNS = np.array(
+    [[FLAT, FLAT, MINIMAL], [RIDGE, PEAK, SADDLE_RIDGE], [VALLEY, PIT, SADDLE_VALLEY]], np.int8
+)
+
 
 def typical_curvature(surface: Surface, k1: np.ndarray, k2: np.ndarray) -> float:
     """What counts as an ordinary curvature on this surface, in 1 / length.
@@ -45,22 +50,15 @@ def surface_types(k1: np.ndarray, k2: np.ndarray, tolerance: float) -> np.ndarra
     in this way H = 0 with K > 0, which no surface has, cannot come out. The tolerance is
     `Settings.flatness` times `typical_curvature`.
     """
-    known = np.isfinite(k1) & np.isfinite(k2)
-    first = np.where(known & (np.abs(k1) > tolerance), k1, 0.0)
-    second = np.where(known & (np.abs(k2) > tolerance), k2, 0.0)
-    gaussian = np.sign(first) * np.sign(second)
-    total = first + second
-    mean = np.sign(np.where((gaussian < 0) & (np.abs(total) <= 2.0 * tolerance), 0.0, total))
-    types = np.full(np.shape(k1), FLAT, dtype=np.int8)
-    for code, (wanted_mean, wanted_gaussian) in {
-        PEAK: (1, 1),
-        PIT: (-1, 1),
-        RIDGE: (1, 0),
-        VALLEY: (-1, 0),
-        MINIMAL: (0, -1),
-        SADDLE_RIDGE: (1, -1),
-        SADDLE_VALLEY: (-1, -1),
-    }.items():
-        types[(mean == wanted_mean) & (gaussian == wanted_gaussian)] = code
-    types[~known] = -1
+    first, second = _sign_beyond(tolerance, k1), _sign_beyond(tolerance, k2)
+    gaussian = first * second
+    total = np.where(first, k1, 0.0) + np.where(second, k2, 0.0)
+    mean = _sign_beyond(np.where(gaussian < 0, 2.0 * tolerance, 0.0), total)
+    types = _TYPE_BY_SIGNS[mean, gaussian]
+    types[~(np.isfinite(k1) & np.isfinite(k2))] = -1
     return types
+
+
+def _sign_beyond(tolerance: float | np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(n,) int8 signs of values, zero within the tolerance."""
+    return (values > tolerance).astype(np.int8) - (values < -tolerance).astype(np.int8)
