@@ -7,7 +7,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from .. import core
-from . import live, mesh_data, properties, record, targets
+from . import app_handlers, live, mesh_data, properties, record, targets
 
 # Two transforms give the same curvatures if lengths agree to this part.
 _SAME_SCALE = 1e-4
@@ -139,11 +139,9 @@ _HANDLERS = (
 
 
 def register() -> None:
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).remove(handler)
+    app_handlers.remove(_HANDLERS)
     _edited.clear()

@@ -12,7 +12,7 @@ import json
 import bpy
 from bpy.app.handlers import persistent
 
-from . import maps
+from . import app_handlers, maps
 
 # Screen and place of the views that an undo has put back.
 _undone: list[tuple[str, str]] = []
@@ -100,11 +100,9 @@ _HANDLERS = (("undo_post", _after_undo), ("redo_post", _after_redo), ("load_post
 
 
 def register() -> None:
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for name, handler in _HANDLERS:
-        getattr(bpy.app.handlers, name).remove(handler)
+    app_handlers.remove(_HANDLERS)
     _undone.clear()

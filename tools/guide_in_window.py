@@ -6,38 +6,24 @@ It begins without the extension, which is installed as a user does. MESH is the 
 first chapters; without it their pictures stay as they are.
 """
 
-import subprocess
 import sys
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(REPOSITORY / "tests" / "gui"))
+sys.path[:0] = [str(REPOSITORY / "tests" / "gui"), str(REPOSITORY / "tools")]
 
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
-from hands import View, click, drag, open_tab, picture, play, point  # noqa: E402
+from hands import View, click, drag, open_tab, play, point  # noqa: E402
 from mathutils import Euler, Vector  # noqa: E402
-from new_user import FIRST_ROW, ROW, STRENGTH, NewUser  # noqa: E402
+from new_user import NewUser  # noqa: E402
+from shot import shot  # noqa: E402
+from stage import FIRST_ROW, NAME, ROW, STRENGTH, clear_scene, monkey, part, settled  # noqa: E402
 
 FOLDER, ZIP, *MESH = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 # The preferences on the screen, and the 3D view with its sidebar.
 PREFERENCES, VIEW = (300, 120, 1176, 694), (0, 28, 1320, 820)
 view = View()
-
-
-def shot(name, left=0, top=0, right=1600, bottom=900):
-    """The screen, or a part of it, in colours enough for an interface and a shaded surface."""
-    path = FOLDER / f"{name}.png"
-    picture(path)
-    crop = f"{right - left}x{bottom - top}+{left}+{top}"
-    command = ["convert", path, "-crop", crop, "+repage", "+dither", "-posterize", "64"]
-    packed = ["-strip", "-define", "png:compression-level=9", "-define", "png:compression-filter=5"]
-    subprocess.run([*command, *packed, f"PNG24:{path}"], check=True)
-
-
-def empty():
-    bpy.ops.object.select_all(action="SELECT")
-    bpy.ops.object.delete()
 
 
 def look_from(x, z, distance, target=(0.0, 0.0, 0.0)):
@@ -48,21 +34,10 @@ def look_from(x, z, distance, target=(0.0, 0.0, 0.0)):
     region.view_location = target
 
 
-def monkey():
-    with view.inside():
-        empty()
-        bpy.ops.mesh.primitive_monkey_add(size=4.0)
-        obj = bpy.context.object
-        obj.modifiers.new("Subdivision", "SUBSURF").levels = 3
-        bpy.ops.object.modifier_apply(modifier="Subdivision")
-        bpy.ops.object.shade_smooth()
-    return obj
-
-
 def sphere_like(name, shape, noise=0.0, subdivisions=7):
     """An icosphere with its radius, or its points, given by a function of the unit points."""
+    clear_scene(view)
     with view.inside():
-        empty()
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=subdivisions, radius=1.0)
         obj = bpy.context.object
         obj.name = name
@@ -84,22 +59,13 @@ def detect():
         bpy.ops.umbilics.detect()
 
 
-def settled():
-    """Until the overlay has all its strokes."""
-    painter = sys.modules["bl_ext.user_default.umbilics.ui.overlay.painter"]
-    yield 1.0
-    while painter.is_waiting():
-        yield 0.3
-    yield 1.0
-
-
 def tidy():
     """A view with nothing in it that does not help."""
     overlay = view.space.overlay
     overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = False
     overlay.show_cursor = overlay.show_text = overlay.show_object_origins = False
     overlay.show_outline_selected = overlay.show_relationship_lines = False
-    look = bpy.context.preferences.addons["bl_ext.user_default.umbilics"].preferences
+    look = bpy.context.preferences.addons[NAME].preferences
     look.glyph_size, look.stroke_width = 17.0, 2.0
     overlay.show_extras = False
     shading = view.space.shading
@@ -109,7 +75,7 @@ def tidy():
 
 
 def scenario():
-    user = NewUser(lambda name: shot(f"guide/{name}", *PATH[name]) if name in PATH else None)
+    user = NewUser(of_path, {})
     yield from user.install(ZIP)
     if MESH:
         yield from user.import_mesh(MESH[0])
@@ -122,6 +88,10 @@ def scenario():
     yield from scan()
 
 
+def picture(name, *place):
+    shot(FOLDER / f"{name}.png", *place)
+
+
 # What is shown of the new user's path.
 PATH = {
     "install_from_disk": PREFERENCES,
@@ -131,6 +101,11 @@ PATH = {
     "thinned": VIEW,
     "map": VIEW,
 }
+
+
+def of_path(name):
+    if name in PATH:
+        picture(f"guide/{name}", *PATH[name])
 
 
 def scanned(user):
@@ -155,7 +130,7 @@ def scanned(user):
 
 def framed(user):
     """Double click the first row of the list whose umbilic is on this side."""
-    kept = sys.modules["bl_ext.user_default.umbilics.operators.record"]
+    kept = part("operators.record")
     obj, items = user.mesh, user.mesh.umbilics.items
     towards = view.space.region_3d.view_rotation @ Vector((0.0, 0.0, 1.0))
     rows = [item.row for item in sorted(items, key=lambda item: -item.persistence)[:5]]
@@ -165,19 +140,19 @@ def framed(user):
     yield 2.0
     point(*view.middle())
     yield from settled()
-    shot("guide/chosen", *VIEW)
+    picture("guide/chosen", *VIEW)
 
 
 def panel():
     """The picture of the README."""
-    monkey()
+    monkey(view, 3)
     look_from(78, 24, 7.6, (0.0, 0.0, -0.05))
     yield 1.0
     detect()
     bpy.context.scene.umbilics_display.strength = 0.95
     point(*view.middle())
     yield from settled()
-    shot("../images/panel", *VIEW)
+    picture("../images/panel", *VIEW)
 
 
 def reading():
@@ -196,7 +171,7 @@ def reading():
         sphere_like(name.capitalize(), shape)
         detect()
         yield from close_up(name)
-        shot(f"guide/{name}", 357, 120, 957, 720)
+        picture(f"guide/{name}", 357, 120, 957, 720)
 
 
 def close_up(kind):
@@ -207,7 +182,7 @@ def close_up(kind):
     mine.active = place
     region = view.space.region_3d
     region.view_perspective = "PERSP"
-    kept = sys.modules["bl_ext.user_default.umbilics.operators.record"]
+    kept = part("operators.record")
     position, normal = kept.place_now(
         bpy.context.object, kept.of(bpy.context.object), mine.items[place].row
     )
@@ -221,7 +196,7 @@ def close_up(kind):
 
 def maps():
     bpy.context.scene.umbilics_display.directions = False
-    monkey()
+    monkey(view, 3)
     detect()
     look_from(78, 24, 7.6, (0.0, 0.0, -0.05))
     display = bpy.context.scene.umbilics_display
@@ -232,7 +207,7 @@ def maps():
         with view.inside():
             bpy.ops.umbilics.show_map()
         yield from settled()
-        shot(f"guide/map_{name}", 60, 90, 1030, 806)
+        picture(f"guide/map_{name}", 60, 90, 1030, 806)
     with view.inside():
         bpy.ops.umbilics.hide_map()
     tidy()
@@ -250,11 +225,11 @@ def scan():
     detect()
     look_from(84, 78, 8.5)
     yield from settled()
-    shot("guide/scan_all", *VIEW)
+    picture("guide/scan_all", *VIEW)
     yield from drag(view.in_sidebar(0.45, STRENGTH), view.in_sidebar(1.12, STRENGTH))
     point(*view.middle())
     yield from settled()
-    shot("guide/scan_thinned", *VIEW)
+    picture("guide/scan_thinned", *VIEW)
 
 
 play(scenario)

@@ -3,52 +3,28 @@
 blender --python tools/retopology_in_window.py -- FOLDER
 """
 
-import subprocess
 import sys
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(REPOSITORY / "tests" / "gui"))
+sys.path[:0] = [str(REPOSITORY / "tests" / "gui"), str(REPOSITORY / "tools")]
 
 import bpy  # noqa: E402
-from hands import View, click, open_tab, picture, play, point  # noqa: E402
+from hands import View, click, open_tab, play, point  # noqa: E402
+from shot import shot  # noqa: E402
+from stage import NAME, monkey, settled  # noqa: E402
 
 FOLDER = Path(sys.argv[-1])
-NAME = "bl_ext.user_default.umbilics"
 # Headers of sub-panels in pixels below the top of the tab, each once those before it are folded:
 # Filters, Map and Overlay are folded, Retopology is opened.
-HEADERS = (180, 231, 257, 283)
+HEADERS = (134, 185, 211, 237)
 view = View()
-
-
-def shot(name, left, top, right, bottom):
-    path = FOLDER / f"{name}.png"
-    picture(path)
-    crop = f"{right - left}x{bottom - top}+{left}+{top}"
-    command = ["convert", path, "-crop", crop, "+repage", "+dither", "-posterize", "64"]
-    packed = ["-strip", "-define", "png:compression-level=9", "-define", "png:compression-filter=5"]
-    subprocess.run([*command, *packed, f"PNG24:{path}"], check=True)
-
-
-def settled():
-    painter = sys.modules[f"{NAME}.ui.overlay.painter"]
-    yield 1.0
-    while sys.modules[f"{NAME}.operators.running"].current() or painter.is_waiting():
-        yield 0.3
-    yield 1.0
 
 
 def scenario():
     yield from open_tab(view)
+    monkey(view, 3)
     with view.inside():
-        bpy.ops.object.select_all(action="SELECT")
-        bpy.ops.object.delete()
-        bpy.ops.mesh.primitive_monkey_add(size=4.0)
-        bpy.context.object.modifiers.new("Subdivision", "SUBSURF").levels = 3
-        bpy.ops.object.modifier_apply(modifier="Subdivision")
-        bpy.ops.object.shade_smooth()
-        bpy.ops.view3d.view_axis(type="FRONT")
-        bpy.ops.view3d.view_selected()
         bpy.ops.umbilics.guide()
     bpy.context.preferences.addons[NAME].preferences.stroke_width = 2.0
     overlay = view.space.overlay
@@ -64,7 +40,7 @@ def scenario():
         yield 1.5
     point(*view.middle())
     yield from settled()
-    shot("retopology-field", 0, 28, 1320, 820)
+    shot(FOLDER / "retopology-field.png", 0, 28, 1320, 820)
 
 
 play(scenario)

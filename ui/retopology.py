@@ -11,15 +11,9 @@ from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
-from .parts import automatic, paragraph
+from .parts import Part, Tab, automatic, paragraph, split
 
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
-
-
-class _Tab:
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Umbilics"
 
 
 class UMBILICS_UL_poles(bpy.types.UIList):
@@ -35,16 +29,13 @@ class UMBILICS_UL_poles(bpy.types.UIList):
         rest.label(text=f"{100.0 * item.confidence:.0f} %")
 
 
-class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
+class UMBILICS_PT_retopology(Part, bpy.types.Panel):
     bl_label = "Retopology"
-    bl_parent_id = "UMBILICS_PT_main"
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 50
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = split(self.layout)
         layout.active = running.current() is None
         group, obj = context.scene.umbilics_guidance, context.active_object
         column = layout.column()
@@ -60,13 +51,13 @@ class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
             "UMBILICS_UL_poles", "", plan, "poles", plan, "active", rows=3, maxrows=8
         )
         total = guidance_results.pole_sum(obj)
-        split = layout.split(factor=0.65)
-        split.label(text="Sum of 4 - valence")
+        halves = layout.split(factor=0.65)
+        halves.label(text="Sum of 4 - valence")
         if not plan.closed:
-            split.label(text=f"{total} (open)")
+            halves.label(text=f"{total} (open)")
         else:
             icon = "CHECKMARK" if total == plan.expected else "ERROR"
-            split.label(text=f"{total} of {plan.expected}", icon=icon)
+            halves.label(text=f"{total} of {plan.expected}", icon=icon)
         if any(map(guidance_data.change_of, plan.poles)):
             told = "Poles were moved or deleted by hand; lines and files do not follow them."
             paragraph(layout, context, told)
@@ -75,28 +66,24 @@ class UMBILICS_PT_retopology(_Tab, bpy.types.Panel):
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
-class UMBILICS_PT_features(_Tab, bpy.types.Panel):
+class UMBILICS_PT_features(Tab, bpy.types.Panel):
     bl_label = "Align To"
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = split(self.layout)
         group = context.scene.umbilics_guidance
         for name in ("feature_angle", "align_sharp", "align_borders"):
             layout.prop(group, name)
 
 
-class UMBILICS_PT_lines(_Tab, bpy.types.Panel):
+class UMBILICS_PT_lines(Tab, bpy.types.Panel):
     bl_label = "Lines"
     bl_parent_id = "UMBILICS_PT_retopology"
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = split(self.layout)
         layout.active = running.current() is None
         group = context.scene.umbilics_guidance
         layout.prop(group, "families")
@@ -114,7 +101,7 @@ class UMBILICS_PT_lines(_Tab, bpy.types.Panel):
             menu.mark = mark
 
 
-class UMBILICS_PT_hand_over(_Tab, bpy.types.Panel):
+class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
     bl_label = "Export and Symmetry"
     bl_parent_id = "UMBILICS_PT_retopology"
 

@@ -4,7 +4,6 @@ Everything that is found goes into the JSON file named last on the command line,
 beside it. tests/gui/test_window.py reads them.
 """
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -12,20 +11,23 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
-from hands import View, click, drag, insist, open_tab, picture, pixels, play, point, press
+from hands import View, click, drag, insist, open_tab, pixels, play, point, press
+from stage import (
+    DETECT,
+    FIRST_ROW,
+    NAME,
+    ROW,
+    SHOW_MAP,
+    STRENGTH,
+    Report,
+    monkey,
+    running,
+    settled,
+)
 
-REPORT = Path(sys.argv[-1])
-NAME = "bl_ext.user_default.umbilics"
-found = {}
+report = Report(Path(sys.argv[-1]))
+found = report.found
 view = View()
-
-# Where things are in the tab, in pixels below its top; it is the same in every run.
-DETECT, STRENGTH, ROWS, SHOW_MAP = 120, 210, (450, 471, 492), 664
-
-
-def look(name):
-    picture(REPORT.parent / f"{name}.png")
-    return REPORT.parent / f"{name}.png"
 
 
 def yellow(path):
@@ -34,24 +36,6 @@ def yellow(path):
     top = view.window.height - region.y - region.height
     seen = pixels(path)[top + 60 : top + region.height, region.x : region.x + 900]
     return int(((seen[..., 0] > 0.9) & (seen[..., 1] > 0.72) & (seen[..., 2] < 0.2)).sum())
-
-
-def monkey(levels):
-    with view.inside():
-        bpy.ops.object.select_all(action="SELECT")
-        bpy.ops.object.delete()
-        bpy.ops.mesh.primitive_monkey_add(size=4.0)
-        obj = bpy.context.object
-        obj.modifiers.new("Subdivision", "SUBSURF").levels = levels
-        bpy.ops.object.modifier_apply(modifier="Subdivision")
-        bpy.ops.object.shade_smooth()
-        bpy.ops.view3d.view_axis(type="FRONT")
-        bpy.ops.view3d.view_selected()
-        bpy.ops.ed.undo_push(message="monkey")
-
-
-def running():
-    return sys.modules[f"{NAME}.operators.running"].current()
 
 
 def state():
@@ -69,13 +53,6 @@ def state():
             for name in ("depsgraph_update_post", "undo_post", "redo_post", "load_post")
         },
     }
-
-
-def wait_for_detection(limit=90.0):
-    end = time.monotonic() + limit
-    while running() is not None and time.monotonic() < end:
-        yield 0.1
-    yield 0.6
 
 
 def shown():
@@ -96,19 +73,10 @@ def scenario():
     yield from disabled()
 
 
-def told():
-    """The scenario, whose finds are written down however it ends."""
-    try:
-        yield from scenario()
-    finally:
-        REPORT.write_text(json.dumps(found, indent=1))
-
-
 def escape():
     """Esc at several moments, with two objects, one of which would get a copy for its results."""
-    monkey(4)
+    first = monkey(view, 4)
     with view.inside():
-        first = bpy.context.object
         bpy.ops.mesh.primitive_monkey_add(size=2.0, location=(4.0, 0.0, 0.0))
         bpy.context.object.modifiers.new("Subdivision", "SUBSURF").levels = 4
         first.select_set(True)
@@ -128,7 +96,7 @@ def escape():
             yield 0.02
         reached = run.stage if run else ""
         press("Escape")
-        yield from wait_for_detection()
+        yield from settled(0.6)
         cancelled = bool(run and run.cancelled)
         found["escapes"].append([moment, reached, cancelled, state() == before])
         yield 0.5
@@ -136,14 +104,14 @@ def escape():
 
 
 def detection():
-    monkey(2)
+    monkey(view, 2)
     yield 0.5
     click(*view.in_sidebar(0.5, DETECT))
     yield 1.5
-    yield from wait_for_detection()
+    yield from settled(0.6)
     found["detected"] = bpy.context.object.umbilics.detected
     found["candidates"] = bpy.context.object.umbilics.candidates
-    found["glyph_pixels"] = yellow(look("detected"))
+    found["glyph_pixels"] = yellow(report.picture("detected"))
 
 
 def slider():
@@ -153,7 +121,7 @@ def slider():
     found["strength_before"] = bpy.context.scene.umbilics_display.strength
     found["shown_before"] = before
     yield from drag(left, right)
-    look("dragged")
+    report.picture("dragged")
     found["strength_after"] = bpy.context.scene.umbilics_display.strength
     found["shown_after"] = shown()
 
@@ -180,16 +148,16 @@ def listed():
         row = mine.items[mine.active].row
         return any(o.get("umbilics_row") == row and o.select_get() for o in bpy.data.objects)
 
-    yield from insist(selected, view.in_sidebar(0.3, ROWS[1]))
+    yield from insist(selected, view.in_sidebar(0.3, FIRST_ROW + ROW))
     found["list_click_selects"] = selected()
     distance = view.space.region_3d.view_distance
 
     def framed():
         return view.space.region_3d.view_distance < distance
 
-    yield from insist(framed, view.in_sidebar(0.3, ROWS[0]), count=2)
+    yield from insist(framed, view.in_sidebar(0.3, FIRST_ROW), count=2)
     found["double_click_frames"] = framed()
-    look("framed")
+    report.picture("framed")
     with view.inside():
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_all()
@@ -202,11 +170,11 @@ def mapped():
     with view.inside():
         bpy.ops.view3d.view_all()
     yield from insist(
-        lambda: "umbilics_map" in mesh.color_attributes, view.in_sidebar(0.3, SHOW_MAP)
+        lambda: "umbilics_map" in mesh.color_attributes, view.in_sidebar(*SHOW_MAP)
     )
     found["map_by_button"] = "umbilics_map" in mesh.color_attributes
     found["shading_with_map"] = view.space.shading.color_type
-    look("map")
+    report.picture("map")
     if found["map_by_button"]:
         with view.inside():
             bpy.ops.umbilics.hide_map()
@@ -215,7 +183,7 @@ def mapped():
 
 
 def reload():
-    path = str(REPORT.parent / "saved.blend")
+    path = str(report.folder / "saved.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     found["saved_shown"] = shown()
     point(*view.middle())
@@ -227,13 +195,13 @@ def reload():
     bpy.context.scene.umbilics_display.strength = 0.0
     yield 0.5
     found["reloaded_all"] = shown()
-    found["reloaded_pixels"] = yellow(look("reloaded"))
+    found["reloaded_pixels"] = yellow(report.picture("reloaded"))
 
 
 def disabled():
     bpy.ops.preferences.addon_disable(module=NAME)
     yield 0.6
-    found["disabled_pixels"] = yellow(look("disabled"))
+    found["disabled_pixels"] = yellow(report.picture("disabled"))
     ours = [name for name in dir(bpy.types) if name.startswith("UMBILICS_")]
     found["residue"] = ours + [
         handler.__module__
@@ -243,7 +211,7 @@ def disabled():
     ]
     bpy.ops.preferences.addon_enable(module=NAME)
     yield 0.6
-    found["enabled_pixels"] = yellow(look("enabled"))
+    found["enabled_pixels"] = yellow(report.picture("enabled"))
 
 
-play(told)
+play(report.of(scenario))

@@ -19,6 +19,8 @@ import numpy as np
 def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
     """Run the scenario as soon as the window stands, then close Blender."""
     bpy.context.preferences.view.show_splash = False
+    # A view that glides to its new place would be looked at, or moved again, on its way.
+    bpy.context.preferences.view.smooth_view = 0
     # Blender's jumps of the mouse, which let a drag go on past the edge, are not followed here.
     bpy.context.preferences.inputs.use_mouse_continuous = False
     steps = scenario()

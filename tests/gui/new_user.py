@@ -1,15 +1,14 @@
 """The path of a new user, by mouse and keys, in a Blender that has no extension yet.
 
-    blender --python new_user.py -- ZIP MESH FOLDER
+    blender --python new_user.py -- ZIP MESH REPORT.json
 
 Installs the zip from the preferences, imports the mesh, detects, thins out, chooses in the list,
-shows the gap and takes all of it back. What is found goes into FOLDER/new_user.json, the pictures
-beside it; tools/guide_in_window.py takes those of the guide in the same way.
+shows the gap and takes all of it back. What is found goes into the report, the pictures beside
+it; tools/guide_in_window.py takes those of the guide in the same way.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -27,29 +26,26 @@ from hands import (
     insist,
     move_window,
     open_tab,
-    picture,
     place_in,
     play,
     point,
     press,
 )
+from stage import DETECT, FIRST_ROW, NAME, ROW, SHOW_MAP, STRENGTH, Report
 
-NAME = "bl_ext.user_default.umbilics"
-# Where things are: in the preferences and on the screen, in pixels from the left and the top, and
-# in the tab, in pixels below its top.
+# Where things are in the preferences and on the screen, in pixels from the left and the top.
 GET_EXTENSIONS, ARROW, INSTALL_FROM_DISK = (80, 195), (857, 18), (747, 140)
 FILE, IMPORT, WAVEFRONT = (42, 13), (76, 311), (317, 331)
-DETECT, STRENGTH, FIRST_ROW, ROW, SHOW_MAP = 120, 210, 450, 21, 664
 
-Shot = Callable[[str], None]
+Shot = Callable[[str], object]
 
 
 class NewUser:
     """The steps of the path. `shot` takes a picture, and `found` gathers what was seen."""
 
-    def __init__(self, shot: Shot) -> None:
+    def __init__(self, shot: Shot, found: dict) -> None:
         self.shot = shot
-        self.found = {}
+        self.found = found
         self.view = View()
 
     def install(self, zip_file: Path) -> Iterator[float]:
@@ -155,7 +151,7 @@ class NewUser:
     def show_map(self) -> Iterator[float]:
         """Show the gap."""
         shown = self.mesh.data.color_attributes
-        yield from insist(lambda: "umbilics_map" in shown, self.view.in_sidebar(0.3, SHOW_MAP))
+        yield from insist(lambda: "umbilics_map" in shown, self.view.in_sidebar(*SHOW_MAP))
         point(*self.view.middle())
         yield 1.5
         self.found["map"] = "umbilics_map" in shown
@@ -175,23 +171,21 @@ class NewUser:
         self.shot("undone")
 
 
-def main(zip_file: Path, mesh: Path, folder: Path) -> None:
-    user = NewUser(lambda name: picture(folder / f"{name}.png"))
+def main(zip_file: Path, mesh: Path, report: Report) -> None:
+    user = NewUser(report.picture, report.found)
 
     def path():
-        try:
-            yield from user.install(zip_file)
-            yield from user.import_mesh(mesh)
-            yield from user.detect()
-            yield from user.thin_out()
-            yield from user.choose()
-            yield from user.show_map()
-            yield from user.undo_all()
-        finally:
-            (folder / "new_user.json").write_text(json.dumps(user.found, indent=1))
+        yield from user.install(zip_file)
+        yield from user.import_mesh(mesh)
+        yield from user.detect()
+        yield from user.thin_out()
+        yield from user.choose()
+        yield from user.show_map()
+        yield from user.undo_all()
 
-    play(path)
+    play(report.of(path))
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[-3:]))
+    zip_file, mesh, path_of_report = map(Path, sys.argv[-3:])
+    main(zip_file, mesh, Report(path_of_report))

@@ -4,7 +4,6 @@ Everything that is found goes into the JSON file named last on the command line,
 beside it. tests/gui/test_retopology.py reads them.
 """
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -13,50 +12,22 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 import numpy as np
-from hands import View, open_tab, picture, pixels, play, point
+from hands import View, open_tab, pixels, play, point
+from stage import Report, monkey, running, settled
 
-REPORT = Path(sys.argv[-1])
-NAME = "bl_ext.user_default.umbilics"
-found = {}
+report = Report(Path(sys.argv[-1]))
+found = report.found
 view = View()
 
 
 def look(name):
-    picture(REPORT.parent / f"{name}.png")
-    return pixels(REPORT.parent / f"{name}.png")[60:, :900]
-
-
-def running():
-    return sys.modules[f"{NAME}.operators.running"].current()
-
-
-def done():
-    """Until nothing is computed and the overlay has all its strokes."""
-    painter = sys.modules[f"{NAME}.ui.overlay.painter"]
-    yield 0.5
-    while running() is not None or painter.is_waiting():
-        yield 0.2
-    yield 1.0
+    return pixels(report.picture(name))[60:, :900]
 
 
 def start(operator, **arguments):
     """As a click on its button would."""
     with view.inside():
         return getattr(bpy.ops.umbilics, operator)("INVOKE_DEFAULT", **arguments)
-
-
-def monkey(levels):
-    with view.inside():
-        bpy.ops.object.select_all(action="SELECT")
-        bpy.ops.object.delete()
-        bpy.ops.mesh.primitive_monkey_add(size=4.0)
-        obj = bpy.context.object
-        obj.modifiers.new("Subdivision", "SUBSURF").levels = levels
-        bpy.ops.object.modifier_apply(modifier="Subdivision")
-        bpy.ops.object.shade_smooth()
-        bpy.ops.view3d.view_axis(type="FRONT")
-        bpy.ops.view3d.view_selected()
-    return obj
 
 
 def alike(one, two):
@@ -68,12 +39,12 @@ def scenario():
     yield from open_tab(view)
     overlay = view.space.overlay
     overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = False
-    obj = monkey(3)
+    obj = monkey(view, 3)
     point(*view.middle())
     yield 1.0
     bare = look("bare")
     start("guide")
-    yield from done()
+    yield from settled()
     found["poles"] = len(obj.umbilics_plan.poles)
     # A plan needs no detection of its own; without one only the crosses are drawn.
     for child in obj.children:
@@ -81,23 +52,22 @@ def scenario():
     yield 0.5
     found["alike_principal"] = alike(bare, look("principal"))
     display.field = "CROSS"
-    yield from done()
+    yield from settled()
     crosses = look("crosses")
     found["alike_crosses"] = alike(bare, crosses)
     view.space.region_3d.view_distance *= 0.4
-    yield from done()
+    yield from settled()
     look("crosses_near")
     view.space.region_3d.view_distance /= 0.4
     for child in obj.children:
         child.hide_set(False)
     display.overlay = False
     start("draw_guides")
-    yield from done()
+    yield from settled()
     look("guides")
     found["guides"] = [child.type for child in obj.children if "umbilics_valence" not in child]
     display.overlay = True
     yield from files(obj)
-    REPORT.write_text(json.dumps(found))
 
 
 def confirm_the_file_browser():
@@ -112,10 +82,10 @@ def confirm_the_file_browser():
 
 def files(obj):
     """The window lives while files are written: its timers tick."""
-    folder = REPORT.parent / "files"
+    folder = report.folder / "files"
     # The file browser leaves a folder that does not exist for another one.
     folder.mkdir(exist_ok=True)
-    monkey(4)
+    monkey(view, 4)
     ticks = []
 
     def tick():
@@ -140,4 +110,4 @@ def files(obj):
     yield 0.5
 
 
-play(scenario)
+play(report.of(scenario))

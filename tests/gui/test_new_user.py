@@ -1,15 +1,12 @@
 """From the zip to a map and back, in a Blender without the extension: see new_user.py."""
 
-import json
 import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from surfaces.sampling import icosphere
 
-SCENARIO = Path(__file__).with_name("new_user.py")
 BUNNY = "stanford-bunny.obj"
 
 
@@ -30,26 +27,15 @@ def mesh_file(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    window, zip_file = os.environ.get("UMBILICS_WINDOW"), os.environ.get("UMBILICS_ZIP")
-    if not window:
-        pytest.skip("needs a window: run it with tools/test --gui")
-    folder = tmp_path_factory.mktemp("new_user")
-    (folder / "blender").mkdir()
-    chosen = os.environ.get("UMBILICS_PICTURES")
-    pictures = Path(chosen) if chosen else folder
-    done = subprocess.run(
-        [window, "--python", SCENARIO, "--", zip_file, mesh_file(folder), pictures],
-        capture_output=True,
-        text=True,
-        timeout=400,
-        check=False,
-        env=os.environ | {"BLENDER_USER_RESOURCES": str(folder / "blender")},
+def found(play, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mesh")
+    own = tmp_path_factory.mktemp("blender")
+    return play(
+        "new_user",
+        os.environ["UMBILICS_ZIP"],
+        mesh_file(folder),
+        environment={"BLENDER_USER_RESOURCES": str(own)},
     )
-    report = pictures / "new_user.json"
-    assert report.exists(), done.stdout + done.stderr
-    assert done.returncode == 0, done.stderr
-    return json.loads(report.read_text())
 
 
 def test_the_zip_is_installed_from_the_preferences(found):

@@ -1,34 +1,14 @@
 """The overlay in every sort of 3D view, the search and the manual: see views.py."""
 
-import json
-import os
-import subprocess
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
 import pytest
 
-SCENARIO = Path(__file__).with_name("views.py")
-
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    window = os.environ.get("UMBILICS_WINDOW")
-    if not window:
-        pytest.skip("needs a window: run it with tools/test --gui")
-    chosen = os.environ.get("UMBILICS_PICTURES")
-    folder = Path(chosen) if chosen else tmp_path_factory.mktemp("views")
-    report = folder / "views.json"
-    done = subprocess.run(
-        [window, "--python", SCENARIO, "--", report],
-        capture_output=True,
-        text=True,
-        timeout=400,
-        check=False,
-    )
-    assert report.exists(), done.stdout + done.stderr
-    assert done.returncode == 0, done.stderr
-    return json.loads(report.read_text())
+def found(play):
+    return play("views")
 
 
 def seen(found, name, at_least=1):
@@ -89,8 +69,9 @@ def test_the_search_finds_and_runs_the_detection(found):
 
 
 def test_the_manual_opens_at_a_chapter_that_there_is(found):
-    (url,) = set(found["manual"])
-    parts = urlparse(url)
-    page = Path(unquote(parts.path))
-    assert f'id="{parts.fragment}"' in page.read_text("utf-8")
-    assert parts.fragment == "first-detection"
+    for what, chapter in (("manual", "first-detection"), ("explained", "statistics")):
+        (url,) = set(found[what])
+        parts = urlparse(url)
+        page = Path(unquote(parts.path))
+        assert f'id="{parts.fragment}"' in page.read_text("utf-8")
+        assert parts.fragment == chapter

@@ -1,32 +1,11 @@
 """A real window, driven by mouse and keys: see first_hour.py for what is done in it."""
 
-import json
-import os
-import subprocess
-from pathlib import Path
-
 import pytest
 
-SCENARIO = Path(__file__).with_name("first_hour.py")
 
-
-@pytest.fixture(scope="session")
-def found(tmp_path_factory):
-    window = os.environ.get("UMBILICS_WINDOW")
-    if not window:
-        pytest.skip("needs a window: run it with tools/test --gui")
-    chosen = os.environ.get("UMBILICS_PICTURES")
-    folder = Path(chosen) if chosen else tmp_path_factory.mktemp("window")
-    report = folder / "report.json"
-    done = subprocess.run(
-        [window, "--python", SCENARIO, "--", report],
-        capture_output=True,
-        text=True,
-        timeout=400,
-        check=False,
-    )
-    assert report.exists(), done.stdout + done.stderr
-    return json.loads(report.read_text())
+@pytest.fixture(scope="module")
+def found(play):
+    return play("first_hour")
 
 
 def test_the_button_detects_and_the_glyphs_are_drawn(found):

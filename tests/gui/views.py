@@ -4,7 +4,6 @@ Whether a glyph is seen is looked up in a picture of the screen, where Blender i
 umbilic to. What is found goes into the JSON file named last on the command line.
 """
 
-import json
 import sys
 import time
 import webbrowser
@@ -20,7 +19,6 @@ from hands import (
     arrange_windows,
     click,
     open_tab,
-    picture,
     pixels,
     place_in,
     play,
@@ -29,10 +27,8 @@ from hands import (
     write,
 )
 from mathutils import Euler, Vector
+from stage import DETECT, Report, clear_scene, part
 
-REPORT = Path(sys.argv[-1])
-NAME = "bl_ext.user_default.umbilics"
-DETECT = 120
 # The code of the key: its name is taken for another one with Ctrl and Alt.
 F3 = "69"
 # Where Online Manual is in a button's menu, from where the mouse was.
@@ -43,7 +39,8 @@ AROUND, COVERED = 3, 0.6
 ASLANT = 0.3
 # What is behind is not looked for where a glyph in front is as close as this, in pixels.
 APART = 18
-found = {}
+report = Report(Path(sys.argv[-1]))
+found = report.found
 view = View()
 
 
@@ -63,7 +60,7 @@ def ellipsoid(name, place):
 def umbilics(name):
     """World places and normals of the object's umbilics."""
     obj = bpy.data.objects[name]
-    record = sys.modules[f"{NAME}.operators.record"]
+    record = part("operators.record")
     kept = record.of(obj)
     rows = [item.row for item in obj.umbilics.items]
     return [tuple(map(Vector, record.place_now(obj, kept, row))) for row in rows]
@@ -78,9 +75,7 @@ def is_yellow(image, x, y):
 def look(name, window, objects=("First",)):
     """For each region of the window's 3D view: glyphs that are seen of those in front, and of
     those that the surface hides."""
-    path = REPORT.parent / f"{name}.png"
-    picture(path)
-    image = pixels(path)
+    image = pixels(report.picture(name))
     seen = []
     for region in (r for r in window.area.regions if r.type == "WINDOW"):
         counts = {"front": 0, "front_seen": 0, "behind": 0, "behind_seen": 0}
@@ -112,8 +107,7 @@ def projected(region, objects):
 
 
 def scenario():
-    bpy.ops.object.select_all(action="SELECT")
-    bpy.ops.object.delete()
+    clear_scene(view)
     display = bpy.context.scene.umbilics_display
     display.empties = display.directions = display.rays = False
     ellipsoid("Second", (0.0, 9.0, 0.0))
@@ -177,7 +171,7 @@ def searched():
     yield from keys(F3)
     write("umbilic")
     yield 3.0
-    picture(REPORT.parent / "search.png")
+    report.picture("search")
     press("Escape", "Escape")
     yield 1.0
     before = obj.umbilics.stamp
@@ -193,17 +187,22 @@ def searched():
 
 
 def manual():
-    """Right click on a button, Online Manual."""
+    """Right click on a button, Online Manual; and what a number of the statistics opens."""
     opened = []
     webbrowser.open = lambda url, *_, **__: opened.append(url)
     yield from open_tab(view)
     place = view.in_sidebar(0.5, DETECT)
     click(*place, button=3)
     yield 2.0
-    picture(REPORT.parent / "menu.png")
+    report.picture("menu")
     click(place[0] + MANUAL[0], place[1] + MANUAL[1])
     yield 2.0
-    found["manual"] = opened
+    found["manual"] = list(opened)
+    opened.clear()
+    with view.inside():
+        bpy.ops.umbilics.explain(number="noise")
+    yield 1.0
+    found["explained"] = list(opened)
     view.space.show_region_ui = False
     yield 0.5
 
@@ -236,12 +235,4 @@ def windows():
     look("window_closed", view)
 
 
-def told():
-    """The scenario, whose finds are written down however it ends."""
-    try:
-        yield from scenario()
-    finally:
-        REPORT.write_text(json.dumps(found, indent=1))
-
-
-play(told)
+play(report.of(scenario))

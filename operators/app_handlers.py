@@ -1,0 +1,18 @@
+"""Functions that Blender calls on undo, load and the like, as long as the add-on is on."""
+
+from collections.abc import Callable, Sequence
+
+import bpy
+
+# Name in `bpy.app.handlers`, and what is called.
+Handlers = Sequence[tuple[str, Callable]]
+
+
+def add(handlers: Handlers) -> None:
+    for name, handler in handlers:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def remove(handlers: Handlers) -> None:
+    for name, handler in handlers:
+        getattr(bpy.app.handlers, name).remove(handler)

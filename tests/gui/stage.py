@@ -1,0 +1,93 @@
+"""What the scenarios stand on besides the hands: the add-on, meshes, and what they have found.
+
+A scenario runs inside Blender's window. Its finds go into the JSON file that is named last on the
+command line, its pictures beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+
+import bpy
+from hands import View, picture
+
+NAME = "bl_ext.user_default.umbilics"
+# Where things are in the tab after a detection, in pixels below its top; the same in every run.
+DETECT, STRENGTH, FIRST_ROW, ROW = 74, 164, 431, 21
+# In parts of its width and in pixels below its top.
+SHOW_MAP = 0.75, 598
+
+
+def part(name: str) -> ModuleType:
+    """A module of the installed add-on, such as "operators.running"."""
+    return sys.modules[f"{NAME}.{name}"]
+
+
+def running():
+    """The detection or plan that is being computed, or None."""
+    return part("operators.running").current()
+
+
+def settled(pause: float = 1.0, limit: float = 90.0) -> Iterator[float]:
+    """Until nothing is computed and the overlay has all its strokes."""
+    end = time.monotonic() + limit
+    yield pause
+    while running() is not None or part("ui.overlay.painter").is_waiting():
+        assert time.monotonic() < end, "the window does not come to rest"
+        yield 0.1
+    yield pause
+
+
+def clear_scene(view: View) -> None:
+    with view.inside():
+        bpy.ops.object.select_all(action="SELECT")
+        bpy.ops.object.delete()
+
+
+def monkey(view: View, levels: int) -> bpy.types.Object:
+    """Blender's monkey alone in the scene, subdivided and smooth, seen from the front."""
+    clear_scene(view)
+    with view.inside():
+        bpy.ops.mesh.primitive_monkey_add(size=4.0)
+        obj = bpy.context.object
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = levels
+        bpy.ops.object.modifier_apply(modifier="Subdivision")
+        bpy.ops.object.shade_smooth()
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+        bpy.ops.ed.undo_push(message="monkey")
+    return obj
+
+
+class Report:
+    """What a scenario has found, by name, and its pictures."""
+
+    def __init__(self, path: Path) -> None:
+        self.found = {}
+        self._path = path
+
+    @property
+    def folder(self) -> Path:
+        return self._path.parent
+
+    def picture(self, name: str) -> Path:
+        """The whole screen as it is now, beside the report."""
+        path = self.folder / f"{name}.png"
+        picture(path)
+        return path
+
+    def of(self, scenario: Callable[[], Iterator[float]]) -> Callable[[], Iterator[float]]:
+        """The scenario, whose finds are written down however it ends."""
+
+        def told() -> Iterator[float]:
+            try:
+                yield from scenario()
+            finally:
+                self._path.write_text(json.dumps(self.found, indent=1))
+
+        return told
