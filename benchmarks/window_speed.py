@@ -23,7 +23,7 @@ PAGE = """# Speed of the window
 Written by `benchmarks/window_speed` on {machine}.
 
 The mesh is an ellipsoid with a little noise and {triangles:,} triangles, and curvature is fitted
-over three rings only, so that {candidates:,} umbilics are there to be filtered. The window is on a
+over two rings only, so that {candidates:,} umbilics are there to be filtered. The window is on a
 virtual screen, 1600 × 900 pixels, where the processor draws everything: frames are slow with or
 without the add-on, and the ratio of the two is what carries over to a graphics card.
 

@@ -7,7 +7,6 @@ those of Blender's own loop: a timer that is due every few milliseconds sees eac
 was kept waiting, and a draw handler sees when the 3D view was drawn.
 """
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -18,8 +17,8 @@ import bpy
 import numpy as np
 from hands import View, play
 from mathutils import Quaternion
+from stage import Report, clear_scene, part, running
 
-NAME = "bl_ext.user_default.umbilics"
 AXES, NOISE = (3.0, 2.0, 1.0), 1e-4
 TICK = 0.005
 FRAMES, STEPS = 6, 12
@@ -28,13 +27,13 @@ STEP = Quaternion((0.0, 0.0, 1.0), 0.05)
 
 view = View()
 drawn = []
-found = {}
+report = Report(Path(sys.argv[-1]))
+found = report.found
 
 
 def ellipsoid(level):
     """Blender's icosphere (whose levels count from 1), stretched, with noise along its normals."""
-    bpy.ops.object.select_all(action="SELECT")
-    bpy.ops.object.delete()
+    clear_scene(view)
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=level + 1, radius=1.0)
     obj = bpy.context.object
     position = obj.data.attributes["position"].data
@@ -54,10 +53,6 @@ def look(away):
     region = view.space.region_3d
     region.view_location = (AWAY, 0.0, 0.0) if away else (0.0, 0.0, 0.0)
     region.view_distance = 9.0
-
-
-def running():
-    return sys.modules[f"{NAME}.operators.running"].current()
 
 
 def waits(busy):
@@ -121,7 +116,7 @@ def scenario():
         lambda: drawn.append(time.perf_counter()), (), "WINDOW", "POST_PIXEL"
     )
     # A reach that leaves some of the noise in, for thousands of umbilics to filter.
-    group.scale_auto, group.scale, group.regions = False, 3.0, False
+    group.scale_auto, group.scale, group.regions = False, 2.0, False
     obj = ellipsoid(int(sys.argv[-2]))
     view.space.show_region_ui = True
     yield 2.0
@@ -132,8 +127,8 @@ def scenario():
     found["candidates"] = obj.umbilics.candidates
     group.persistence_auto = False
     # Part of the work is done when the overlay is drawn next.
-    painter = sys.modules[f"{NAME}.ui.overlay.painter"]
-    original, built = painter._umbilic_batches, []
+    painter = part("ui.overlay.painter")
+    original, built = painter._drawn_umbilics, []
 
     def timed(*arguments):
         begin = time.perf_counter()
@@ -143,7 +138,7 @@ def scenario():
             if built:
                 built[-1] += time.perf_counter() - begin
 
-    painter._umbilic_batches = timed
+    painter._drawn_umbilics = timed
     strengths = np.linspace(0.3, 1.0, STEPS)
     work, shown = [], []
 
@@ -177,12 +172,4 @@ def scenario():
         }
 
 
-def measured():
-    """The scenario; what was found is kept however it ends."""
-    try:
-        yield from scenario()
-    finally:
-        Path(sys.argv[-1]).write_text(json.dumps(found, indent=1))
-
-
-play(measured)
+play(report.of(scenario))

@@ -13,12 +13,13 @@ from .errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .filtering import TRUSTED, filtered, kept_rows
+from .filtering import TRUSTED, Selection, filtered, kept_rows, select
 from .guidance import Guidance, Guide
 from .guidance_files import FILE_KINDS, Exported, write_guidance
 from .guidance_settings import GuidanceSettings
 from .keeping import pack, unpack
 from .lines import FAMILIES, Lines
+from .persistence import noise_multiple
 from .pipeline import USUAL_OPENING, detect
 from .poles import Poles
 from .progress import Progress
@@ -55,6 +56,7 @@ __all__ = [
     "Poles",
     "Progress",
     "Region",
+    "Selection",
     "Settings",
     "Umbilics",
     "UmbilicsError",
@@ -65,8 +67,10 @@ __all__ = [
     "edge_paths",
     "filtered",
     "kept_rows",
+    "noise_multiple",
     "options",
     "pack",
+    "select",
     "unpack",
     "write_guidance",
 ]

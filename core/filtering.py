@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,36 +20,68 @@ SMOOTH_MORE = (
 )
 
 
+@dataclass(frozen=True)
+class Selection:
+    """What the filters make of a detection, without the umbilics themselves.
+
+    Attributes
+    ----------
+    rows:
+        (k,) int64 rows of the candidates that are kept, in ascending order.
+    index_sum, persistence_level, warnings:
+        As in `Detection`.
+    """
+
+    rows: np.ndarray
+    index_sum: float
+    persistence_level: float
+    warnings: tuple[str, ...]
+
+
 def filtered(
     detection: Detection,
     settings: Settings,
     pinned: Sequence[int] = (),
     deleted: Sequence[int] = (),
 ) -> Detection:
-    """The detection with its umbilics chosen anew by `settings.persistence` and the opening.
+    """The detection with its umbilics chosen anew, as `select` chooses them."""
+    chosen = select(detection, settings, pinned, deleted)
+    return replace(
+        detection,
+        umbilics=detection.candidates.select(chosen.rows),
+        index_sum=chosen.index_sum,
+        persistence_level=chosen.persistence_level,
+        warnings=chosen.warnings,
+    )
+
+
+def select(
+    detection: Detection,
+    settings: Settings,
+    pinned: Sequence[int] = (),
+    deleted: Sequence[int] = (),
+) -> Selection:
+    """Choose the umbilics anew by `settings.persistence` and the opening.
 
     Nothing is computed again: only the persistence level, and whether the opening is on, are
     read; another strength of the opening takes a new detection. `pinned` and `deleted` are as
     for `kept_rows`.
     """
     candidates = detection.candidates
-    dropped = candidates.persistence[_cancelled(candidates, settings)]
+    cancelled = _cancelled(candidates, settings)
+    dropped = candidates.persistence[cancelled]
     if settings.persistence == AUTO:
         level = float(np.nextafter(dropped.max(), np.inf)) if len(dropped) else 0.0
     else:
         paired = not np.isnan(candidates.persistence).all()
         level = float(settings.persistence) if paired else 0.0
-    umbilics = candidates.select(kept_rows(detection, settings, pinned, deleted))
+    rows = _kept(candidates, cancelled, settings, pinned, deleted)
+    regions = sum(region.index for region in detection.regions)
     warnings = [text for text in detection.warnings if text != SMOOTH_MORE]
     if detection.trust_ratio > TRUSTED and len(dropped):
         warnings.append(SMOOTH_MORE)
-    return replace(
-        detection,
-        umbilics=umbilics,
-        index_sum=float(umbilics.index.sum() + sum(region.index for region in detection.regions)),
-        persistence_level=level,
-        warnings=tuple(warnings),
-    )
+    index_sum = float(candidates.index[rows].sum() + regions)
+    return Selection(rows, index_sum, level, tuple(warnings))
 
 
 def kept_rows(
@@ -64,10 +96,19 @@ def kept_rows(
     do not exist are ignored.
     """
     candidates = detection.candidates
-    kept = ~_cancelled(candidates, settings)
+    return _kept(candidates, _cancelled(candidates, settings), settings, pinned, deleted)
+
+
+def _kept(
+    candidates: Umbilics,
+    cancelled: np.ndarray,
+    settings: Settings,
+    pinned: Sequence[int],
+    deleted: Sequence[int],
+) -> np.ndarray:
+    kept = ~cancelled & ~candidates.at_border
     if settings.opening:
         kept &= candidates.elliptic
-    kept &= ~candidates.at_border
     for rows, value in ((pinned, True), (deleted, False)):
         kept[[row for row in rows if 0 <= row < len(kept)]] = value
     return np.flatnonzero(kept)

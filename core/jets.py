@@ -16,17 +16,15 @@ import numpy as np
 from .height_operator import operator_of_heights
 from .heights import HeightFit, solve_heights, sum_count, sum_samples
 from .neighbourhoods import Neighbourhood
-from .parallel import even_parts, run
+from .parallel import run
 from .progress import Progress
 from .surface import Surface
 from .tangent import frame, principal_directions
 from .workspace import Workspace
 
 DEGREE = 3
-# Vertices whose fits are solved together: the systems of the most take 29 MB in each thread;
-# with fewer than the fewest, threads wait for the interpreter lock longer than they work.
-FEWEST_TOGETHER = 8192
-MOST_TOGETHER = 32768
+# Vertices whose fits are solved together: their systems take 14 MB in each thread.
+CHUNK = 16384
 # Rings that are added, one at a time, where the samples leave a cubic undetermined.
 RETRIES = 2
 # Samples that are summed together. Smaller blocks would stay in the second cache, but in short
@@ -110,12 +108,10 @@ def fit_jets(
             spaces.workspace = Workspace()
         _fit_some(coordinates, normals, centres[slots], around, slots, jets, spaces.workspace)
 
-    firsts = even_parts(c, FEWEST_TOGETHER, MOST_TOGETHER)
-
     def chunk(first: int) -> None:
-        fit(np.arange(first, min(first + firsts.step, c)), neighbourhood)
+        fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
 
-    run(chunk, firsts, progress)
+    run(chunk, range(0, c, CHUNK), progress)
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
         undetermined = np.flatnonzero(~jets.determined)

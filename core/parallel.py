@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -15,14 +14,6 @@ def threads() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def even_parts(count: int, fewest: int, most: int) -> range:
-    """Firsts of equal parts of `count` things, `range.step` to a part: between `fewest` (unless
-    there is one part) and `most`, and as many parts for every thread if that can be."""
-    parts = threads() * math.ceil(count / (threads() * most))
-    parts = max(min(parts, count // fewest), 1)
-    return range(0, count, max(math.ceil(count / parts), 1))
 
 
 def run(work: Callable[[int], None], firsts: Sequence[int], progress: Progress) -> None:

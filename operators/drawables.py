@@ -29,7 +29,7 @@ _STROKE = 0.42
 _RAY, _RIM, _RING = 3.4, 1.28, 2.1
 _CIRCLE = 32
 # With more umbilics than these their glyphs would hide each other and hold up a drag of the
-# slider: they are drawn as small diamonds, without rays.
+# slider: they are drawn as small diamonds, without rays and discs.
 _CROWD = 1500
 _DIAMOND = 0.5
 # Opacity of what a filter leaves out.
@@ -174,39 +174,71 @@ def stroke_shape(
 def umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> list[Shape]:
     """Discs, rays and glyphs of the object's umbilics, in the order they are drawn.
 
-    `faint`: the results are stale, and look it.
+    `faint`: the results are stale, and look it. What is in `crowds` is not among them.
     """
     kept = record.of(obj)
     if kept is None:
         return []
     display, look = context.scene.umbilics_display, Appearance(context)
-    opacity = 0.35 if faint else 1.0
+    opacity = _opacity(faint)
     shapes = _left_out(obj, context.scene, look, opacity) if display.dropped else []
     rows = live.shown_rows(obj, context.scene)
     if not len(rows):
         return shapes
-    chosen = kept.detection.candidates.select(rows)
     back = np.linalg.inv(kept.matrix)
-    centre, u, v = _places(chosen, back)
-    if display.discs:
-        shapes.append(_discs(centre, u, v, chosen.uncertainty, look, opacity))
-    drawn = ~np.isin(rows, shown_by_empties(obj))
-    if len(rows) > _CROWD:
-        if display.glyphs:
-            places = centre[drawn], u[drawn], v[drawn]
-            shapes.append(_diamonds(chosen.kind[drawn], *places, look, opacity))
-    else:
+    if len(rows) <= _CROWD:
+        chosen = kept.detection.candidates.select(rows)
+        centre, u, v = _places(chosen, back)
+        if display.discs:
+            shapes.append(_discs(centre, u, v, chosen.uncertainty, look, opacity))
         if display.rays:
             shapes.append(_rays(chosen, centre, back, look, opacity))
+        drawn = ~np.isin(rows, shown_by_empties(obj))
         for kind in core.KINDS if display.glyphs else ():
             of_kind = drawn & (chosen.kind == kind)
             if of_kind.any():
                 place = centre[of_kind], u[of_kind], v[of_kind]
                 shapes += _glyphs(kind, *place, look, opacity)
-    active = rows == obj.umbilics.active_row
-    if active.any():
-        shapes.append(_ring(centre[active], u[active], v[active], look))
+    active = rows[rows == obj.umbilics.active_row]
+    if len(active):
+        shapes.append(_ring(*_places(kept.detection.candidates.select(active), back), look))
     return shapes
+
+
+def crowds(
+    context: bpy.types.Context, obj: bpy.types.Object, faint: bool
+) -> list[tuple[np.ndarray, float]]:
+    """Rows (k,) of the candidates to be drawn by `diamonds`, since they are too many for glyphs,
+    with their opacity; in the order they are drawn."""
+    display = context.scene.umbilics_display
+    found, opacity = [], _opacity(faint)
+    if display.dropped:
+        found.append((live.left_out_rows(obj, context.scene), _FAINT * opacity))
+    if display.glyphs:
+        found.append((live.shown_rows(obj, context.scene), opacity))
+    return [
+        (np.setdiff1d(rows, shown_by_empties(obj), assume_unique=True), opacity)
+        for rows, opacity in found
+        if len(rows) > _CROWD
+    ]
+
+
+def diamonds(kept: record.Record, look: Appearance) -> Shape:
+    """A diamond at each candidate, in the colour of its kind.
+
+    They are made once: `diamonds_of` chooses among them, which keeps up with a slider.
+    """
+    size = _DIAMOND * look.glyph_size
+    corners = np.array([(0, 0, size, 0), (0, 0, 0, size), (0, 0, 0, -size), (0, 0, -size, 0)])
+    colours = np.array([(*look.colours[kind][:3], 1.0) for kind in core.KINDS], np.float32)
+    places = _places(kept.detection.candidates, np.linalg.inv(kept.matrix))
+    return _repeated(*places, corners, colours[kept.kind_codes], _strips(2, 2))
+
+
+def diamonds_of(rows: np.ndarray) -> np.ndarray:
+    """(2 k, 3) int32 triangles of `diamonds` that belong to the candidates `rows` (k,)."""
+    first = 4 * rows.astype(np.int32)
+    return (first[:, None, None] + _strips(2, 2).astype(np.int32)).reshape(-1, 3)
 
 
 def shown_by_empties(obj: bpy.types.Object) -> np.ndarray:
@@ -214,6 +246,10 @@ def shown_by_empties(obj: bpy.types.Object) -> np.ndarray:
     empties = [empty for empty in results.empties_of(obj) if empty.empty_display_type == "IMAGE"]
     rows = [empty.get("umbilics_row", -1) for empty in empties if empty.visible_get()]
     return np.array(sorted(rows), dtype=int)
+
+
+def _opacity(faint: bool) -> float:
+    return 0.35 if faint else 1.0
 
 
 def _places(
@@ -229,8 +265,10 @@ def _left_out(
     obj: bpy.types.Object, scene: bpy.types.Scene, look: Appearance, opacity: float
 ) -> list[Shape]:
     """Hollow, faint glyphs of what the opening leaves out."""
-    kept = record.of(obj)
-    candidates = kept.detection.candidates.select(live.left_out_rows(obj, scene))
+    kept, rows = record.of(obj), live.left_out_rows(obj, scene)
+    if len(rows) > _CROWD:
+        return []
+    candidates = kept.detection.candidates.select(rows)
     back = np.linalg.inv(kept.matrix)
     shapes = []
     for kind in core.KINDS:
@@ -288,23 +326,6 @@ def _glyphs(
         colours = np.tile(np.array([*colour, opacity], np.float32), (len(centre), 1))
         shapes.append(_repeated(centre, u, v, corners, colours, triangles, opacities))
     return shapes
-
-
-def _diamonds(
-    kinds: np.ndarray,
-    centre: np.ndarray,
-    u: np.ndarray,
-    v: np.ndarray,
-    look: Appearance,
-    opacity: float,
-) -> Shape:
-    """What a crowd is drawn as; (k,) kinds tell the colours."""
-    size = _DIAMOND * look.glyph_size
-    corners = np.array([(0, 0, size, 0), (0, 0, 0, size), (0, 0, 0, -size), (0, 0, -size, 0)])
-    colours = np.zeros((len(centre), 4), np.float32)
-    for kind in core.KINDS:
-        colours[kinds == kind] = (*look.colours[kind][:3], opacity)
-    return _repeated(centre, u, v, corners, colours, _strips(2, 2))
 
 
 def _rays(

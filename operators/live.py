@@ -14,6 +14,9 @@ from .preferences import Appearance
 AUTOMATIC = -1.0
 # Object, row and time of the last click in the list, to know a double click by.
 _clicked = ("", -1, 0.0)
+# Rows that were found, by the detection's stamp and the filters: every redraw of a view asks.
+_found: dict[tuple, np.ndarray] = {}
+_MOST = 16
 
 
 def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -31,7 +34,7 @@ def shown_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
     kept = record.of(obj)
     if kept is None:
         return np.empty(0, dtype=int)
-    return _shown(obj, scene, kept.detection, used_filters(obj))
+    return _shown(obj, scene, kept, used_filters(obj))
 
 
 def left_out_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
@@ -40,7 +43,7 @@ def left_out_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
     if kept is None or not filters.opening:
         return np.empty(0, dtype=int)
     unopened = core.Settings(persistence=filters.persistence)
-    everything = _shown(obj, scene, kept.detection, unopened)
+    everything = _shown(obj, scene, kept, unopened)
     return np.setdiff1d(everything, shown_rows(obj, scene))
 
 
@@ -66,20 +69,15 @@ def apply(
     if kept is None:
         return
     scene = context.scene
-    summary.store(obj, core.filtered(kept.detection, settings, *by_hand.rows(obj)))
+    summary.store(obj, kept, core.select(kept.detection, settings, *by_hand.rows(obj)))
     automatic = settings.persistence == core.AUTO
     obj.umbilics.used_persistence = AUTOMATIC if automatic else settings.persistence
     obj.umbilics.used_opening = settings.opening > 0
-    rows = _shown(obj, scene, kept.detection, settings)
-    candidates = kept.detection.candidates
-    summary.list_items(obj, candidates.select(rows), rows)
-    most = Appearance(context).most_empties
-    if not scene.umbilics_display.empties:
-        rows = rows[:0]
-    elif len(rows) > most:
-        order = np.argsort(-np.nan_to_num(candidates.persistence[rows]), kind="stable")
-        rows = np.sort(rows[order[:most]])
-    (results.replace if fresh else results.update)(context, obj, kept, rows)
+    rows = _shown(obj, scene, kept, settings)
+    summary.list_items(obj, kept, rows)
+    most = Appearance(context).most_empties if scene.umbilics_display.empties else 0
+    with_empty = kept.most_persistent(rows, most)
+    (results.replace if fresh else results.update)(context, obj, kept, with_empty)
 
 
 def chosen_filters(scene: bpy.types.Scene) -> core.Settings:
@@ -99,12 +97,19 @@ def used_filters(obj: bpy.types.Object) -> core.Settings:
 def _shown(
     obj: bpy.types.Object,
     scene: bpy.types.Scene,
-    detection: core.Detection,
+    kept: record.Record,
     settings: core.Settings,
 ) -> np.ndarray:
-    rows = core.kept_rows(detection, settings, *by_hand.rows(obj))
-    kinds = detection.candidates.kind[rows]
-    return rows[np.isin(kinds, list(scene.umbilics_display.kinds))]
+    mine, kinds = obj.umbilics, frozenset(scene.umbilics_display.kinds)
+    opened = settings.opening > 0
+    key = (mine.stamp, settings.persistence, opened, mine.pinned, mine.deleted, kinds)
+    if key not in _found:
+        rows = core.kept_rows(kept.detection, settings, *by_hand.rows(obj))
+        wanted = np.isin(core.KINDS, list(kinds))
+        if len(_found) >= _MOST:
+            _found.clear()
+        _found[key] = rows[wanted[kept.kind_codes[rows]]]
+    return _found[key]
 
 
 def _filter_changed(context: bpy.types.Context) -> None:
@@ -148,3 +153,4 @@ def unregister() -> None:
     changes.forget("filter", _filter_changed)
     changes.forget("active", _active_changed)
     changes.forget("glyphs", _glyphs_changed)
+    _found.clear()

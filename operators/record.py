@@ -11,6 +11,7 @@ import io
 import json
 import uuid
 from dataclasses import asdict, dataclass
+from functools import cached_property
 
 import bpy
 import numpy as np
@@ -45,6 +46,28 @@ class Record:
     corners: np.ndarray
     edge: np.ndarray
     extent: float
+
+    @cached_property
+    def kind_codes(self) -> np.ndarray:
+        """(k,) int8 place of each candidate's kind in `core.KINDS`: names compare slowly."""
+        codes = np.zeros(len(self.detection.candidates), np.int8)
+        for code, kind in enumerate(core.KINDS):
+            codes[self.detection.candidates.kind == kind] = code
+        return codes
+
+    @cached_property
+    def _order(self) -> np.ndarray:
+        """(k,) rows of the candidates, the most persistent first, the unknown last."""
+        persistence = self.detection.candidates.persistence
+        return np.argsort(-np.where(np.isnan(persistence), -1.0, persistence), kind="stable")
+
+    def most_persistent(self, rows: np.ndarray, count: int) -> np.ndarray:
+        """At most `count` of the candidates `rows` (k,), in ascending order."""
+        if len(rows) <= count:
+            return rows
+        chosen = np.zeros(len(self._order), bool)
+        chosen[rows] = True
+        return np.sort(self._order[chosen[self._order]][:count])
 
 
 # By stamp. A record never changes, so that undo and copies of an object need no care.

@@ -16,6 +16,7 @@ from bpy.props import (
 
 from .. import core
 from .changes import notify, silence
+from .record import Record
 from .words import is_balanced
 
 # A longer list would neither be read nor keep up with a slider.
@@ -47,21 +48,71 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
 
     detected: BoolProperty(description="The object has results")
     method: StringProperty(description="Method that found them")
-    star: IntProperty(name="Stars")
-    lemon: IntProperty(name="Lemons")
-    monstar: IntProperty(name="Monstars")
-    uncertain: IntProperty(name="Uncertain")
-    candidates: IntProperty(description="Umbilics before persistence and opening")
-    regions: IntProperty(name="Regions")
-    index_sum: FloatProperty(description="Sum of the indices of umbilics and regions")
-    euler_characteristic: IntProperty(description="Vertices - edges + faces")
+    star: IntProperty(
+        name="Stars", description="Umbilics of index -1/2: three lines of curvature run into each"
+    )
+    lemon: IntProperty(
+        name="Lemons", description="Umbilics of index +1/2: one line of curvature runs into each"
+    )
+    monstar: IntProperty(
+        name="Monstars",
+        description="Umbilics of index +1/2: three lines of curvature run into each, within a "
+        "right angle",
+    )
+    uncertain: IntProperty(
+        name="Uncertain",
+        description="Umbilics whose index and cubic form disagree about the kind: look before "
+        "you trust them",
+    )
+    candidates: IntProperty(
+        name="Candidates",
+        description="All umbilics that the detection found; the filters choose among them",
+    )
+    regions: IntProperty(
+        name="Umbilical Regions",
+        description="Areas that are spherical or flat, where every point is umbilical; each is "
+        "counted once",
+    )
+    index_sum: FloatProperty(
+        name="Index Sum",
+        description="Sum of the indices of the umbilics and regions that the filters keep",
+    )
+    euler_characteristic: IntProperty(
+        name="Euler Characteristic",
+        description="Vertices - edges + faces: 2 for all that is like a ball, 0 for a ring, 2 "
+        "less with each further hole. On a closed surface the indices sum to it, which the tick "
+        "says; an open surface has no such rule",
+    )
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
     expected_index_sum: FloatProperty(description="What the sum must be on a closed surface")
     balanced: BoolProperty(description="The sum of the indices is what it must be")
-    persistence_level: FloatProperty(description="Pairs that cancel below this were dropped")
-    trust_ratio: FloatProperty(description="Gap at which noise cancels over the median gap")
-    noise: FloatProperty(description="Standard deviation of the positions, in length; 0: unknown")
-    scale: FloatProperty(description="Radius that curvature was fitted over, in length; 0: none")
+    persistence_level: FloatProperty(
+        name="Persistence",
+        description="What Persistence has dropped, in 1 / length. A number that you set: all "
+        "pairs that cancel below it. Auto, which judges each pair by the noise where it is: "
+        "nothing above this value, the persistence of the strongest pair dropped; weaker pairs "
+        "in quieter places are kept",
+    )
+    noise_multiple: FloatProperty(
+        name="Auto",
+        description="Auto drops a pair that cancels below this many times the noise: the error "
+        "of the gap of the curvatures where the pair is. The more umbilics there are, the "
+        "larger it is. The value behind it, in 1 / length, is the strongest pair that was dropped",
+    )
+    trust_ratio: FloatProperty(
+        name="Noise / Median Gap",
+        description="Gap at which noise makes pairs cancel, over the median gap. Up to 0.5 what "
+        "is left sits where the surface has it; above 0.7 the noise is as strong as the shape",
+    )
+    noise: FloatProperty(
+        name="Noise",
+        description="How far the vertices scatter about a smooth surface, in length: their "
+        "standard deviation, estimated from the fits",
+    )
+    scale: FloatProperty(
+        name="Fitted Radius",
+        description="Median radius of the neighbourhoods that curvature was fitted over, in length",
+    )
     warnings: CollectionProperty(type=UMBILICS_PG_warning)
     record: StringProperty(description="The detection itself, see operators/record.py")
     stamp: StringProperty(description="Changes with every detection")
@@ -82,50 +133,55 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     used_opening: BoolProperty(description="Whether what is shown was opened")
 
 
-def store(obj: bpy.types.Object, detection: core.Detection) -> None:
-    """Replace the object's numbers by those of `detection`."""
-    kept = obj.umbilics
+def store(obj: bpy.types.Object, detected: Record, chosen: core.Selection) -> None:
+    """Replace the object's numbers by those of a detection and what the filters keep of it."""
+    kept, detection = obj.umbilics, detected.detection
     kept.detected = True
-    for kind, count in detection.umbilics.counts().items():
-        setattr(kept, kind, count)
+    codes = detected.kind_codes[chosen.rows]
+    for kind, count in zip(core.KINDS, np.bincount(codes, minlength=len(core.KINDS)), strict=True):
+        setattr(kept, kind, int(count))
     kept.candidates = len(detection.candidates)
     kept.regions = len(detection.regions)
-    kept.index_sum = detection.index_sum
+    kept.index_sum = chosen.index_sum
     kept.euler_characteristic = detection.euler_characteristic
     kept.closed = math.isfinite(detection.expected_index_sum)
     kept.expected_index_sum = detection.expected_index_sum if kept.closed else 0.0
-    kept.balanced = is_balanced(detection)
-    for name in ("persistence_level", "trust_ratio", "noise", "scale"):
+    kept.balanced = is_balanced(chosen.index_sum, detection.expected_index_sum)
+    kept.persistence_level = chosen.persistence_level
+    for name in ("trust_ratio", "noise", "scale"):
         value = getattr(detection, name)
         setattr(kept, name, value if math.isfinite(value) else 0.0)
+    known = np.isfinite(detection.candidates.noise).any()
+    kept.noise_multiple = core.noise_multiple(len(detection.candidates)) if known else 0.0
     kept.warnings.clear()
-    for text in detection.warnings:
+    for text in chosen.warnings:
         kept.warnings.add().text = text
 
 
-def list_items(obj: bpy.types.Object, umbilics: core.Umbilics, rows: np.ndarray) -> None:
-    """Fill the object's list with the candidates `umbilics`, whose rows are `rows` (k,)."""
+def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> None:
+    """Fill the object's list with the candidates `rows` (k,), the most persistent if they are
+    too many."""
     kept = obj.umbilics
+    chosen = detected.most_persistent(rows, MOST_ITEMS)
+    umbilics = detected.detection.candidates.select(chosen)
     persistence = np.where(np.isnan(umbilics.persistence), -1.0, umbilics.persistence)
-    chosen = np.sort(np.argsort(-persistence, kind="stable")[:MOST_ITEMS])
     items = kept.items
     while len(items) > len(chosen):
         items.remove(len(items) - 1)
     while len(items) < len(chosen):
         items.add()
     largest = float(np.finfo(np.float32).max)
-    codes = [core.KINDS.index(kind) for kind in umbilics.kind[chosen]]
     for name, values, dtype in (
-        ("row", rows[chosen], np.int32),
-        ("kind", codes, np.int32),
-        ("index", umbilics.index[chosen], np.float32),
-        ("persistence", np.minimum(persistence[chosen], largest), np.float32),
-        ("curvature", np.nan_to_num(umbilics.curvature[chosen]), np.float32),
+        ("row", chosen, np.int32),
+        ("kind", detected.kind_codes[chosen], np.int32),
+        ("index", umbilics.index, np.float32),
+        ("persistence", np.minimum(persistence, largest), np.float32),
+        ("curvature", np.nan_to_num(umbilics.curvature), np.float32),
     ):
         items.foreach_set(name, np.asarray(values, dtype=dtype))
     kept.hidden_items = len(rows) - len(chosen)
     # None is active until one is clicked: the list would scroll to it.
-    place = np.flatnonzero(rows[chosen] == kept.active_row)
+    place = np.flatnonzero(chosen == kept.active_row)
     active = int(place[0]) if len(place) else -1
     if active != kept.active:
         with silence("active"):

@@ -18,9 +18,9 @@ def counts_in_words(counts: dict[str, int]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if parts[1:] else parts)
 
 
-def is_balanced(detection: core.Detection) -> bool:
+def is_balanced(index_sum: float, expected: float) -> bool:
     """Whether the indices of a closed surface sum up to its Euler characteristic."""
-    return math.isclose(detection.index_sum, detection.expected_index_sum, abs_tol=1e-6)
+    return math.isclose(index_sum, expected, abs_tol=1e-6)
 
 
 def outcome(detection: core.Detection) -> str:
@@ -32,7 +32,7 @@ def outcome(detection: core.Detection) -> str:
     total = f"index sum {detection.index_sum:g}"
     if not math.isfinite(detection.expected_index_sum):
         return f"{found}; {total} on an open surface"
-    if is_balanced(detection):
+    if is_balanced(detection.index_sum, detection.expected_index_sum):
         return f"{found}; {total}, as the Euler characteristic wants"
     return f"{found}; {total}, but the Euler characteristic is {detection.expected_index_sum:g}"
 

@@ -228,6 +228,25 @@ def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     assert left_out[0] not in live.left_out_rows(obj, scene)
 
 
+def test_the_overlay_is_drawn_anew_when_only_what_is_left_out_changes(addon):
+    painter = addon.ui.overlay.painter
+    obj, scene = noisy(), bpy.context.scene
+    live, display = addon.operators.live, scene.umbilics_display
+    display.empties, display.opened, display.dropped = False, True, True
+    # Between these two levels only umbilics outside the opened part are dropped.
+    candidates = addon.operators.record.of(obj).detection.candidates
+    levels = np.unique(candidates.persistence[np.isfinite(candidates.persistence)])
+    for level in levels:
+        before = live.shown_rows(obj, scene), live.left_out_rows(obj, scene)
+        signature = painter._signature(bpy.context, obj, False)
+        scene.umbilics.persistence = float(np.nextafter(np.float32(level), np.float32(np.inf)))
+        after = live.shown_rows(obj, scene), live.left_out_rows(obj, scene)
+        if len(before[0]) == len(after[0]) and len(before[1]) != len(after[1]):
+            assert painter._signature(bpy.context, obj, False) != signature
+            return
+    raise AssertionError("every step changes what is shown")
+
+
 def test_slider_goes_on_from_the_automatic_choice_without_a_jump():
     obj = noisy()
     group, display = bpy.context.scene.umbilics, bpy.context.scene.umbilics_display

@@ -157,11 +157,36 @@ def test_a_crowd_is_drawn_as_diamonds_in_the_colours_of_its_kinds(addon, obj, mo
     # Without a window an empty shows its glyph itself.
     bpy.context.scene.umbilics_display.empties = False
     glyphs = drawables.umbilics(bpy.context, obj, faint=False)
+    assert drawables.crowds(bpy.context, obj, faint=False) == []
     monkeypatch.setattr(drawables, "_CROWD", 3)
-    (diamonds,) = drawables.umbilics(bpy.context, obj, faint=False)
-    assert len(diamonds.triangles) == 2 * 4
+    assert drawables.umbilics(bpy.context, obj, faint=False) == []
+    ((shown, opacity),) = drawables.crowds(bpy.context, obj, faint=False)
+    ((_, fainter),) = drawables.crowds(bpy.context, obj, faint=True)
+    assert fainter < opacity == 1.0
+    kept = addon.operators.record.of(obj)
+    look = addon.operators.preferences.Appearance(bpy.context)
+    diamonds = drawables.diamonds(kept, look)
     assert len(diamonds.centre) < sum(len(shape.centre) for shape in glyphs) / 20
     lemon = addon.operators.preferences.KIND_COLOURS["lemon"]
     assert np.allclose(diamonds.colour, lemon)
+    # Two triangles for each that is chosen, all of whose corners are at its place.
+    some = shown[1:3]
+    triangles = drawables.diamonds_of(some)
+    assert triangles.shape == (2 * len(some), 3)
+    places = kept.detection.candidates.position[some]
+    assert np.allclose(diamonds.centre[triangles].reshape(len(some), -1, 3), places[:, None])
     bpy.context.scene.umbilics_display.glyphs = False
+    assert drawables.crowds(bpy.context, obj, faint=False) == []
+
+
+def test_a_crowd_that_the_opening_leaves_out_is_drawn_faintly(addon, obj, monkeypatch):
+    drawables, scene = addon.operators.drawables, bpy.context.scene
+    monkeypatch.setattr(drawables, "_CROWD", 3)
+    everything = addon.operators.live.shown_rows(obj, scene)
+    monkeypatch.setattr(addon.operators.live, "left_out_rows", lambda *_: everything)
+    scene.umbilics_display.empties = False
+    scene.umbilics_display.dropped = True
+    hollow, shown = drawables.crowds(bpy.context, obj, faint=False)
+    assert hollow[0].tolist() == shown[0].tolist() == everything.tolist()
+    assert hollow[1] < shown[1]
     assert drawables.umbilics(bpy.context, obj, faint=False) == []

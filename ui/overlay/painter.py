@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import bpy
 import gpu
 
-from ...operators import drawables, live, maps, stale
+from ...operators import drawables, live, maps, record, stale
 from ...operators.preferences import Appearance
 from . import shader
 from .camera import Camera
@@ -38,12 +38,26 @@ class _Directions:
     batches: dict[tuple, gpu.types.GPUBatch] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class _Drawn:
+    """What is drawn at once."""
+
+    batch: gpu.types.GPUBatch
+    on_top: bool = False
+    opacity: float = 1.0
+
+
 @dataclass
 class _Umbilics:
-    """Glyphs and what goes with them, and the signature of what they were made from."""
+    """Glyphs and what goes with them, and the signature of what they were made from.
+
+    A crowd is drawn by choosing among the diamonds of all candidates.
+    """
 
     signature: tuple = ()
-    batches: list[tuple[gpu.types.GPUBatch, bool]] = field(default_factory=list)
+    drawn: list[_Drawn] = field(default_factory=list)
+    diamonds_signature: tuple = ()
+    diamonds: gpu.types.GPUVertBuf | None = None
 
 
 def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> None:
@@ -52,11 +66,11 @@ def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> N
     program = shader.place(camera, obj.matrix_world)
     if display.directions:
         _draw_directions(context, obj, camera, program)
-    program.uniform_float("size", (1.0, camera.pixel, 1.0, 0.0))
     depth_test = gpu.state.depth_test_get()
-    for batch, on_top in _umbilic_batches(context, obj, stale.is_edited(context, obj)):
-        gpu.state.depth_test_set("NONE" if on_top else depth_test)
-        batch.draw(program)
+    for drawn in _drawn_umbilics(context, obj, stale.is_edited(context, obj)):
+        gpu.state.depth_test_set("NONE" if drawn.on_top else depth_test)
+        program.uniform_float("size", (1.0, camera.pixel, drawn.opacity, 0.0))
+        drawn.batch.draw(program)
     gpu.state.depth_test_set(depth_test)
 
 
@@ -152,25 +166,47 @@ def _arrange(kept: _Directions, arrays: tuple) -> None:
     kept.thread.start()
 
 
-def _umbilic_batches(context, obj, faint: bool) -> list[tuple[gpu.types.GPUBatch, bool]]:
-    """Each with whether it is seen through the surface."""
+def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
+    """Crowds, discs, rays and glyphs, in the order they are drawn."""
+    look, signature = Appearance(context), _signature(context, obj, faint)
+    kept = _umbilics.setdefault(obj.name_full, _Umbilics())
+    if kept.signature != signature:
+        kept.drawn = []
+        for rows, opacity in drawables.crowds(context, obj, faint):
+            if len(rows):
+                some = shader.batch_of(_diamonds(kept, obj, look), drawables.diamonds_of(rows))
+                kept.drawn.append(_Drawn(some, opacity=opacity))
+        kept.drawn += [
+            _Drawn(shader.batch(shape), shape.on_top)
+            for shape in drawables.umbilics(context, obj, faint)
+            if len(shape.triangles)
+        ]
+        kept.signature = signature
+    return kept.drawn
+
+
+def _signature(context, obj, faint: bool) -> tuple:
+    """All that the drawing of the umbilics hangs on."""
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
     # The empties say by their number and visibility which glyphs they take over.
     visible = drawables.shown_by_empties(obj).tobytes() if display.glyphs else b""
-    signature = (
+    return (
         mine.stamp,
         live.shown_rows(obj, context.scene).tobytes(),
+        live.left_out_rows(obj, context.scene).tobytes() if display.dropped else b"",
         mine.active_row,
         faint,
         visible,
         (display.glyphs, display.rays, display.discs, display.dropped),
         (look.glyph_size, look.stroke_width, tuple(look.colours.values())),
     )
-    kept = _umbilics.setdefault(obj.name_full, _Umbilics())
-    if kept.signature != signature:
-        shapes = drawables.umbilics(context, obj, faint)
-        shapes = [shape for shape in shapes if len(shape.triangles)]
-        kept.batches = [(shader.batch(shape), shape.on_top) for shape in shapes]
-        kept.signature = signature
-    return kept.batches
+
+
+def _diamonds(kept: _Umbilics, obj, look: Appearance) -> gpu.types.GPUVertBuf:
+    """The diamonds of all candidates, made anew for each detection and change of its look."""
+    signature = obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())
+    if kept.diamonds_signature != signature:
+        kept.diamonds = shader.corners(drawables.diamonds(record.of(obj), look))
+        kept.diamonds_signature = signature
+    return kept.diamonds

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import gpu
 import numpy as np
-from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix, Vector
 
 from ...operators.drawables import Shape
 from .camera import Camera
 
+# Of a vertex, with how many numbers each; see `Shape`.
+_ATTRIBUTES = {"centre": 3, "u": 3, "v": 3, "reach": 4, "colour": 4}
 # All in the object's space; `length_in_world` knows how its transform stretches a vector.
 _VERTEX = """
 float length_in_world(vec3 a)
@@ -64,16 +65,8 @@ def shader() -> gpu.types.GPUShader:
         info.push_constant("VEC4", "viewer")
         # Length of a unit in the world, of a pixel at depth 1, opacity, and how far to lift.
         info.push_constant("VEC4", "size")
-        for slot, (name, kind) in enumerate(
-            (
-                ("centre", "VEC3"),
-                ("u", "VEC3"),
-                ("v", "VEC3"),
-                ("reach", "VEC4"),
-                ("colour", "VEC4"),
-            )
-        ):
-            info.vertex_in(slot, kind, name)
+        for slot, (name, width) in enumerate(_ATTRIBUTES.items()):
+            info.vertex_in(slot, f"VEC{width}", name)
         passed = gpu.types.GPUStageInterfaceInfo("umbilics_overlay")
         passed.smooth("VEC4", "tint")
         info.vertex_out(passed)
@@ -105,10 +98,25 @@ def place(camera: Camera, model: Matrix) -> gpu.types.GPUShader:
 
 def batch(shape: Shape) -> gpu.types.GPUBatch:
     """The shape on the GPU."""
-    values = {name: getattr(shape, name) for name in ("centre", "u", "v", "reach", "colour")}
-    values = {name: np.ascontiguousarray(array, np.float32) for name, array in values.items()}
-    triangles = np.ascontiguousarray(shape.triangles, np.int32)
-    return batch_for_shader(shader(), "TRIS", values, indices=triangles)
+    return batch_of(corners(shape), shape.triangles)
+
+
+def corners(shape: Shape) -> gpu.types.GPUVertBuf:
+    """The vertices of a shape on the GPU, for batches of some of its triangles."""
+    layout = gpu.types.GPUVertFormat()
+    for name, width in _ATTRIBUTES.items():
+        layout.attr_add(id=name, comp_type="F32", len=width, fetch_mode="FLOAT")
+    buffer = gpu.types.GPUVertBuf(layout, len(shape.centre))
+    for name in _ATTRIBUTES:
+        buffer.attr_fill(name, np.ascontiguousarray(getattr(shape, name), np.float32))
+    return buffer
+
+
+def batch_of(buffer: gpu.types.GPUVertBuf, triangles: np.ndarray) -> gpu.types.GPUBatch:
+    """Triangles (t, 3) of what `corners` has given."""
+    elements = np.ascontiguousarray(triangles, np.int32)
+    indices = gpu.types.GPUIndexBuf(type="TRIS", seq=elements)
+    return gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=indices)
 
 
 def forget() -> None:
