@@ -18,6 +18,7 @@ _MODULES = (
     "clear",
     "add_arrows",
     "apply_filters",
+    "explain",
     "pin",
     "delete_umbilic",
     "restore_deleted",

@@ -14,13 +14,13 @@ class UMBILICS_PT_map(Part, bpy.types.Panel):
     def draw(self, context):
         layout = split(self.layout)
         display = context.scene.umbilics_display
-        layout.prop(display, "map")
+        row = layout.row(align=True)
+        row.prop(display, "map", text="")
+        row.operator(UMBILICS_OT_show_map.bl_idname, text="Show Map", icon="COLOR")
         shown = maps.is_shown_on(context.active_object)
         changed = context.area is not None and view_shading.is_changed(context.screen, context.area)
-        buttons = layout.row(align=True)
-        buttons.operator(UMBILICS_OT_show_map.bl_idname, text="Show Map", icon="COLOR")
         if shown or changed:
-            buttons.operator(UMBILICS_OT_hide_map.bl_idname, text="Put Back", icon="LOOP_BACK")
+            layout.operator(UMBILICS_OT_hide_map.bl_idname, text="Put Back", icon="LOOP_BACK")
         if display.map in maps.POWER:
             row = layout.row(align=True)
             row.active = not display.lock_range

@@ -77,7 +77,9 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
         layout = self.layout
         found = context.active_object.umbilics
         _draw_names(layout)
-        layout.template_list("UMBILICS_UL_umbilics", "", found, "items", found, "active", rows=5)
+        # So few that the map's button, which comes next, is in sight on a small screen.
+        shown = {"rows": 4, "maxrows": 4}
+        layout.template_list("UMBILICS_UL_umbilics", "", found, "items", found, "active", **shown)
         if found.hidden_items:
             layout.label(text=f"and {found.hidden_items} less persistent ones", icon="INFO")
         actions = layout.row(align=True)

@@ -9,7 +9,7 @@ from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.properties import GIVEN_NAMES
-from .parts import Part, Tab, automatic, paragraph, split
+from .parts import Part, Tab, automatic, explained, paragraph, short, split
 from .presets import UMBILICS_PT_presets
 
 
@@ -21,14 +21,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout = split(self.layout)
-        settings = context.scene.umbilics
-        column = layout.column()
-        column.prop(settings, "method")
-        if settings.method == "S":
-            column.prop(settings, "parametrization")
-        if settings.method == "C":
-            column.prop(settings, "charts")
-        column.prop(context.scene.umbilics_display, "source")
+        layout.prop(context.scene.umbilics_display, "source")
         actions = layout.column(align=True)
         run = running.current()
         if run is not None:
@@ -53,6 +46,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
         if live.with_results(context):
             layout.prop(display, "strength", slider=True)
         automatic(layout, settings, "persistence")
+        _dropped(layout, context)
         row = layout.row(heading="Opening")
         row.prop(display, "opened", text="")
         if settings.opening:
@@ -67,21 +61,31 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
         kinds = halves.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
         for kind in core.KINDS:
             kinds.prop_enum(display, "kinds", kind)
-        layout.prop(display, "empties")
+        row = layout.row(heading="Empties")
+        row.prop(display, "empties", text="")
+        if display.empties and context.space_data is not None:
+            # The view's own switch: from a mesh whose origin is far off they are in the way.
+            overlay = context.space_data.overlay
+            row.prop(overlay, "show_relationship_lines", text="Dashed Lines", toggle=True)
         without = live.without_empty(context, context.active_object)
         if without:
             words = f"{without} less persistent umbilics have no empty. How many may have one is "
             paragraph(layout, context, f"{words}set in the add-on's preferences.")
 
 
-class UMBILICS_PT_curvature(Part, bpy.types.Panel):
-    bl_label = "Curvature"
+class UMBILICS_PT_method(Part, bpy.types.Panel):
+    bl_label = "Method"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         layout = split(self.layout)
         settings = context.scene.umbilics
-        layout.prop(settings, "curvature", text="From")
+        layout.prop(settings, "method")
+        if settings.method == "S":
+            layout.prop(settings, "parametrization")
+        if settings.method == "C":
+            layout.prop(settings, "charts")
+        layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
         if settings.curvature == "given":
             names = layout.column(align=True)
@@ -97,6 +101,29 @@ class UMBILICS_PT_curvature(Part, bpy.types.Panel):
         layout.prop(settings, "normal_smoothing", text="Smoothing")
 
 
+def _dropped(layout, context) -> None:
+    """What Persistence made of the active object's pairs, in a line.
+
+    There is always one: a slider loses the mouse if rows come and go while it is dragged.
+    """
+    obj = context.active_object
+    if obj is None or not obj.umbilics.detected:
+        return
+    found = obj.umbilics
+    number = "noise_multiple"
+    if found.used_persistence >= 0.0:
+        number = "candidates"
+        words = f"{sum(getattr(found, kind) for kind in core.KINDS)} of {found.candidates} kept"
+    elif not found.noise_multiple:
+        words = "Noise unknown: none dropped"
+    elif not found.persistence_level:
+        words = f"None below {found.noise_multiple:.1f} × noise"
+    else:
+        strongest = short(found.persistence_level)
+        words = f"Dropped up to {found.noise_multiple:.1f} × noise ({strongest})"
+    explained(layout, number, words, alignment="RIGHT")
+
+
 def _freshness(layout, context, obj) -> None:
     """Say what the results do not show any more, with the click that mends it."""
     reasons = stale.reasons(context, obj)
@@ -110,7 +137,7 @@ def _freshness(layout, context, obj) -> None:
         box.operator(UMBILICS_OT_apply_filters.bl_idname, text="Apply Filters", icon="FILTER")
 
 
-_CLASSES = (UMBILICS_PT_main, UMBILICS_PT_filters, UMBILICS_PT_curvature)
+_CLASSES = (UMBILICS_PT_main, UMBILICS_PT_filters, UMBILICS_PT_method)
 
 
 def register() -> None:

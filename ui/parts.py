@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import textwrap
 
+from ..operators.explain import UMBILICS_OT_explain
+
 # Mean width of a letter of Blender's interface font, and what a box takes at its sides.
 _LETTER, _MARGIN = 6.5, 60
 
@@ -48,11 +50,24 @@ def short(value: float) -> str:
     return f"{value:.2g}" if size < 0.01 else f"{value:.{2 if size < 9.95 else 0}f}"
 
 
-def line(layout, name: str, value: str, icon: str = "NONE", icon_value: int = 0) -> None:
-    """A name, with a picture if there is one, and its value."""
+def line(layout, number: str, name: str, value: str, **pictures) -> None:
+    """A number of the summary: its name, which explains itself, and its value.
+
+    `pictures`: `icon_value` beside the name, `icon` beside the value.
+    """
     halves = layout.split(factor=0.6)
-    halves.label(text=name, icon_value=icon_value)
-    halves.label(text=value, icon=icon)
+    explained(halves, number, name, icon_value=pictures.get("icon_value", 0))
+    halves.label(text=value, icon=pictures.get("icon", "NONE"))
+
+
+def explained(
+    layout, number: str, text: str, icon_value: int = 0, alignment: str = "LEFT"
+) -> None:
+    """Text that says, when the mouse rests on it, what a number of the summary is."""
+    row = layout.row()
+    row.alignment = alignment
+    name = UMBILICS_OT_explain.bl_idname
+    row.operator(name, text=text, icon_value=icon_value, emboss=False).number = number
 
 
 def paragraph(layout, context, text: str, icon: str = "INFO") -> None:

@@ -23,23 +23,29 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
             count = getattr(found, kind)
             if count or kind in core.KINDS[:2]:
                 icon = kind_icons.icon_of(context, kind)
-                line(table, _PLURAL[kind], str(count), icon_value=icon)
+                line(table, kind, _PLURAL[kind], str(count), icon_value=icon)
         if found.regions:
-            line(table, "Umbilical regions", str(found.regions))
-        line(table, "Candidates", str(found.candidates))
+            line(table, "regions", "Umbilical regions", str(found.regions))
+        line(table, "candidates", "Candidates", str(found.candidates))
         sums = self.layout.column(align=True)
-        line(sums, "Index sum", f"{found.index_sum:g}")
+        line(sums, "index_sum", "Index sum", f"{found.index_sum:g}")
         if found.closed:
             icon = "CHECKMARK" if found.balanced else "ERROR"
-            line(sums, "Euler characteristic", f"{found.expected_index_sum:g}", icon=icon)
+            value = f"{found.expected_index_sum:g}"
         else:
-            line(sums, "Euler characteristic", f"{found.euler_characteristic} (open)")
+            icon, value = "NONE", f"{found.euler_characteristic} (open)"
+        line(sums, "euler_characteristic", "Euler characteristic", value, icon=icon)
         numbers = self.layout.column(align=True)
-        line(numbers, "Noise", f"{found.noise:.3g}" if found.noise else "unknown")
-        line(numbers, "Fitted radius", f"{found.scale:.3g}" if found.scale else "none")
-        line(numbers, "Dropped below", f"{found.persistence_level:.3g}")
+        noise = f"{found.noise:.3g}" if found.noise else "unknown"
+        line(numbers, "noise", "Noise", noise)
+        radius = f"{found.scale:.3g}" if found.scale else "none"
+        line(numbers, "scale", "Fitted radius", radius)
+        name = "Strongest dropped" if found.used_persistence < 0.0 else "Dropped below"
+        level = f"{found.persistence_level:.3g}" if found.persistence_level else "none"
+        line(numbers, "persistence_level", name, level)
         icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
-        line(numbers, "Noise / median gap", f"{found.trust_ratio:.2f}", icon=icon)
+        ratio = f"{found.trust_ratio:.2f}"
+        line(numbers, "trust_ratio", "Noise / median gap", ratio, icon=icon)
         for warning in found.warnings:
             paragraph(self.layout.box(), context, warning.text)
 

@@ -1,10 +1,23 @@
 """The sidebar tab draws what there is, from properties and operators that exist."""
 
+import webbrowser
 from types import SimpleNamespace
 
 import bpy
 import pytest
 from scene_building import add_ellipsoid, empty_scene
+
+
+class Explained:
+    """What an operator that explains a number is given: which number."""
+
+    def __init__(self, drawn):
+        object.__setattr__(self, "drawn", drawn)
+
+    def __setattr__(self, name, value):
+        summary = bpy.types.Object.bl_rna.properties["umbilics"].fixed_type
+        assert name == "number" and value in summary.properties
+        self.drawn.append(("number", value))
 
 
 class Paper:
@@ -46,6 +59,10 @@ class Paper:
         group, _, short = name.partition(".")
         getattr(getattr(bpy.ops, group), short).get_rna_type()
         self.drawn.append(("operator", name))
+        if name == "umbilics.explain":
+            self.drawn.append(("label", text))
+            return Explained(self.drawn)
+        return SimpleNamespace()
 
     def label(self, text="", icon="NONE", icon_value=0):
         self.drawn.append(("label", text))
@@ -78,6 +95,7 @@ def draw(addon):
             region=SimpleNamespace(width=280),
             view_layer=bpy.context.view_layer,
             area=None,
+            space_data=None,
             screen=None,
             preferences=SimpleNamespace(
                 system=SimpleNamespace(ui_scale=1.0), addons=bpy.context.preferences.addons
@@ -136,6 +154,44 @@ def test_result_is_shown_once_there_is_one(draw):
     assert len(lines) > 1
     bpy.ops.umbilics.clear()
     assert "Index sum" not in draw().names("label")
+
+
+def test_what_auto_has_chosen_is_said(addon, draw):
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.detect()
+    mine = obj.umbilics
+    multiple = addon.core.noise_multiple(mine.candidates)
+    assert mine.noise_multiple == pytest.approx(multiple)
+    assert f"None below {multiple:.1f} × noise" in draw().names("label")
+    mine.persistence_level = 0.123
+    labels = draw().names("label")
+    assert f"Dropped up to {multiple:.1f} × noise (0.12)" in labels
+    assert labels[labels.index("Strongest dropped") + 1] == "0.123"
+    bpy.context.scene.umbilics.persistence = 0.01
+    bpy.context.scene.umbilics.persistence_auto = False
+    labels = draw().names("label")
+    assert not any("× noise" in label for label in labels)
+    assert f"4 of {mine.candidates} kept" in labels
+    assert labels[labels.index("Dropped below") + 1] == "0.01"
+
+
+def test_every_number_of_the_statistics_explains_itself(addon, draw):
+    add_ellipsoid(subdivisions=3)
+    bpy.ops.umbilics.detect()
+    explain = addon.operators.explain.UMBILICS_OT_explain
+    numbers = draw().names("number")
+    assert {"candidates", "index_sum", "noise", "scale", "trust_ratio"} <= set(numbers)
+    for number in numbers:
+        words = explain.description(bpy.context, SimpleNamespace(number=number))
+        assert len(words) > 40, number
+
+
+def test_a_click_on_a_number_opens_its_chapter_of_the_manual(addon, monkeypatch):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", lambda url, *_, **__: opened.append(url))
+    for number, chapter in (("noise", "statistics"), ("noise_multiple", "thinning-out")):
+        assert bpy.ops.umbilics.explain(number=number) == {"FINISHED"}
+        assert opened.pop().endswith(f"guide.html#{chapter}")
 
 
 def test_running_detection_can_be_watched_and_cancelled(addon, draw):

@@ -1,0 +1,31 @@
+"""Operator: the name of a number, which says what it is when the mouse rests on it."""
+
+import bpy
+from bpy.props import StringProperty
+
+from . import summary
+
+
+class UMBILICS_OT_explain(bpy.types.Operator):
+    bl_idname = "umbilics.explain"
+    bl_label = "Explain"
+    bl_options = {"INTERNAL"}
+
+    number: StringProperty(description="Name of the number", options={"SKIP_SAVE"})
+
+    @classmethod
+    def description(cls, _context, properties):
+        # Blender ends it with a full stop.
+        words = summary.UMBILICS_PG_summary.bl_rna.properties[properties.number].description
+        return f"{words}. Click for the manual"
+
+    def execute(self, _context):
+        return bpy.ops.wm.doc_view_manual(doc_id=f"UMBILICS_PG_summary.{self.number}")
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_explain)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_explain)
