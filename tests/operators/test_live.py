@@ -203,7 +203,7 @@ def test_kinds_chosen_in_edit_mode_are_there_when_it_is_left():
 
 def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     obj = noisy()
-    live, drawables = addon.operators.live, addon.operators.drawables
+    live, umbilics = addon.operators.live, addon.operators.drawing.umbilics
     scene = bpy.context.scene
     scene.umbilics_display.dropped = True
     everything = live.shown_rows(obj, scene).tolist()
@@ -215,9 +215,9 @@ def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     assert not set(left_out) & set(rows(obj))
     kinds = set(addon.operators.record.of(obj).detection.candidates.kind[left_out])
     scene.umbilics_display.dropped = False
-    without = len(drawables.umbilics(bpy.context, obj, faint=False))
+    without = len(umbilics.shapes_of(bpy.context, obj, faint=False))
     scene.umbilics_display.dropped = True
-    shapes = drawables.umbilics(bpy.context, obj, faint=False)
+    shapes = umbilics.shapes_of(bpy.context, obj, faint=False)
     assert len(shapes) == without + len(kinds)
     hollow = shapes[: len(kinds)]
     assert all((shape.colour[:, 3] < 1.0).all() for shape in hollow)

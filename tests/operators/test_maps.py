@@ -134,8 +134,8 @@ def test_a_new_detection_colours_the_map_anew(addon, obj):
 
 
 def test_overlay_has_something_to_draw(addon, obj):
-    drawables = addon.operators.drawables
-    found = drawables.strokes(*drawables.read_field(obj))
+    drawing = addon.operators.drawing
+    found = drawing.strokes.arranged(*drawing.strokes.read_field(obj))
     assert sum(end - first for first, end, _ in found.blocks) == len(obj.data.vertices)
     assert ((found.weight >= 0.0) & (found.weight <= 1.0)).all()
     gap = values(obj, "umbilics_gap")
@@ -143,7 +143,7 @@ def test_overlay_has_something_to_draw(addon, obj):
     assert found.weight[faint.argmin()] < 0.1
     bpy.context.scene.umbilics_display.discs = True
     obj.umbilics.active = 0
-    shapes = drawables.umbilics(bpy.context, obj, faint=False)
+    shapes = drawing.umbilics.shapes_of(bpy.context, obj, faint=False)
     # Discs and rays lie on the surface; the ring around the chosen umbilic is seen through it.
     assert [shape.on_top for shape in shapes].count(True) == 1
     assert shapes[-1].on_top
@@ -153,40 +153,40 @@ def test_overlay_has_something_to_draw(addon, obj):
 
 
 def test_a_crowd_is_drawn_as_diamonds_in_the_colours_of_its_kinds(addon, obj, monkeypatch):
-    drawables = addon.operators.drawables
+    umbilics = addon.operators.drawing.umbilics
     # Without a window an empty shows its glyph itself.
     bpy.context.scene.umbilics_display.empties = False
-    glyphs = drawables.umbilics(bpy.context, obj, faint=False)
-    assert drawables.crowds(bpy.context, obj, faint=False) == []
-    monkeypatch.setattr(drawables, "_CROWD", 3)
-    assert drawables.umbilics(bpy.context, obj, faint=False) == []
-    ((shown, opacity),) = drawables.crowds(bpy.context, obj, faint=False)
-    ((_, fainter),) = drawables.crowds(bpy.context, obj, faint=True)
+    glyphs = umbilics.shapes_of(bpy.context, obj, faint=False)
+    assert umbilics.crowds(bpy.context, obj, faint=False) == []
+    monkeypatch.setattr(umbilics, "_CROWD", 3)
+    assert umbilics.shapes_of(bpy.context, obj, faint=False) == []
+    ((shown, opacity),) = umbilics.crowds(bpy.context, obj, faint=False)
+    ((_, fainter),) = umbilics.crowds(bpy.context, obj, faint=True)
     assert fainter < opacity == 1.0
     kept = addon.operators.record.of(obj)
     look = addon.operators.preferences.Appearance(bpy.context)
-    diamonds = drawables.diamonds(kept, look)
+    diamonds = umbilics.diamonds(kept, look)
     assert len(diamonds.centre) < sum(len(shape.centre) for shape in glyphs) / 20
     lemon = addon.operators.preferences.KIND_COLOURS["lemon"]
     assert np.allclose(diamonds.colour, lemon)
     # Two triangles for each that is chosen, all of whose corners are at its place.
     some = shown[1:3]
-    triangles = drawables.diamonds_of(some)
+    triangles = umbilics.diamonds_of(some)
     assert triangles.shape == (2 * len(some), 3)
     places = kept.detection.candidates.position[some]
     assert np.allclose(diamonds.centre[triangles].reshape(len(some), -1, 3), places[:, None])
     bpy.context.scene.umbilics_display.glyphs = False
-    assert drawables.crowds(bpy.context, obj, faint=False) == []
+    assert umbilics.crowds(bpy.context, obj, faint=False) == []
 
 
 def test_a_crowd_that_the_opening_leaves_out_is_drawn_faintly(addon, obj, monkeypatch):
-    drawables, scene = addon.operators.drawables, bpy.context.scene
-    monkeypatch.setattr(drawables, "_CROWD", 3)
+    umbilics, scene = addon.operators.drawing.umbilics, bpy.context.scene
+    monkeypatch.setattr(umbilics, "_CROWD", 3)
     everything = addon.operators.live.shown_rows(obj, scene)
     monkeypatch.setattr(addon.operators.live, "left_out_rows", lambda *_: everything)
     scene.umbilics_display.empties = False
     scene.umbilics_display.dropped = True
-    hollow, shown = drawables.crowds(bpy.context, obj, faint=False)
+    hollow, shown = umbilics.crowds(bpy.context, obj, faint=False)
     assert hollow[0].tolist() == shown[0].tolist() == everything.tolist()
     assert hollow[1] < shown[1]
-    assert drawables.umbilics(bpy.context, obj, faint=False) == []
+    assert umbilics.shapes_of(bpy.context, obj, faint=False) == []

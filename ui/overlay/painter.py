@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import bpy
 import gpu
 
-from ...operators import drawables, live, maps, record, stale
+from ...operators import live, maps, record, stale
+from ...operators.drawing import strokes, umbilics
 from ...operators.preferences import Appearance
 from . import shader
 from .camera import Camera
@@ -33,7 +34,7 @@ _umbilics: dict[str, _Umbilics] = {}
 class _Directions:
     """Strokes of one field; arranged by a thread, since a million take a second."""
 
-    strokes: drawables.Strokes | None = None
+    strokes: strokes.Strokes | None = None
     thread: threading.Thread | None = None
     batches: dict[tuple, gpu.types.GPUBatch] = field(default_factory=dict)
 
@@ -101,9 +102,9 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
     display, look = context.scene.umbilics_display, Appearance(context)
     crosses = display.field == "CROSS"
     if crosses and not stale.plan_is_edited(context, obj):
-        kept = _arranged(obj, obj.umbilics_plan.stamp, drawables.read_cross)
+        kept = _arranged(obj, obj.umbilics_plan.stamp, strokes.read_cross)
     elif not crosses and not stale.is_edited(context, obj):
-        kept = _arranged(obj, obj.umbilics.stamp, drawables.read_field)
+        kept = _arranged(obj, obj.umbilics.stamp, strokes.read_field)
     else:
         return
     if kept is None or kept.strokes is None:
@@ -131,7 +132,7 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
             colour = look.stroke_colours[(second and not crosses) != swapped]
             key = block, second, look.stroke_width, colour
             if key not in kept.batches:
-                shape = drawables.stroke_shape(found, block, second, look.stroke_width, colour)
+                shape = strokes.shape_of(found, block, second, look.stroke_width, colour)
                 kept.batches[key] = shader.batch(shape)
             kept.batches[key].draw(program)
 
@@ -157,7 +158,7 @@ def _arrange(kept: _Directions, arrays: tuple) -> None:
     """In a thread if it takes longer than a blink."""
 
     def work() -> None:
-        kept.strokes = drawables.strokes(*arrays)
+        kept.strokes = strokes.arranged(*arrays)
 
     if len(arrays[0]) < _QUICK:
         work()
@@ -172,13 +173,13 @@ def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
     kept = _umbilics.setdefault(obj.name_full, _Umbilics())
     if kept.signature != signature:
         kept.drawn = []
-        for rows, opacity in drawables.crowds(context, obj, faint):
+        for rows, opacity in umbilics.crowds(context, obj, faint):
             if len(rows):
-                some = shader.batch_of(_diamonds(kept, obj, look), drawables.diamonds_of(rows))
+                some = shader.batch_of(_diamonds(kept, obj, look), umbilics.diamonds_of(rows))
                 kept.drawn.append(_Drawn(some, opacity=opacity))
         kept.drawn += [
             _Drawn(shader.batch(shape), shape.on_top)
-            for shape in drawables.umbilics(context, obj, faint)
+            for shape in umbilics.shapes_of(context, obj, faint)
             if len(shape.triangles)
         ]
         kept.signature = signature
@@ -190,7 +191,7 @@ def _signature(context, obj, faint: bool) -> tuple:
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
     # The empties say by their number and visibility which glyphs they take over.
-    visible = drawables.shown_by_empties(obj).tobytes() if display.glyphs else b""
+    visible = umbilics.shown_by_empties(obj).tobytes() if display.glyphs else b""
     return (
         mine.stamp,
         live.shown_rows(obj, context.scene).tobytes(),
@@ -207,6 +208,6 @@ def _diamonds(kept: _Umbilics, obj, look: Appearance) -> gpu.types.GPUVertBuf:
     """The diamonds of all candidates, made anew for each detection and change of its look."""
     signature = obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())
     if kept.diamonds_signature != signature:
-        kept.diamonds = shader.corners(drawables.diamonds(record.of(obj), look))
+        kept.diamonds = shader.corners(umbilics.diamonds(record.of(obj), look))
         kept.diamonds_signature = signature
     return kept.diamonds

@@ -11,7 +11,7 @@ import gpu
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ...operators.drawables import Shape
+from ...operators.drawing.shapes import Shape
 from .camera import Camera
 
 # Of a vertex, with how many numbers each; see `Shape`.
