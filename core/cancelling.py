@@ -196,7 +196,7 @@ class _Places:
 
     def __init__(self, centres: np.ndarray) -> None:
         self._lists = centres.tolist()
-        self._rows = list(np.column_stack([centres, np.ones(len(centres))]))
+        self._rows = np.column_stack([centres, np.ones(len(centres))])
         half = -0.5 * np.einsum("ij,ij->i", centres, centres)
         self.across = np.concatenate([centres.T, half[None]])
 

@@ -63,7 +63,7 @@ def measure_persistence(
 
     gap = _finite(gap)
     low, high, saddle = merge_tree(surface, gap, np.asarray(triangle), units != 0, regions)
-    centres = surface.vertices[surface.triangles[triangle]].mean(axis=1)
+    centres = sum(surface.vertices[corner] for corner in surface.triangles[triangle].T) / 3.0
     first, second, level = cancel(units, centres, low, high, saddle)
     if len(first) == 0:
         return persistence, partner
