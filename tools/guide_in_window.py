@@ -167,11 +167,14 @@ def reading():
         x, y, z = points.T
         return points * (1.0 + 0.12 * (x**3 - 3 * x * y**2) + 0.1 * z**3)[:, None] * 2.0
 
+    # A corner of the gizmo would stick into the square that is cut out.
+    view.space.show_gizmo = False
     for name, shape in (("lemon", lemons), ("star", stars)):
         sphere_like(name.capitalize(), shape)
         detect()
         yield from close_up(name)
         picture(f"guide/{name}", 357, 120, 957, 720)
+    view.space.show_gizmo = True
 
 
 def close_up(kind):
