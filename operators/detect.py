@@ -86,9 +86,10 @@ class UMBILICS_OT_detect(bpy.types.Operator):
                 errors.append(error)
                 continue
             written += 1
-            level = "WARNING" if found.warnings else "INFO"
+            detection = found.detection
+            level = "WARNING" if detection.warnings else "INFO"
             name = f"{job.object_name}: " if len(jobs) + len(refused) > 1 else ""
-            self.report({level}, " ".join((f"{name}{outcome(found)}.", *found.warnings)))
+            self.report({level}, " ".join((f"{name}{outcome(detection)}.", *detection.warnings)))
             if lost:
                 self.report({"WARNING"}, f"{name}{pins_lost(lost)}")
         if not written:

@@ -1,7 +1,7 @@
 """One detection in three steps, so that it can block in background and run beside the window.
 
-`gather` reads the scene, `compute` touches arrays only (any thread may run it), `write` changes
-the scene, once, at the end.
+`gather` reads the scene, `compute` and `found` touch arrays only (any thread may run them), `write`
+changes the scene, once, at the end.
 """
 
 from __future__ import annotations
@@ -62,6 +62,21 @@ def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detec
     )
 
 
+@dataclass(frozen=True)
+class Found:
+    """A detection, and what of it goes to the mesh and into the file."""
+
+    detection: core.Detection
+    attributes: dict[str, np.ndarray]
+    packed: record.Packed
+
+
+def found(inputs: Inputs, detection: core.Detection) -> Found:
+    """What `write` wants: packing takes seconds where umbilics are many, and any thread will do."""
+    packed = record.pack(inputs.arrays, inputs.settings, detection)
+    return Found(detection, _attributes(detection, inputs.arrays), packed)
+
+
 def compare(inputs: Inputs, progress: core.Progress | None = None) -> tuple[core.MethodResult, ...]:
     """All three methods on the same operators; otherwise as `compute`."""
     arrays = inputs.arrays
@@ -79,7 +94,7 @@ def _extra(arrays: mesh_data.MeshArrays) -> dict:
     return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
 
 
-def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection) -> int:
+def write(context: bpy.types.Context, inputs: Inputs, outcome: Found) -> int:
     """Store attributes, empties and summary, in place of those of an earlier detection.
 
     Pins and deletions stay with their umbilics; how many have none any more is the answer.
@@ -99,7 +114,7 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
     with object_mode(context, obj):
         if inputs.evaluated and not _takes_results(obj, inputs.arrays):
             obj = targets.copy_for(context, obj, context.evaluated_depsgraph_get())
-        mesh_data.write_results(obj.data, inputs.arrays, _attributes(detection, inputs.arrays))
+        mesh_data.write_results(obj.data, inputs.arrays, outcome.attributes)
         before, chosen = record.of(obj), by_hand.rows(obj)
         summary.forget(obj)
         kept = obj.umbilics
@@ -107,9 +122,8 @@ def write(context: bpy.types.Context, inputs: Inputs, detection: core.Detection)
         kept.method = inputs.settings.method
         kept.source = "EVALUATED" if inputs.evaluated else "BASE"
         kept.signature = inputs.arrays.signature
-        after = record.make(inputs.arrays, inputs.settings, detection)
-        record.store(obj, after)
-        lost = by_hand.carry_over(obj, chosen, before, after)
+        record.store(obj, outcome.packed)
+        lost = by_hand.carry_over(obj, chosen, before, outcome.packed.record)
         live.apply(context, obj, inputs.settings, fresh=True)
         if maps.is_shown_on(obj):
             maps.show(context, [obj])

@@ -75,20 +75,40 @@ _decoded: dict[str, Record | None] = {}
 _MOST = 64
 
 
-def store(obj: bpy.types.Object, record: Record) -> None:
-    """Put the record away with the object, in place of an earlier one."""
+@dataclass(frozen=True)
+class Packed:
+    """A record and the text that it becomes in the file."""
+
+    record: Record
+    text: str
+
+
+def pack(arrays: MeshArrays, settings: core.Settings, detection: core.Detection) -> Packed:
+    """The record of a detection on these arrays; touches arrays only, so that any thread may
+    take its time over it."""
+    corners = arrays.triangles[detection.candidates.triangle]
+    places = arrays.vertices[corners]
+    edge = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).mean(axis=1)
     target = io.BytesIO()
     np.savez(
         target,
-        detection=np.frombuffer(core.pack(record.detection), np.uint8),
-        settings=np.array(json.dumps(record.settings)),
-        matrix=record.matrix,
-        corners=record.corners,
-        edge=record.edge.astype(np.float32),
-        extent=record.extent,
+        detection=np.frombuffer(core.pack(detection), np.uint8),
+        settings=np.array(json.dumps(asdict(settings))),
+        matrix=arrays.matrix,
+        corners=corners,
+        edge=edge.astype(np.float32),
+        extent=float(np.ptp(arrays.vertices, axis=0).max()),
     )
-    obj.umbilics.record = base64.b64encode(target.getvalue()).decode("ascii")
+    text = base64.b64encode(target.getvalue()).decode("ascii")
+    # As it will be read from the file, without the values at the vertices.
+    return Packed(_decode(text), text)
+
+
+def store(obj: bpy.types.Object, packed: Packed) -> None:
+    """Put the record away with the object, in place of an earlier one."""
+    obj.umbilics.record = packed.text
     obj.umbilics.stamp = uuid.uuid4().hex
+    _remember(obj.umbilics.stamp, packed.record)
 
 
 def of(obj: bpy.types.Object | None) -> Record | None:
@@ -97,25 +117,8 @@ def of(obj: bpy.types.Object | None) -> Record | None:
         return None
     stamp = obj.umbilics.stamp
     if stamp not in _decoded:
-        if len(_decoded) >= _MOST:
-            _decoded.clear()
-        _decoded[stamp] = _decode(obj.umbilics.record)
+        _remember(stamp, _decode(obj.umbilics.record))
     return _decoded[stamp]
-
-
-def make(arrays: MeshArrays, settings: core.Settings, detection: core.Detection) -> Record:
-    """The record of a detection on these arrays."""
-    corners = arrays.triangles[detection.candidates.triangle]
-    places = arrays.vertices[corners]
-    edge = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).mean(axis=1)
-    return Record(
-        detection=detection,
-        settings=asdict(settings),
-        matrix=arrays.matrix,
-        corners=corners,
-        edge=edge,
-        extent=float(np.ptp(arrays.vertices, axis=0).max()),
-    )
 
 
 def movement(obj: bpy.types.Object, record: Record) -> np.ndarray:
@@ -130,6 +133,12 @@ def place_now(obj: bpy.types.Object, record: Record, row: int) -> tuple[np.ndarr
     position = moved[:3, :3] @ candidates.position[row] + moved[:3, 3]
     normal = np.linalg.inv(moved[:3, :3]).T @ candidates.normal[row]
     return position, normal / max(np.linalg.norm(normal), 1e-30)
+
+
+def _remember(stamp: str, record: Record | None) -> None:
+    if len(_decoded) >= _MOST:
+        _decoded.clear()
+    _decoded[stamp] = record
 
 
 def _decode(text: str) -> Record | None:

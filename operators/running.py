@@ -33,7 +33,7 @@ class Run:
         self.stage = "Starting"
         self._stop = threading.Event()
         self._name = ""
-        self._outcomes: list[core.Detection | core.UmbilicsError] = []
+        self._outcomes: list[engine.Found | core.UmbilicsError] = []
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._work, name="umbilics")
 
@@ -56,7 +56,7 @@ class Run:
     def join(self) -> None:
         self._thread.join()
 
-    def results(self) -> list[core.Detection | core.UmbilicsError]:
+    def results(self) -> list[engine.Found | core.UmbilicsError]:
         """Wait for the worker; for each job its detection, or why there is none.
 
         Raises
@@ -91,10 +91,12 @@ class Run:
 
 def outcome_of(
     job: engine.Inputs, progress: core.Progress | None = None
-) -> core.Detection | core.UmbilicsError:
-    """The detection, or why there is none; `CancelledError` is raised."""
+) -> engine.Found | core.UmbilicsError:
+    """What the job has found, or why there is none; `CancelledError` is raised."""
     try:
-        return job.compute(progress) if hasattr(job, "compute") else engine.compute(job, progress)
+        if hasattr(job, "compute"):
+            return job.compute(progress)
+        return engine.found(job, engine.compute(job, progress))
     except core.CancelledError:
         raise
     except core.UmbilicsError as error:

@@ -58,7 +58,7 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
             inputs = engine.gather(obj, request.settings, request.given_names, request.compare)
             results = engine.compare(inputs) if request.compare else ()
             detection = results[0].detection if results else engine.compute(inputs)
-            engine.write(bpy.context, inputs, detection)
+            engine.write(bpy.context, inputs, engine.found(inputs, detection))
             said = []
             if request.guidance is not None:
                 said = guidance.write(request.guidance, file, inputs, detection, opened.to_file)

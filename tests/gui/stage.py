@@ -33,22 +33,13 @@ def running():
     return part("operators.running").current()
 
 
-def until(done: Callable[[], bool], what: str, limit: float = 60.0) -> Iterator[float]:
-    """Until something is so; a busy machine takes its time."""
-    end = time.monotonic() + limit
-    while not done():
-        assert time.monotonic() < end, f"waited in vain: {what}"
-        yield 0.1
-
-
-def settled(pause: float = 1.0) -> Iterator[float]:
+def settled(pause: float = 1.0, limit: float = 90.0) -> Iterator[float]:
     """Until nothing is computed and the overlay has all its strokes."""
-
-    def at_rest() -> bool:
-        return running() is None and not part("ui.overlay.painter").is_waiting()
-
+    end = time.monotonic() + limit
     yield pause
-    yield from until(at_rest, "the window comes to rest", 200.0)
+    while running() is not None or part("ui.overlay.painter").is_waiting():
+        assert time.monotonic() < end, "the window does not come to rest"
+        yield 0.1
     yield pause
 
 

@@ -4,7 +4,7 @@ import threading
 
 import bpy
 import pytest
-from scene_building import add_ellipsoid, census
+from scene_building import add_ellipsoid, census, empties
 
 HANDLERS = ("depsgraph_update_post", "undo_post", "redo_post", "load_post")
 
@@ -121,3 +121,23 @@ def test_the_end_of_a_finished_run_does_not_cancel_it(addon):
     worker.join()
     addon.operators.running.end()
     assert len(worker.results()) == 2
+
+
+def test_what_takes_long_is_packed_before_the_final_write(addon, monkeypatch):
+    engine, record = addon.operators.engine, addon.operators.record
+    obj = add_ellipsoid(subdivisions=4)
+    inputs = engine.gather(obj, addon.core.Settings())
+    found = engine.found(inputs, engine.compute(inputs))
+
+    def too_late(*_):
+        raise AssertionError("the window is kept waiting")
+
+    monkeypatch.setattr(addon.core, "pack", too_late)
+    monkeypatch.setattr(record, "_decode", too_late)
+    engine.write(bpy.context, inputs, found)
+    assert len(empties(obj)) == 4
+    monkeypatch.undo()
+    kept = record.of(obj)
+    again = record._decode(obj.umbilics.record)
+    assert (kept.edge == again.edge).all()
+    assert (kept.detection.candidates.position == again.detection.candidates.position).all()
