@@ -27,6 +27,12 @@ COUNT = 10_000
 STRETCH = 4.0
 """Length over width of the triangles of stretched meshes."""
 
+GRADED = "graded"
+"""A mesh of random points that lie the denser, the larger x; of closed surfaces only."""
+
+GRADING = 1.4
+"""Their density on the unit sphere is exp(GRADING x)."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -62,21 +68,26 @@ class Case:
         corners = self.vertices[self.triangles]
         return np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
 
-    def with_noise(self, noise: float, seed: int) -> Case:
-        """Every coordinate moved by normal deviates of `noise` times the edges around it."""
+    def with_noise(self, noise: float, seed: int, share: np.ndarray | float = 1.0) -> Case:
+        """Every coordinate moved by normal deviates of `noise` times the edges around it, times
+        the `share` (n,) of each vertex."""
         if noise == 0.0:
             return self
         shift = np.random.default_rng(seed).normal(size=self.vertices.shape)
-        return replace(
-            self, noise=noise, vertices=self.vertices + noise * self._around()[:, None] * shift
-        )
+        size = noise * share * self._around()
+        return replace(self, noise=noise, vertices=self.vertices + size[:, None] * shift)
 
 
 def _ball(mesh: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Points of the unit sphere and their triangles."""
-    if mesh == "random":
-        points = np.random.default_rng(seed).normal(size=(COUNT, 3))
+    if mesh in ("random", GRADED):
+        random = np.random.default_rng(seed)
+        # As many as needed are left where the grading takes two of three away.
+        points = random.normal(size=(COUNT if mesh == "random" else 5 * COUNT, 3))
         points /= np.linalg.norm(points, axis=1)[:, None]
+        if mesh == GRADED:
+            dense = random.random(len(points)) < np.exp(GRADING * (points[:, 0] - 1.0))
+            points = points[dense][:COUNT]
         return points, outward(points, ConvexHull(points).simplices.astype(np.int64))
     points, triangles = icosphere(5)
     # A turn that leaves no vertex on a plane of symmetry.
@@ -219,10 +230,15 @@ def _makers() -> dict[str, Callable[[str, int], Case]]:
     }
 
 
+def make(surface: str, mesh: str, seed: int) -> Case:
+    """A surface of the benchmark on one of its kinds of mesh, without noise."""
+    return replace(_makers()[surface](mesh, seed), surface=surface)
+
+
 def cases(noises: tuple[float, ...], seed: int = 0) -> Iterator[Case]:
     """Every surface on every mesh with every noise (fractions of the edges)."""
-    for name, make in _makers().items():
+    for surface in _makers():
         for mesh in MESHES:
-            clean = replace(make(mesh, seed), surface=name)
+            clean = make(surface, mesh, seed)
             for noise in noises:
                 yield clean.with_noise(noise, seed + 1)

@@ -3,6 +3,9 @@
 A fit over few rings follows the noise, one over many smooths the surface away. Lepski's rule
 (1991) takes the largest neighbourhood that still agrees with the smaller ones within their
 noise: up to there only noise was averaged out, beyond it the surface's own shape is lost.
+
+One scale serves the whole mesh. The same rule at every vertex was measured: it places umbilics
+better where the noise differs over the mesh, but finds fewer and adds false ones (docs/scale.md).
 """
 
 from __future__ import annotations
