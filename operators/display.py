@@ -3,7 +3,6 @@
 import math
 
 import bpy
-import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from .. import core
@@ -77,26 +76,7 @@ def _map_changed(self, context):
 def _top(obj) -> float:
     """The largest finite persistence of the object's candidates; 0 without any."""
     kept = record.of(obj)
-    if kept is None:
-        return 0.0
-    values = kept.detection.candidates.persistence
-    values = values[np.isfinite(values)]
-    return float(values.max()) if len(values) else 0.0
-
-
-def _automatic_level(kept: record.Record) -> float:
-    """The persistence below which there are as many umbilics as the automatic choice drops.
-
-    It judges each pair by its own noise, so that no one persistence parts what it drops from
-    what it keeps; but from here the slider goes on without a jump in their number.
-    """
-    everything, chosen = (
-        core.kept_rows(kept.detection, core.Settings(persistence=level))
-        for level in (0.0, core.AUTO)
-    )
-    dropped = len(everything) - len(chosen)
-    values = np.sort(kept.detection.candidates.persistence[everything])
-    return float(np.nextafter(values[dropped - 1], np.inf)) if dropped else 0.0
+    return kept.top if kept else 0.0
 
 
 def _active() -> bpy.types.Object | None:
@@ -109,7 +89,7 @@ def _get_strength(self) -> float:
     top = _top(_active())
     level = settings.persistence
     if settings.persistence_auto:
-        level = _automatic_level(record.of(_active())) if top else 0.0
+        level = record.of(_active()).automatic_level if top else 0.0
     if top <= 0.0 or level <= 0.0:
         return 0.0
     return min(max(1.0 + math.log10(level / (1.001 * top)) / _DECADES, 0.0), 1.0)

@@ -56,6 +56,28 @@ class Record:
         return codes
 
     @cached_property
+    def top(self) -> float:
+        """The largest finite persistence of the candidates; 0 without any."""
+        values = self.detection.candidates.persistence
+        return float(values[np.isfinite(values)].max(initial=0.0))
+
+    @cached_property
+    def automatic_level(self) -> float:
+        """The persistence below which there are as many umbilics as the automatic choice drops.
+
+        It judges each pair by its own noise, so that no one persistence parts what it drops from
+        what it keeps; but from here a slider goes on without a jump in their number. It takes
+        too long for every drawing of a panel, and is found once.
+        """
+        everything, chosen = (
+            core.kept_rows(self.detection, core.Settings(persistence=level))
+            for level in (0.0, core.AUTO)
+        )
+        dropped = len(everything) - len(chosen)
+        values = np.sort(self.detection.candidates.persistence[everything])
+        return float(np.nextafter(values[dropped - 1], np.inf)) if dropped else 0.0
+
+    @cached_property
     def _order(self) -> np.ndarray:
         """(k,) rows of the candidates, the most persistent first, the unknown last."""
         persistence = self.detection.candidates.persistence
