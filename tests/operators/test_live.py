@@ -258,6 +258,18 @@ def test_slider_goes_on_from_the_automatic_choice_without_a_jump():
     assert abs(len(rows(obj)) - automatic) <= 2
 
 
+def test_the_sliders_place_under_auto_is_not_searched_at_every_drawing(addon, monkeypatch):
+    noisy()
+    bpy.context.scene.umbilics.persistence_auto = True
+    before = bpy.context.scene.umbilics_display.strength
+
+    def searched(*_):
+        raise AssertionError("filtered again")
+
+    monkeypatch.setattr(addon.core, "kept_rows", searched)
+    assert bpy.context.scene.umbilics_display.strength == before > 0.0
+
+
 def test_none_is_active_until_one_is_clicked_nor_when_it_is_filtered_out():
     obj = noisy()
     assert obj.umbilics.active == -1
