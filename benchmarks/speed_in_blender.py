@@ -27,21 +27,25 @@ def ellipsoid_object(level: int) -> bpy.types.Object:
     return obj
 
 
+def seconds(package: str, obj: bpy.types.Object) -> tuple[float, float, float]:
+    """What reading, detection and writing back take, by the installed package of that name."""
+    core = importlib.import_module(f"{package}.core")
+    engine = importlib.import_module(f"{package}.operators.engine")
+    start = time.perf_counter()
+    inputs = engine.gather(obj, core.Settings())
+    read = time.perf_counter()
+    found = engine.found(inputs, engine.compute(inputs))
+    detected = time.perf_counter()
+    engine.write(bpy.context, inputs, found)
+    return read - start, detected - read, time.perf_counter() - detected
+
+
 def main(level: int, rounds: int) -> None:
     bpy.ops.wm.read_homefile(use_empty=True)
-    package = "bl_ext.user_default.umbilics"
-    core, engine = (importlib.import_module(f"{package}.{name}") for name in
-                    ("core", "operators.engine"))  # fmt: skip
     obj = ellipsoid_object(level)
     for _ in range(rounds):
-        start = time.perf_counter()
-        inputs = engine.gather(obj, core.Settings())
-        read = time.perf_counter()
-        detection = engine.compute(inputs)
-        detected = time.perf_counter()
-        engine.write(bpy.context, inputs, detection)
-        written = time.perf_counter()
-        print("SECONDS", read - start, detected - read, written - detected, flush=True)
+        print("SECONDS", *seconds("bl_ext.user_default.umbilics", obj), flush=True)
 
 
-main(*map(int, sys.argv[sys.argv.index("--") + 1 :]))
+if __name__ == "__main__":
+    main(*map(int, sys.argv[sys.argv.index("--") + 1 :]))
