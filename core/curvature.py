@@ -79,9 +79,7 @@ def estimate(
 
 def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
     field = curvature_from_normals(surface, normals)
-    return Estimate(
-        field, _edge_length(surface), np.ones(len(normals), bool), None, float("nan")
-    )
+    return Estimate(field, _edge_length(surface), np.ones(len(normals), bool), None, float("nan"))
 
 
 def _from_jets(
@@ -94,12 +92,13 @@ def _from_jets(
     walls = _walls(surface, settings, sharp)
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls)
     part = progress.part("Choosing the scale", 0, 0.1)
-    neighbourhood = _scaled(neighbourhood, surface, normals, settings, part)
-    start = starting_normals(surface, normals, neighbourhood)
+    if settings.scale == AUTO:
+        neighbourhood, start = choose(surface, normals, neighbourhood, part)
+    else:
+        neighbourhood = _scaled(neighbourhood, surface, settings)
+        start = starting_normals(surface, normals, neighbourhood)
     jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
-    field = CurvatureField(
-        jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise
-    )
+    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
     if not jets.determined.all():
         field = _filled(field, curvature_from_normals(surface, normals), jets.determined)
     return Estimate(
@@ -107,15 +106,7 @@ def _from_jets(
     )
 
 
-def _scaled(
-    neighbourhood: Neighbourhood,
-    surface: Surface,
-    normals: np.ndarray,
-    settings: Settings,
-    progress: Progress,
-) -> Neighbourhood:
-    if settings.scale == AUTO:
-        return choose(surface, normals, neighbourhood, progress)
+def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
     if settings.scale_unit == "length":
         length = settings.scale / surface.unit
         rings = max(2, round(length / float(np.median(_edge_length(surface)))))
@@ -133,9 +124,7 @@ def _scaled(
     )
 
 
-def _walls(
-    surface: Surface, settings: Settings, sharp: np.ndarray | None
-) -> np.ndarray | None:
+def _walls(surface: Surface, settings: Settings, sharp: np.ndarray | None) -> np.ndarray | None:
     """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
     found = []
     if settings.crease_angle < 180.0:

@@ -14,7 +14,7 @@ import numpy as np
 from . import linear_form
 from .height_operator import HeightOperator, operator_of_heights
 from .heights import HeightFit, fit_heights
-from .neighbourhoods import Neighbourhood, by_size
+from .neighbourhoods import Neighbourhood
 from .parallel import run
 from .progress import Progress
 from .surface import Surface
@@ -112,8 +112,8 @@ def refine(
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
-        reach = neighbourhood.around_triangles(corners, neighbourhood.rings + more_rings)
-        for some, members in by_size(reach, 1 << 15):
+        rings = neighbourhood.rings + more_rings
+        for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15):
             _refine_block(surface, normals, rows[some], members, degree, places)
 
     run(block, range(0, k, BLOCK), progress)

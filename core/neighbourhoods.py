@@ -67,16 +67,21 @@ class Neighbourhood:
     focused: bool = True
     stretch: float = 1.0
 
-    def around_triangles(self, corners: np.ndarray, rings: int) -> sparse.csr_array:
-        """(r, n) matrix whose rows hold ones at the samples around triangles (r, 3) of vertices."""
+    def around_triangles(
+        self, corners: np.ndarray, rings: int, most: int
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`."""
         reach = self._around(selection(corners, self.graph.shape[0]), self._grown(rings))
-        if self.stretch <= 1.0:
-            return reach
-        return self._nearest(reach, self.surface.vertices[corners].mean(axis=1), rings)
+        points = self.surface.vertices[corners].mean(axis=1)
+        for rows, members in by_size(reach, most):
+            yield rows, self._nearest(members, points[rows], rings)
 
     def _grown(self, rings: int) -> int:
         """Rings that hold the nearest samples of as many rings of an even mesh."""
-        return rings if self.stretch <= 1.0 else int(np.ceil(rings * np.sqrt(self.stretch)))
+        if self.stretch <= 1.0:
+            return rings
+        # A tenth of a ring more would not be worth the whole of one.
+        return int(np.ceil(rings * np.sqrt(self.stretch) - 0.1))
 
     def _around(self, start: sparse.csr_array, rings: int) -> sparse.csr_array:
         """Rows of `start` grown by rings, stopping at walls."""
@@ -107,9 +112,9 @@ class Neighbourhood:
         # Small neighbourhoods grow ring by ring until they suffice or hold a whole component.
         while len(pending):
             reach = self._ring_rows(centres[pending], self._grown(count))
-            if self.stretch > 1.0:
-                reach = self._nearest(reach, self.surface.vertices[centres[pending]], count)
             grown = np.diff(reach.indptr)
+            if self.stretch > 1.0:
+                grown = np.minimum(grown, _even_count(count))
             ready = (grown >= FEWEST_SAMPLES) | (grown == sizes)
             if self.reach is not None:
                 reach, covered = self._within_reach(reach, centres[pending])
@@ -119,7 +124,8 @@ class Neighbourhood:
             else:
                 enough, chosen = reach[ready], pending[ready]
             for rows, members in by_size(enough, most):
-                yield chosen[rows], members
+                points = self.surface.vertices[centres[chosen[rows]]]
+                yield chosen[rows], self._nearest(members, points, count)
             pending, sizes = pending[~ready], grown[~ready]
             count += 1
 
@@ -133,39 +139,42 @@ class Neighbourhood:
     ) -> tuple[sparse.csr_array, np.ndarray]:
         """Samples within the length `reach` (but not fewer than needed), and whether the rings
         went as far as that."""
-        distance, rank, reach = self._by_distance(reach, self.surface.vertices[centres])
-        covered = distance[reach.indptr[1:] - 1] >= self.reach
-        return _only(reach, (distance <= self.reach) | (rank < FEWEST_SAMPLES)), covered
-
-    def _nearest(self, reach: sparse.csr_array, points: np.ndarray, rings: int) -> sparse.csr_array:
-        """As many samples nearest to the points as so many rings hold where six edges meet."""
-        _, rank, reach = self._by_distance(reach, points)
-        return _only(reach, rank <= 3 * rings * (rings + 1))
-
-    def _by_distance(
-        self, reach: sparse.csr_array, points: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:
-        """Each row of `reach` sorted by the distance from its point (c, 3); distances, ranks."""
-        sizes = np.diff(reach.indptr)
-        square = np.zeros(len(reach.indices))
-        for vertex, point in zip(self.surface.vertices.T, points.T, strict=True):
-            square += (vertex[reach.indices] - np.repeat(point, sizes)) ** 2
-        distance = np.sqrt(square)
+        points = self.surface.vertices
+        row = np.repeat(np.arange(len(centres)), np.diff(reach.indptr))
+        distance = np.sqrt(_squares(points, reach.indices, points[centres[row]]))
         # One key for row and distance: several times faster to sort than two.
         largest = distance.max(initial=np.finfo(float).tiny)
-        order = np.argsort(np.repeat(np.arange(len(points)), sizes) + distance / (1.001 * largest))
-        rank = np.arange(len(order)) - np.repeat(reach.indptr[:-1], sizes)
-        sorted_reach = sparse.csr_array(
-            (reach.data, reach.indices[order], reach.indptr), shape=reach.shape
-        )
-        return distance[order], rank, sorted_reach
+        order = np.argsort(row + distance / (1.001 * largest))
+        rank = np.arange(len(row)) - reach.indptr[row]
+        distance, members = distance[order], reach.indices[order]
+        covered = distance[reach.indptr[1:] - 1] >= self.reach
+        keep = (distance <= self.reach) | (rank < FEWEST_SAMPLES)
+        start = np.append(0, np.cumsum(keep))[reach.indptr]
+        ones = np.ones(int(start[-1]), np.int32)
+        return sparse.csr_array((ones, members[keep], start), shape=reach.shape), covered
+
+    def _nearest(self, members: np.ndarray, points: np.ndarray, rings: int) -> np.ndarray:
+        """Of the samples (s, b) as many as so many rings of an even mesh hold, those nearest to
+        the points (b, 3)."""
+        count = _even_count(rings)
+        if self.stretch <= 1.0 or len(members) <= count:
+            return members
+        square = _squares(self.surface.vertices, members.T, points[:, None])
+        nearest = np.argpartition(square, count - 1, axis=1)[:, :count]
+        return np.ascontiguousarray(np.take_along_axis(members, nearest.T, axis=0))
 
 
-def _only(reach: sparse.csr_array, keep: np.ndarray) -> sparse.csr_array:
-    """`reach` with only the entries in the mask `keep`."""
-    start = np.append(0, np.cumsum(keep))[reach.indptr]
-    ones = np.ones(int(start[-1]), np.int32)
-    return sparse.csr_array((ones, reach.indices[keep], start), shape=reach.shape)
+def _even_count(rings: int) -> int:
+    """Vertices of so many rings where six edges meet, the middle one among them."""
+    return 1 + 3 * rings * (rings + 1)
+
+
+def _squares(vertices: np.ndarray, members: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Squared distances of vertices from points, shape (..., 3)."""
+    square = np.zeros(members.shape)
+    for vertex, point in zip(vertices.T, np.moveaxis(points, -1, 0), strict=True):
+        square += (vertex[members] - point) ** 2
+    return square
 
 
 def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:

@@ -49,8 +49,9 @@ ROUND_OFF = 1e-10
 
 def choose(
     surface: Surface, normals: np.ndarray, neighbourhood: Neighbourhood, progress: Progress
-) -> Neighbourhood:
-    """The given neighbourhood with as many rings as the noise of the surface asks for.
+) -> tuple[Neighbourhood, np.ndarray]:
+    """The given neighbourhood with as many rings as the noise of the surface asks for, and the
+    `starting_normals` that go with it.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def choose(
     """
     interior = np.flatnonzero(~surface.border)
     if not len(interior):
-        return neighbourhood
+        return neighbourhood, normals
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
 
     def fitted(candidate: Neighbourhood, start: np.ndarray) -> Jets:
@@ -68,21 +69,24 @@ def choose(
     neighbourhood = dataclasses.replace(neighbourhood, rings=2, focused=False)
     smaller = fitted(neighbourhood, normals)
     if np.median(smaller.residual) <= ROUND_OFF * np.median(smaller.radius):
-        return dataclasses.replace(neighbourhood, focused=True)
+        return dataclasses.replace(neighbourhood, focused=True), normals
     # On a clean mesh this settles it, before any normal is smoothed.
     three = fitted(dataclasses.replace(neighbourhood, rings=3), normals)
     if _disagreement(smaller, three, normals[centres]) > CLEAN:
-        return dataclasses.replace(neighbourhood, focused=True)
+        return dataclasses.replace(neighbourhood, focused=True), normals
     stretch = _stretch(neighbourhood, centres)
     if stretch < STRETCHED:
         stretch = 1.0
+    start = smoothed = normals
     for rings in range(3, MOST_RINGS + 1):
         candidate = dataclasses.replace(neighbourhood, rings=rings, stretch=stretch)
-        larger = fitted(candidate, starting_normals(surface, normals, candidate))
+        # What `starting_normals` gives, from where the candidate before has come to.
+        smoothed = smooth_normals(surface, smoothed, 1 if rings > 3 else 3)
+        larger = fitted(candidate, smoothed)
         if _disagreement(smaller, larger, normals[centres]) > AGREEMENT:
             break
-        smaller, neighbourhood = larger, candidate
-    return neighbourhood
+        smaller, neighbourhood, start = larger, candidate, smoothed
+    return neighbourhood, start
 
 
 def starting_normals(
