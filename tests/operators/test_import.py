@@ -25,5 +25,6 @@ def test_a_file_with_a_normal_for_each_corner_gives_what_one_without_gives(addon
         found.append(detected(addon))
         marked = np.zeros(len(bpy.context.active_object.data.edges), bool)
         bpy.context.active_object.data.edges.foreach_get("use_edge_sharp", marked)
-        assert marked.mean() > 0.5 or not normals
+        # From 4.3 on the importer marks edges as soon as there are normals.
+        assert (marked.mean() > 0.5) == (normals and bpy.app.version >= (4, 3))
     np.testing.assert_allclose(found[0], found[1], rtol=1e-5)
