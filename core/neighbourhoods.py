@@ -72,9 +72,11 @@ class Neighbourhood:
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`."""
         reach = self._around(selection(corners, self.graph.shape[0]), self._grown(rings))
-        points = self.surface.vertices[corners].mean(axis=1)
         for rows, members in by_size(reach, most):
-            yield rows, self._nearest(members, points[rows], rings)
+            if self.stretch > 1.0:
+                points = self.surface.vertices[corners[rows]].mean(axis=1)
+                members = self._nearest(members, points, rings)
+            yield rows, members
 
     def _grown(self, rings: int) -> int:
         """Rings that hold the nearest samples of as many rings of an even mesh."""
@@ -124,8 +126,11 @@ class Neighbourhood:
             else:
                 enough, chosen = reach[ready], pending[ready]
             for rows, members in by_size(enough, most):
-                points = self.surface.vertices[centres[chosen[rows]]]
-                yield chosen[rows], self._nearest(members, points, count)
+                rows = chosen[rows]
+                if self.stretch > 1.0:
+                    points = self.surface.vertices[centres[rows]]
+                    members = self._nearest(members, points, count)
+                yield rows, members
             pending, sizes = pending[~ready], grown[~ready]
             count += 1
 
@@ -157,7 +162,7 @@ class Neighbourhood:
         """Of the samples (s, b) as many as so many rings of an even mesh hold, those nearest to
         the points (b, 3)."""
         count = _even_count(rings)
-        if self.stretch <= 1.0 or len(members) <= count:
+        if len(members) <= count:
             return members
         square = _squares(self.surface.vertices, members.T, points[:, None])
         nearest = np.argpartition(square, count - 1, axis=1)[:, :count]
