@@ -95,6 +95,9 @@ class Record:
 # By stamp. A record never changes, so that undo and copies of an object need no care.
 _decoded: dict[str, Record | None] = {}
 _MOST = 64
+# Bytes that are put into words at a time, a multiple of three: in one piece a window beside it
+# would stand still.
+_PIECE = 3 << 18
 
 
 @dataclass(frozen=True)
@@ -121,9 +124,11 @@ def pack(arrays: MeshArrays, settings: core.Settings, detection: core.Detection)
         edge=edge.astype(np.float32),
         extent=float(np.ptp(arrays.vertices, axis=0).max()),
     )
-    text = base64.b64encode(target.getvalue()).decode("ascii")
+    packed = target.getvalue()
+    pieces = (packed[first : first + _PIECE] for first in range(0, len(packed), _PIECE))
+    text = "".join(base64.b64encode(piece).decode("ascii") for piece in pieces)
     # As it will be read from the file, without the values at the vertices.
-    return Packed(_decode(text), text)
+    return Packed(_read(packed), text)
 
 
 def store(obj: bpy.types.Object, packed: Packed) -> None:
@@ -165,7 +170,14 @@ def _remember(stamp: str, record: Record | None) -> None:
 
 def _decode(text: str) -> Record | None:
     try:
-        with np.load(io.BytesIO(base64.b64decode(text)), allow_pickle=False) as found:
+        return _read(base64.b64decode(text))
+    except ValueError:
+        return None
+
+
+def _read(packed: bytes) -> Record | None:
+    try:
+        with np.load(io.BytesIO(packed), allow_pickle=False) as found:
             return Record(
                 detection=core.unpack(found["detection"].tobytes()),
                 settings=json.loads(str(found["settings"])),
