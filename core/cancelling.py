@@ -59,8 +59,7 @@ def cancel(
         worthwhile = len(apart) < (1.0 - _WORTHWHILE) * len(low)
         low, high, saddle = low[apart], high[apart], saddle[apart]
     pairs.append(_walk(units, centres, left, node, nodes, low, high, saddle))
-    first, second, level = (np.concatenate(part) for part in zip(*pairs, strict=True))
-    return first, second, level
+    return _joined(pairs)
 
 
 def _meeting(
@@ -115,7 +114,7 @@ def _closest_pairs(
     away = centres[mine] - centres[yours]
     order = np.lexsort((np.einsum("ij,ij->i", away, away), meeting))
     mine, yours, meeting = mine[order], yours[order], meeting[order]
-    pairs = []
+    pairs = [(mine[:0], yours[:0], meeting[:0])]
     while len(meeting):
         nearest = np.append(True, meeting[1:] != meeting[:-1])
         first, second = mine[nearest], yours[nearest]
@@ -125,10 +124,13 @@ def _closest_pairs(
         units[second] -= np.sign(units[second]) * spent
         kept = np.flatnonzero((units[mine] != 0) & (units[yours] != 0))
         mine, yours, meeting = mine[kept], yours[kept], meeting[kept]
-    if not pairs:
-        return mine, yours, meeting
-    first, second, where = (np.concatenate(part) for part in zip(*pairs, strict=True))
-    return first, second, where
+    return _joined(pairs)
+
+
+def _joined(parts: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Triples of arrays, one behind the other."""
+    first, second, third = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return first, second, third
 
 
 def _walk(

@@ -13,8 +13,8 @@ MOST_MARKED, SMALL = 0.2, 600
 
 
 def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
-    """Half-edges, one of each edge, ascending, across which the normal turns further than
-    `angle` in degrees."""
+    """(h,) int64 half-edges, one of each edge, ascending, across which the normal turns further
+    than `angle` in degrees."""
     inner = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
     normal, _ = surface.face_normal_area
     cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
@@ -22,7 +22,8 @@ def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
 
 
 def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:
-    """Half-edges, one of each edge, ascending, that are marked; none where nearly all are.
+    """(h,) int64 half-edges, one of each edge, ascending, that are marked; none where more than a
+    fifth of the edges are.
 
     Parameters
     ----------
