@@ -189,7 +189,8 @@ def _at_border(
     # Rings alone are blind where the border has few vertices, as the hull of scattered points.
     edge = float(np.sqrt(np.median(surface.side_squares)))
     points = surface.vertices[corners.ravel()]
-    distance = distance_to_border(surface, points, edge).reshape(-1, 3).min(axis=1)
+    distance = distance_to_border(surface, points, edge, BORDER_RINGS * edge)
+    distance = distance.reshape(-1, 3).min(axis=1)
 
     def within(rings: int) -> np.ndarray:
         return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)
