@@ -7,8 +7,9 @@ from scipy.spatial import cKDTree
 
 from .surface import Surface
 
-# Steps of an edge, at most: more of them are shorter than the rounding of its coordinates.
-MOST_STEPS = 2**40
+# Steps to the farthest border that counts, at most, and of an edge: more of them are shorter
+# than the rounding of its coordinates.
+FINEST, MOST_STEPS = 64, 2**40
 
 
 def distance_to_border(
@@ -30,7 +31,7 @@ def distance_to_border(
     length = np.linalg.norm(heads - tails, axis=1)
     steps = np.ones(len(length))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        np.fmax(steps, np.ceil(length / step), out=steps)
+        np.fmax(steps, np.ceil(length / max(step, farthest / FINEST)), out=steps)
     steps = np.minimum(steps, MOST_STEPS).astype(np.int64)
     edge, place = _near(tails, heads, length, steps, points, farthest)
     if not len(edge):

@@ -119,7 +119,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
     if fitted.neighbourhood is not None:
         change = change_of_scale(
-            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel()
+            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel(), progress
         )
         noise[clear] = np.hypot(noise[clear], change.reshape(-1, 3).mean(axis=1))
     if fitted.neighbourhood is not None and settings.method != "I":
