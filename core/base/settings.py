@@ -102,6 +102,13 @@ class Settings:
         "edges are marked, as some importers leave them",
         kind="flag",
     )
+    join_borders: bool = setting(
+        True,
+        label="Join Borders",
+        help="Borders that lie on each other, as exporters leave them at UV seams, are joined for "
+        "the analysis, and vertices on a border edge inserted there; the mesh stays as it is",
+        kind="flag",
+    )
     normal_smoothing: int = setting(
         0,
         label="Normal Smoothing",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..mesh.half_edges import following
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
 from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
+from ..mesh.thinning import thinned
 from .field import CurvatureField
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
@@ -92,7 +94,8 @@ def _from_jets(
     progress: Progress,
 ) -> Estimate:
     walls = _walls(surface, settings, sharp)
-    neighbourhood = Neighbourhood(surface, adjacency(surface), walls)
+    cells = thinned(surface, walls, progress)
+    neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
     part = progress.part("Choosing the scale", 0, 0.1)
     if settings.scale == AUTO:
         neighbourhood, start = choose(surface, normals, neighbourhood, part)
@@ -115,21 +118,12 @@ def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) 
         # Doubles leave edges without a length, which say nothing of how far a ring reaches.
         edge = float(np.median(edges[edges > 0])) if edges.any() else 1.0
         rings = round(min(max(length / edge, 2.0), MOST_RINGS))
-        return Neighbourhood(
-            surface,
-            neighbourhood.graph,
-            neighbourhood.walls,
-            rings=rings,
-            reach=length,
-            focused=False,
-        )
+        return dataclasses.replace(neighbourhood, rings=rings, reach=length, focused=False)
     rings = max(2, round(settings.scale))
     if rings > MOST_RINGS:
         # Beyond the mesh there is only the mesh.
         rings = min(rings, max(rings_across(surface), 2))
-    return Neighbourhood(
-        surface, neighbourhood.graph, neighbourhood.walls, rings=rings, focused=rings == 2
-    )
+    return dataclasses.replace(neighbourhood, rings=rings, focused=rings == 2)
 
 
 def _walls(surface: Surface, settings: Settings, sharp: np.ndarray | None) -> np.ndarray | None:

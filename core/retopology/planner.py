@@ -11,6 +11,7 @@ from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
+from ..mesh.input_map import at_triangles, at_vertices, sums_at_triangles
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
@@ -81,7 +82,7 @@ class Guide:
     """
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray, detection: Detection) -> None:
-        self.surface, _ = clean(vertices, triangles)
+        self.surface, _ = clean(vertices, triangles, detection.borders_joined)
         self.detection = detection
         self._counts = len(vertices), len(triangles)
         self._field = _on_surface(self.surface, detection.curvature)
@@ -159,11 +160,11 @@ class Guide:
         n, m = self._counts
         closed = bool(surface.closed.all())
         return Guidance(
-            direction=_scattered(cross.direction, surface.source_vertex, n, np.nan),
-            normal=_scattered(cross.normal, surface.source_vertex, n, np.nan),
-            confidence=_scattered(cross.confidence, surface.source_vertex, n, 0.0),
-            face_direction=_scattered(cross.face_direction, surface.source_triangle, m, np.nan),
-            triangle_index=_scattered(cross.triangle_index, surface.source_triangle, m, 0.0),
+            direction=at_vertices(surface, cross.direction, n, np.nan),
+            normal=at_vertices(surface, cross.normal, n, np.nan),
+            confidence=at_vertices(surface, cross.confidence, n, 0.0),
+            face_direction=at_triangles(surface, cross.face_direction, m, np.nan),
+            triangle_index=sums_at_triangles(surface, cross.triangle_index, m),
             index_sum=float(cross.triangle_index.sum()),
             expected_index_sum=(
                 float(surface.euler_characteristic.sum()) if closed else float("nan")
@@ -276,9 +277,3 @@ def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:
         value = getattr(curvature, item.name)[rows]
         values[item.name] = value * surface.unit if item.name in ("k1", "k2", "noise") else value
     return CurvatureField(**values)
-
-
-def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
-    result = np.full((count, *values.shape[1:]), empty, values.dtype)
-    result[rows] = values
-    return result

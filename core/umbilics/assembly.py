@@ -12,6 +12,7 @@ from ..curvature.estimate import Estimate
 from ..curvature.field import CurvatureField
 from ..curvature.scale import change_of_scale
 from ..mesh.borders import distance_to_border
+from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .filters import filtered
@@ -51,6 +52,7 @@ class Parts:
     types: np.ndarray
     elliptic: np.ndarray
     warnings: list[str]
+    borders_joined: bool
     vertex_count: int
     triangle_count: int
 
@@ -75,12 +77,10 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         candidates=candidates,
         curvature=curvature,
         regions=regions,
-        triangle_index=_scattered(
-            parts.triangle_index, surface.source_triangle, parts.triangle_count, 0.0
-        ),
-        surface_type=_scattered(parts.types, surface.source_vertex, parts.vertex_count, -1),
-        conformal_scale=_scattered(
-            parts.hits.conformal_scale, surface.source_vertex, parts.vertex_count, np.nan
+        triangle_index=sums_at_triangles(surface, parts.triangle_index, parts.triangle_count),
+        surface_type=at_vertices(surface, parts.types, parts.vertex_count, -1),
+        conformal_scale=at_vertices(
+            surface, parts.hits.conformal_scale, parts.vertex_count, np.nan
         ),
         euler_characteristic=characteristic,
         index_sum=float(candidates.index.sum()),
@@ -89,6 +89,7 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         trust_ratio=trust_ratio(field.noise, field.gap),
         noise=parts.fitted.residual * surface.unit,
         scale=float(np.median(parts.fitted.radius)) * surface.unit,
+        borders_joined=parts.borders_joined,
         warnings=tuple(parts.warnings),
     )
     return filtered(detection, settings)
@@ -151,11 +152,12 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     unseen = _unseen_pairs(position, parts.partner, located | at_border, parts.radius[corners])
     noise = np.where(unseen, np.fmax(noise, parts.persistence), noise)
+    input_triangle, input_barycentric = places_in_input(surface, triangle, barycentric)
     return Umbilics(
         position=position * surface.unit + surface.origin,
         normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
-        triangle=surface.source_triangle[triangle],
-        barycentric=barycentric,
+        triangle=input_triangle,
+        barycentric=input_barycentric,
         vertex=np.where(hits.vertex >= 0, surface.source_vertex[hits.vertex], -1),
         index=hits.index,
         kind=cubic_form.kinds(p, q, hits.index),
@@ -244,20 +246,11 @@ def _unit_or(vectors: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), other)
 
 
-def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
-    """(count,) `values` at their input rows, `empty` elsewhere."""
-    if len(rows) == count and np.array_equal(rows, np.arange(count)):
-        return values
-    result = np.full((count, *values.shape[1:]), empty, values.dtype)
-    result[rows] = values
-    return result
-
-
 def _on_input_vertices(field: CurvatureField, surface: Surface, count: int) -> CurvatureField:
     per_length = {name: getattr(field, name) / surface.unit for name in ("k1", "k2", "noise")}
     return CurvatureField(
         **{
-            name: _scattered(value, surface.source_vertex, count, np.nan)
+            name: at_vertices(surface, value, count, np.nan)
             for name, value in (vars(field) | per_length).items()
         }
     )

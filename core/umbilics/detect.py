@@ -74,7 +74,9 @@ def detect(
     clock = _Clock()
     with clock.stage("cleaning"):
         progress.part("Reading the surface", 0.0, 0.1)
-        surface, warnings = clean(vertices, triangles)
+        # Seams that method C cuts along may be borders already, and stay so.
+        join = settings.join_borders and not (settings.method == "C" and settings.charts == "seams")
+        surface, warnings = clean(vertices, triangles, join)
     with clock.stage("curvature"):
         part = progress.part("Fitting curvature", 0.1, 0.7)
         fitted = estimate(surface, settings, given, sharp, part)
@@ -115,6 +117,7 @@ def detect(
                 types=types,
                 elliptic=elliptic,
                 warnings=warnings,
+                borders_joined=join,
                 vertex_count=len(vertices),
                 triangle_count=len(triangles),
             ),

@@ -36,7 +36,7 @@ NEWTON_STEPS = 8
 FARTHEST = 1.5
 BLOCK = 4096
 # Triangles that the walk to the refined place may cross before it is given up.
-WALK = 16
+WALK = 64
 # Step of the derivative by central differences, for coordinates of order 1: the cube root of
 # the rounding unit balances truncation against round-off.
 STEP = 6e-6

@@ -135,7 +135,7 @@ def describe_regions(
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
         found.append(
             Region(
-                triangles=surface.source_triangle[rows],
+                triangles=_of_input(surface, rows),
                 area=total * surface.unit**2,
                 index=float(triangle_index[rows].sum()),
                 kind=PLANAR if abs(curvature) <= flat else SPHERICAL,
@@ -143,6 +143,12 @@ def describe_regions(
             )
         )
     return found
+
+
+def _of_input(surface: Surface, rows: np.ndarray) -> np.ndarray:
+    """Input triangles of the surface's (r,), ascending and each once."""
+    given = surface.source_triangle[rows]
+    return np.unique(given) if len(surface.recut) else given
 
 
 def _ratio(gap: np.ndarray, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:

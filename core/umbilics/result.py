@@ -154,6 +154,8 @@ class Detection:
         Estimated standard deviation of the positions, in length; NaN where unknown.
     scale:
         Median radius of the fitted neighbourhoods, in length; NaN where nothing was fitted.
+    borders_joined:
+        Whether borders that lie on each other were joined for the analysis.
     warnings:
         Sentences for the user, each saying what was met and what to do.
     timings:
@@ -174,5 +176,6 @@ class Detection:
     trust_ratio: float
     noise: float
     scale: float
+    borders_joined: bool = True
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)

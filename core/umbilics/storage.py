@@ -26,6 +26,7 @@ _NUMBERS = (
     "trust_ratio",
     "noise",
     "scale",
+    "borders_joined",
 )
 
 
