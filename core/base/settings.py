@@ -86,13 +86,16 @@ class Settings:
             Choice("length", "Length", "Scene units"),
         ),
     )
-    crease_angle: float = setting(
-        180.0,
+    crease_angle: float | str = setting(
+        AUTO,
         label="Crease Angle",
-        help="Edges sharper than this are not fitted across; 180 fits across all edges",
+        help="Edges sharper than this are not fitted across; 180 fits across all edges, automatic "
+        "too unless the mesh is a tessellated part, whose creases its angles tell",
         kind="number",
         minimum=0.0,
         maximum=180.0,
+        automatic=True,
+        manual=30.0,
         unit="degrees",
     )
     crease_marks: bool = setting(

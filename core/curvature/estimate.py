@@ -16,6 +16,7 @@ from ..mesh.half_edges import following
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
 from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
+from ..mesh.tessellated import Tessellation
 from ..mesh.thinning import thinned
 from .field import CurvatureField
 from .from_normals import curvature_from_normals
@@ -54,6 +55,7 @@ def estimate(
     given: CurvatureField | None,
     sharp: np.ndarray | None,
     progress: Progress,
+    part: Tessellation | None = None,
 ) -> Estimate:
     """Shape operators by `settings.curvature`.
 
@@ -66,6 +68,8 @@ def estimate(
         and `noise` are not read.
     sharp:
         (s, 2) pairs of input vertices whose edges are not fitted across, or None.
+    part:
+        The exact faces of a tessellated part, on which nothing is fitted, or None.
 
     Raises
     ------
@@ -78,7 +82,7 @@ def estimate(
         passes = settings.normal_smoothing
         normals = smooth_normals(surface, vertex_normals(surface), passes, progress)
         return _from_normals(surface, normals)
-    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress)
+    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress, part)
 
 
 def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
@@ -92,23 +96,49 @@ def _from_jets(
     settings: Settings,
     sharp: np.ndarray | None,
     progress: Progress,
+    part: Tessellation | None,
 ) -> Estimate:
-    walls = _walls(surface, settings, sharp)
+    centres = None
+    if part is not None:
+        centres = np.flatnonzero(~part.exact_vertices(surface))
+        if not len(centres):
+            return _from_normals(surface, normals)
+    walls = _walls(surface, settings, sharp, part)
     cells = thinned(surface, walls, progress)
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
-    part = progress.part("Choosing the scale", 0, 0.1)
+    choosing = progress.part("Choosing the scale", 0, 0.1)
     if settings.scale == AUTO:
-        neighbourhood, start = choose(surface, normals, neighbourhood, part)
+        neighbourhood, start = choose(surface, normals, neighbourhood, choosing)
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
-        start = starting_normals(surface, normals, neighbourhood, part)
-    jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
+        start = starting_normals(surface, normals, neighbourhood, choosing)
+    fitting = progress.part("Fitting jets", 0.1, 1)
+    jets = fit_jets(surface, start, neighbourhood, fitting, centres)
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
-    if not jets.determined.all():
-        field = _filled(field, curvature_from_normals(surface, normals), jets.determined)
-    return Estimate(
-        field, jets.radius, jets.determined, neighbourhood, float(np.median(jets.residual))
-    )
+    radius, determined = jets.radius, jets.determined
+    if centres is not None:
+        field, radius, determined = _among_others(surface, field, radius, determined, centres)
+    if not determined.all():
+        field = _filled(field, curvature_from_normals(surface, normals), determined)
+    return Estimate(field, radius, determined, neighbourhood, float(np.median(jets.residual)))
+
+
+def _among_others(
+    surface: Surface,
+    field: CurvatureField,
+    radius: np.ndarray,
+    determined: np.ndarray,
+    centres: np.ndarray,
+) -> tuple[CurvatureField, np.ndarray, np.ndarray]:
+    """Field, radius and whether it is determined of all n vertices, from those of `centres`."""
+    n = len(surface.vertices)
+    values = {}
+    for name, value in vars(field).items():
+        values[name] = np.zeros((n, *value.shape[1:]))
+        values[name][centres] = value
+    radii, known = _edge_length(surface), np.zeros(n, bool)
+    radii[centres], known[centres] = radius, determined
+    return CurvatureField(**values), radii, known
 
 
 def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
@@ -126,11 +156,16 @@ def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) 
     return dataclasses.replace(neighbourhood, rings=rings, focused=rings == 2)
 
 
-def _walls(surface: Surface, settings: Settings, sharp: np.ndarray | None) -> np.ndarray | None:
+def _walls(
+    surface: Surface, settings: Settings, sharp: np.ndarray | None, part: Tessellation | None
+) -> np.ndarray | None:
     """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
     found = []
-    if settings.crease_angle < 180.0:
-        found.append(bent_half_edges(surface, settings.crease_angle))
+    angle = settings.crease_angle
+    if angle == AUTO:
+        angle = 180.0 if part is None else part.crease_angle
+    if angle < 180.0:
+        found.append(bent_half_edges(surface, angle))
     if settings.crease_marks:
         found.append(marked_half_edges(surface, sharp))
     creased = np.concatenate(found) if found else np.zeros(0, np.int64)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.errors import ChartError
+from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
@@ -20,11 +21,12 @@ from ..curvature.surface_types import surface_types, typical_curvature
 from ..fields.winding import certified_index
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
+from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Parts, assemble
 from .curvature_tensor import detect_by_curvature_tensor, unfolded_along_seams, unfolded_by_uv
 from .persistence import measure_persistence
 from .raw import RawUmbilics
-from .regions import RegionMap, find_regions
+from .regions import RegionMap, find_regions, with_faces
 from .result import Detection
 from .shape_operators import face_deviators, nearest_inside, zero_weights
 from .vertex_index import detect_by_index
@@ -77,9 +79,13 @@ def detect(
         # Seams that method C cuts along may be borders already, and stay so.
         join = settings.join_borders and not (settings.method == "C" and settings.charts == "seams")
         surface, warnings = clean(vertices, triangles, join)
+    with clock.stage("faces"):
+        cad = _tessellated(surface, settings)
+        if cad is not None:
+            warnings.append(cad.sentence())
     with clock.stage("curvature"):
         part = progress.part("Fitting curvature", 0.1, 0.7)
-        fitted = estimate(surface, settings, given, sharp, part)
+        fitted = estimate(surface, settings, given, sharp, part, cad)
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
@@ -89,7 +95,7 @@ def detect(
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
         rings = 1 if fitted.neighbourhood is None else fitted.neighbourhood.rings
-        regions = _regions(surface, shape, noise, radius, rings, settings)
+        regions = _regions(surface, shape, noise, radius, rings, settings, cad)
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):
@@ -224,10 +230,24 @@ def _regions(
     radius: np.ndarray,
     rings: int,
     settings: Settings,
+    cad: Tessellation | None,
 ) -> RegionMap:
     if not settings.regions or settings.method != "S":
         return RegionMap.none(surface)
-    return find_regions(surface, shape.gap, noise, radius, rings)
+    mean = 0.5 * (shape.k1 + shape.k2)
+    if cad is None:
+        return find_regions(surface, shape.gap, noise, radius, rings, mean)
+    gap = np.where(cad.exact_vertices(surface), np.nan, shape.gap)
+    return with_faces(cad, find_regions(surface, gap, noise, radius, rings, mean))
+
+
+def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
+    """The exact faces of the mesh, if it is a tessellated part and they may be regions."""
+    if settings.method != "S" or not settings.regions or settings.curvature == "given":
+        return None
+    if settings.crease_angle == AUTO:
+        return tessellation(surface)
+    return tessellation(surface, settings.crease_angle) if settings.crease_angle < 180.0 else None
 
 
 def _paired(

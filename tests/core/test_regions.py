@@ -291,11 +291,18 @@ def test_detect_the_caps_of_a_cylinder(noise):
     )
     detection = core.detect(vertices, triangles)
     assert len(detection.umbilics) == 0
-    assert len(detection.regions) == 2
-    for region in detection.regions:
-        assert region.kind == PLANAR
+    caps = [region for region in detection.regions if region.kind == PLANAR]
+    assert len(caps) == 2
+    for region in caps:
         assert region.index == 1.0
         assert region.area == pytest.approx(np.pi, rel=0.02)
+    # Without noise the wall is a face of a tessellated part, too.
+    walls = [region for region in detection.regions if region.kind != PLANAR]
+    assert [region.kind for region in walls] == (["cylindrical"] if noise == 0.0 else [])
+    for region in walls:
+        assert region.index == 0.0
+        assert region.curvature == pytest.approx(0.5, rel=0.01)
+        assert region.area == pytest.approx(4 * np.pi, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -96,9 +96,13 @@ def test_a_fan_of_any_number_of_blades_costs_no_square():
 
 
 def test_even_meshes_are_left_alone():
-    for mesh in (surfaces.ellipsoid(subdivisions=4), surfaces.random_ellipsoid(3000),
-                 surfaces.seed_patch(grid=True), surfaces.noisy(surfaces.random_ellipsoid(3000), 0.05),
-                 surfaces.torus()):  # fmt: skip
+    for mesh in (
+        surfaces.ellipsoid(subdivisions=4),
+        surfaces.random_ellipsoid(3000),
+        surfaces.noisy(surfaces.random_ellipsoid(3000), 0.05),
+        surfaces.seed_patch(grid=True),
+        surfaces.torus(),
+    ):
         assert thinned(surface_of(mesh), None, Progress()) is None
 
 
