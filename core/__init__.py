@@ -15,7 +15,8 @@ from .errors import (
 )
 from .filtering import TRUSTED, Selection, filtered, kept_rows, select
 from .guidance import Guidance, Guide
-from .guidance_files import FILE_KINDS, Exported, write_guidance
+from .formats.whole import whole_file
+from .guidance_files import FILE_KINDS, Exported, guidance_paths, write_guidance
 from .guidance_settings import GuidanceSettings
 from .keeping import pack, unpack
 from .lines import FAMILIES, Lines
@@ -66,11 +67,13 @@ __all__ = [
     "detect",
     "edge_paths",
     "filtered",
+    "guidance_paths",
     "kept_rows",
     "noise_multiple",
     "options",
     "pack",
     "select",
     "unpack",
+    "whole_file",
     "write_guidance",
 ]
