@@ -12,6 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 
+# How the names of unfinished files begin; the number of the process follows.
+PARTIAL = ".umbilics-partial-"
+
+
 @contextlib.contextmanager
 def whole_file(path: Path | str) -> Iterator[Path]:
     """A path to write to in place of `path`, which takes its place when the block has ended well.
@@ -31,7 +35,8 @@ def whole_file(path: Path | str) -> Iterator[Path]:
         yield Path(path)
         return
     # Short, as a name may be as long as the file system allows.
-    partial = place.with_name(f".umbilics-{secrets.token_hex(6)}{place.suffix[:16]}")
+    name = f"{PARTIAL}{os.getpid()}-{secrets.token_hex(4)}{place.suffix[:16]}"
+    partial = place.with_name(name)
     try:
         yield partial
         if place.is_dir():
