@@ -9,9 +9,9 @@ from .base.errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .base.options import AUTO, Choice, Option, defaults, options
+from .base.options import AUTO, Choice, Option
 from .base.progress import Progress
-from .base.settings import Settings
+from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
 from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance

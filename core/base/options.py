@@ -51,16 +51,6 @@ def setting(default: Any, **option: Any) -> Any:
     return field(default=default, metadata={"option": Option(**option)})
 
 
-def options(of: type) -> dict[str, Option]:
-    """The option of every setting, by the setting's name, in the order they are shown."""
-    return {item.name: item.metadata["option"] for item in dataclasses.fields(of)}
-
-
-def defaults(of: type) -> dict[str, Any]:
-    """The default of every setting, by name."""
-    return {item.name: item.default for item in dataclasses.fields(of)}
-
-
 def check(settings: Any) -> None:
     """Raise `InvalidSettingsError` if a value does not suit its option."""
     for item in dataclasses.fields(settings):

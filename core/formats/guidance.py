@@ -66,9 +66,7 @@ def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
     """The files that `write_guidance` makes."""
     about = [FILE_KINDS[kind] for kind in kinds]
     return [
-        stem.with_name(stem.name + ending)
-        for kind in about
-        for ending in (kind.ending, *kind.more)
+        stem.with_name(stem.name + ending) for kind in about for ending in (kind.ending, *kind.more)
     ]
 
 

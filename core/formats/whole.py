@@ -11,7 +11,6 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-
 # How the names of unfinished files begin; the number of the process follows.
 PARTIAL = ".umbilics-partial-"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 from ... import core
-from ..properties import GIVEN_NAMES
+from ..data.properties import GIVEN_NAMES
 from . import batch_arguments, frames, guidance, values
 from .batch import Plan
 from .batch_arguments import OUTPUTS
@@ -139,6 +139,8 @@ def parse(arguments: list[str]) -> Request:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="blender -b [FILE.blend] --command umbilics",
+        # All of the options would stand between an error and its reader.
+        usage="%(prog)s [FILE ...] [options; --help lists them]",
         description="Find the umbilical points of meshes and their kind.",
         epilog=f"Files may be {', '.join(SUFFIXES)}. Exit code: 0 done, 1 something could not be "
         "done (one line on standard error each), 2 wrong arguments or results that would "

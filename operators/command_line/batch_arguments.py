@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 
 from ... import core
-from ..properties import GIVEN_NAMES
+from ..data.properties import GIVEN_NAMES
 from . import frames, values, version
 from .batch import Plan, PlanError
 from .batch.plan import tasks_for

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 import traceback
 
@@ -12,14 +11,13 @@ from ... import core
 from . import (
     arguments,
     batch,
-    events,
     exit_codes,
     importers,
-    lifetime,
+    messages,
     one_file,
-    supervised,
     version,
 )
+from .batch import lifetime, supervised
 from .guard import shown
 
 
@@ -34,10 +32,10 @@ def run(argv: list[str]) -> int:
     # A worker's lines stand between those of the process that started it.
     telling = request.events and not request.is_worker
     if telling:
-        events.tell("command", version=version.OURS, blender=bpy.app.version_string)
+        messages.tell("command", version=version.OURS, blender=bpy.app.version_string)
     code = _done(request)
     if telling:
-        events.tell("end", exit_code=code)
+        messages.tell("end", exit_code=code)
     return code
 
 
@@ -53,10 +51,10 @@ def _done(request: arguments.Request) -> int:
         if request.limits and bpy.app.binary_path and (base or request.files != (None,)):
             return supervised.run(request, blender)
     except batch.BusyError as error:
-        one_file.complain(str(error))
+        messages.complain(str(error))
         return exit_codes.BUSY
     except OSError as error:
-        one_file.complain(f"{error.filename}: cannot be written ({error.strerror}).")
+        messages.complain(f"{error.filename}: cannot be written ({error.strerror}).")
         return exit_codes.FAILED
     failed = False
     for file, outputs in zip(request.files, request.outputs, strict=True):
@@ -69,7 +67,7 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
     label = "" if file is None else f"{shown(file)}: "
     start = time.monotonic()
     if request.events:
-        events.tell("start", file=None if file is None else shown(file))
+        messages.tell("start", file=None if file is None else shown(file))
     failure = ""
     try:
         opened = importers.open_file(file, base)
@@ -83,11 +81,13 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
         traceback.print_exc()
         failure = f"{label}stopped by a fault of this program ({type(error).__name__}: {error})."
     if failure:
-        one_file.complain(failure)
+        messages.complain(failure)
         done = False
     if request.events:
         facts = {"error": failure} if failure else {}
         told = None if file is None else shown(file)
         seconds = round(time.monotonic() - start, 3)
-        events.tell("file", file=told, status="done" if done else "failed", seconds=seconds, **facts)
+        messages.tell(
+            "file", file=told, status="done" if done else "failed", seconds=seconds, **facts
+        )
     return done

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ... import core
-from .. import engine
+from ..jobs import detect
 from .guard import Guard
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
@@ -95,7 +95,7 @@ def request_of(
 def write(
     request: GuidanceRequest,
     stem: Path,
-    inputs: engine.Inputs,
+    inputs: detect.Inputs,
     detection: core.Detection,
     to_file: np.ndarray,
     progress: core.Progress,
@@ -109,7 +109,8 @@ def write(
     """
     arrays = inputs.arrays
     guide = core.Guide(arrays.vertices, arrays.triangles, detection)
-    guidance = guide.guidance(request.settings, progress.part("Planning", 0.0, 0.5), arrays.sharp)
+    part = progress.part("Planning", 0.0, 0.5)
+    guidance = guide.guidance(request.settings, part, sharp=arrays.sharp)
     kinds, said = list(request.kinds), []
     lines = None
     if "lines" in kinds:

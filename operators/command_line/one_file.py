@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 import time
 from pathlib import Path
 
 import bpy
 
 from ... import core
-from .. import engine, properties
-from ..errors import FileError
-from ..words import outcome
-from . import events, frames, guidance, importers, mesh_file, panels, picture, report
+from ..base.errors import FileError
+from ..base.words import outcome
+from ..data import properties
+from ..jobs import detect
+from . import frames, guidance, importers, mesh_file, messages, report
 from .arguments import Request
 from .guard import shown
+from .messages import complain
+from .pictures import panels, picture
 
 
 @dataclasses.dataclass
@@ -23,7 +25,7 @@ class _Frame:
     """What has been found at one frame, or in the file as it is."""
 
     number: int | None
-    done: list[tuple[engine.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
+    done: list[tuple[detect.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
     compared: list[tuple] = dataclasses.field(default_factory=list)
 
 
@@ -58,12 +60,6 @@ def analyse(
     return all("error" not in entry for entry in entries)
 
 
-def complain(text: str) -> None:
-    """One line on standard error, whatever letters are in the text."""
-    line = " ".join(text.split("\n")).encode("utf-8", "backslashreplace").decode()
-    print(f"umbilics: {line}", file=sys.stderr, flush=True)
-
-
 def _one_object(
     request: Request,
     file: str | None,
@@ -80,9 +76,9 @@ def _one_object(
     about = {"file": told, "object": name}
     about |= {} if found.number is None else {"frame": found.number}
     seconds = request.limits.seconds
-    progress = events.progress_until(
+    progress = messages.progress_until(
         None if seconds is None else time.monotonic() + seconds,
-        events.Watched(about) if request.events else None,
+        messages.Watched(about) if request.events else None,
     )
     try:
         inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
@@ -90,9 +86,7 @@ def _one_object(
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
             part = progress.part("Planning", 0.6, 1.0)
-            said = guidance.write(
-                request.guidance, stem, inputs, detection, opened.to_file, part
-            )
+            said = guidance.write(request.guidance, stem, inputs, detection, opened.to_file, part)
     except core.CancelledError:
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
@@ -106,30 +100,30 @@ def _one_object(
             entry["comparison"] = report.comparison(results, opened.to_file)
         if request.events:
             facts = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
-            events.tell("object", **about, **facts)
+            messages.tell("object", **about, **facts)
         else:
             _say(label, detection, said, results)
         return entry
     complain(f"{label}: {error}")
     if request.events:
-        events.tell("object", **about, error=error)
+        messages.tell("object", **about, error=error)
     return about | {"error": error}
 
 
 def _detected(
     request: Request, name: str, frame: int | None, progress: core.Progress, is_kept: bool
-) -> tuple[engine.Inputs, core.Detection, tuple[core.MethodResult, ...]]:
+) -> tuple[detect.Inputs, core.Detection, tuple[core.MethodResult, ...]]:
     """Read one mesh and detect on it, at a frame as modifiers make it."""
     context = bpy.context
     depsgraph = None if frame is None else context.evaluated_depsgraph_get()
     obj = context.scene.objects[name]
-    inputs = engine.gather(obj, request.settings, request.given_names, request.compare, depsgraph)
+    inputs = detect.gather(obj, request.settings, request.given_names, request.compare, depsgraph)
     share = 0.6 if request.guidance is not None else 1.0
     part = progress.part("Detecting", 0.0, share)
-    results = engine.compare(inputs, part) if request.compare else ()
-    detection = results[0].detection if results else engine.compute(inputs, part)
+    results = detect.compare(inputs, part) if request.compare else ()
+    detection = results[0].detection if results else detect.compute(inputs, part)
     if is_kept or frame is None:
-        engine.write(context, inputs, engine.found(inputs, detection))
+        detect.write(context, inputs, detect.found(inputs, detection))
     return inputs, detection, results
 
 

@@ -155,7 +155,7 @@ class _Search:
             matches = sorted(glob.glob(argument, recursive=True))
             self.folders |= {Path(match).parent for match in matches}
             return [task for match in matches for task in self._matched(match)] or [
-                Task(argument, result_name("".join("_" if c in '/\\*?[]' else c for c in argument)))
+                Task(argument, result_name("".join("_" if c in "/\\*?[]" else c for c in argument)))
             ]
         self.named.add(argument)
         return [Task(argument, result_name(path.name), _refusal(argument))]

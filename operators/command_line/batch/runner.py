@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .. import events, exit_codes
+from .. import exit_codes, messages
 from ..guard import shown
 from . import journal, lock, machine, summary
 from .display import Display, duration
@@ -149,7 +149,7 @@ class _Batch:
             f"{jobs} at a time, each with at most {memory >> 20} MB of memory."
         )
         if plan.events:
-            events.tell("start", files=len(waiting), skipped=skipped)
+            messages.tell("start", files=len(waiting), skipped=skipped)
         start = time.monotonic()
         waiting.reverse()
         number = ended = 0
@@ -175,7 +175,7 @@ class _Batch:
                     known = {name: entry[name] for name in ("file", "status", "seconds")}
                     if "error" in entry:
                         known["error"] = entry["error"]
-                    events.tell("file", **known, done=ended, files=number + len(waiting))
+                    messages.tell("file", **known, done=ended, files=number + len(waiting))
             display.tick()
         display.close()
         display.say(f"Took {duration(time.monotonic() - start)}.")
@@ -195,9 +195,7 @@ class _Batch:
         guide = (plan.guide / task.name, self._beside / number) if plan.guide else None
         arguments = plan.worker_arguments
         try:
-            worker = Worker(
-                task, self._command, arguments, self._scratch / number, places, guide
-            )
+            worker = Worker(task, self._command, arguments, self._scratch / number, places, guide)
         except (OSError, ValueError) as error:
             return self._failure(task, f"no process could be started for it ({error}).")
         worker.limit_memory(memory)
