@@ -8,6 +8,7 @@ import json
 from collections import Counter
 from pathlib import Path
 
+from ..guard import shown
 from .journal import NUMBERS, line, places_of, write_whole
 
 KINDS = ("star", "lemon", "monstar", "uncertain")
@@ -16,7 +17,7 @@ COLUMNS = (
     *("seconds", "peak_mb", "json"),
 )
 # A spreadsheet takes a cell that begins so for a formula and would run it.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+_FORMULA = ("=", "+", "-", "@")
 
 
 def write_report(path: Path, entries: list[dict]) -> None:
@@ -42,8 +43,11 @@ def write_report(path: Path, entries: list[dict]) -> None:
 
 
 def _cell(value: object) -> object:
-    """Text that is no formula; numbers stay as they are."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+    """Text on one line that is no formula; numbers stay as they are."""
+    if not isinstance(value, str):
+        return value
+    text = shown(value)
+    return f"'{text}" if text.startswith(_FORMULA) else text
 
 
 def _rows(entry: dict) -> list[dict]:
@@ -56,12 +60,14 @@ def _rows(entry: dict) -> list[dict]:
         "json": " ".join(places_of(entry, "json")),
     }
     rows = []
+    # The reason of a file is that of its objects where one of them has any.
+    in_objects = any("error" in found for found in entry["objects"])
     for found in entry["objects"]:
         row = about | {"object": found["object"], "frame": found.get("frame")}
         if "error" in found:
             row["error"] = found["error"]
         else:
-            row["error"] = ""
+            row["error"] = "" if in_objects else about["error"]
             row |= {name: found[name] for name in (*NUMBERS, "regions")}
             row |= {kind: found["counts"].get(kind, 0) for kind in KINDS}
             row["warnings"] = " ".join(found["warnings"])

@@ -115,15 +115,21 @@ class Worker:
         said = [line.removeprefix("umbilics: ") for line in lines if line.startswith("umbilics: ")]
         said = [line.strip() for line in said if line.strip()]
         if said:
-            return " ".join(said)
+            return self._with_places(" ".join(said))
         code = self._process.returncode
         full = self._bound and self._fullest > _NEARLY_FULL * self._bound
         if full or any("MemoryError" in line or "alloc" in line.lower() for line in lines[-20:]):
-            return "out of memory: give it more with fewer --jobs, or with --memory-limit"
+            return "out of memory: give it more with fewer --jobs or --memory-limit"
         if code == 0:
             return "its report is missing or incomplete, although Blender ended well"
         last = next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
         return f"Blender ended with {machine.end_in_words(code)} ({last[:200]})"
+
+    def _with_places(self, text: str) -> str:
+        """What a process says of its files, with the places where they would have come to lie."""
+        for kind, place in self._places.items():
+            text = text.replace(str(self._scratch / f"{_RESULT}.{kind}"), shown(place))
+        return text.replace(str(self._guide[1]), shown(self._guide[0])) if self._guide else text
 
     def makes(self, out: Path) -> dict[str, list[str]]:
         """What has been made: the places of the results by kind, as seen from a folder."""
