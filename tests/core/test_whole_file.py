@@ -4,8 +4,9 @@ import os
 import stat
 import sys
 
-import core
 import pytest
+
+import core
 
 
 def test_a_block_that_fails_leaves_what_was_there(tmp_path):
