@@ -21,7 +21,8 @@ import build_extension
 import isolated_blender
 from places import BLENDER, REPOSITORY, cache_folder, locked, run_quietly, say
 
-MESHES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".fbx", ".blend")
+MESHES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".fbx", ".abc", ".blend")
+MESHES += (".usd", ".usda", ".usdc", ".usdz")
 MONKEY = Path(__file__).with_name("make_monkey.py")
 
 

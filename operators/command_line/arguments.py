@@ -206,6 +206,9 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--png", metavar="F", help="draw a picture")
     group.add_argument("--ply", metavar="F", help="write the mesh with the curvatures as PLY")
     group.add_argument(
+        "--usda", metavar="F", help="write the mesh, its curvatures and the umbilics as USD"
+    )
+    group.add_argument(
         "--per-vertex", action="store_true", help="JSON: add the curvature at every vertex"
     )
     group.add_argument(
