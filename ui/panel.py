@@ -22,7 +22,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout = split(self.layout)
-        layout.prop(context.scene.umbilics_display, "source")
+        _source(layout, context)
         actions = layout.column(align=True)
         run = worker.current()
         if run is not None:
@@ -35,6 +35,8 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         actions.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
         obj = context.active_object
         if obj is not None and obj.umbilics.detected:
+            if obj.umbilics.analysed:
+                paragraph(layout, context, obj.umbilics.analysed, icon="NONE")
             _freshness(layout, context, obj)
 
 
@@ -100,6 +102,19 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         layout.prop(settings, "crease_angle")
         layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
+
+
+def _source(layout, context) -> None:
+    """What of the object is analysed."""
+    display, obj = context.scene.umbilics_display, context.active_object
+    layout.prop(display, "source")
+    layout.prop(display, "scope")
+    if display.scope != "GROUP":
+        return
+    if obj is not None and obj.type == "MESH":
+        layout.prop_search(display, "scope_group", obj, "vertex_groups")
+    else:
+        layout.prop(display, "scope_group")
 
 
 def _dropped(layout, context) -> None:
