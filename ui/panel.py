@@ -6,6 +6,7 @@ from .. import core
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
+from ..operators.clear_file import UMBILICS_OT_clear_file
 from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
@@ -32,7 +33,9 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         big = actions.row(align=True)
         big.scale_y = 1.6
         big.operator(UMBILICS_OT_detect.bl_idname, text="Detect", icon="VIEWZOOM")
-        actions.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
+        clearing = actions.row(align=True)
+        clearing.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
+        clearing.operator(UMBILICS_OT_clear_file.bl_idname, text="All in File")
         obj = context.active_object
         if obj is not None and obj.umbilics.detected:
             if obj.umbilics.analysed:

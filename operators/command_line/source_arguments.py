@@ -26,8 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is analysed")
     for name, option in core.options(Reading).items():
         default = core.defaults(Reading)[name].lower()
-        texts = [f"{choice.value.lower()}: {choice.help[0].lower()}{choice.help[1:]}"
-                 for choice in option.choices]
+        texts = [
+            f"{choice.value.lower()}: {choice.help[0].lower()}{choice.help[1:]}"
+            for choice in option.choices
+        ]
         group.add_argument(
             f"--{name}",
             choices=[choice.value.lower() for choice in option.choices],

@@ -30,6 +30,8 @@ DETECTION, PLAN = "umbilics", "umbilics_plan"
 # On a mesh: stamp of the detection, and of the plan, whose values it holds.
 _STAMP = {DETECTION: "umbilics_stamp", PLAN: "umbilics_plan_stamp"}
 
+STAMPS = tuple(_STAMP.values())
+
 
 @dataclass(frozen=True)
 class Home:
