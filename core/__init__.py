@@ -9,7 +9,7 @@ from .base.errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .base.options import AUTO, Choice, Option
+from .base.options import AUTO, Choice, Option, check, setting
 from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
@@ -66,6 +66,7 @@ __all__ = [
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
+    "check",
     "compare",
     "comparison_table",
     "defaults",
@@ -79,6 +80,7 @@ __all__ = [
     "pack",
     "read_off",
     "select",
+    "setting",
     "unpack",
     "whole_file",
     "write_guidance",
