@@ -82,15 +82,17 @@ def test_a_posed_rig_gives_the_right_umbilics_at_each_of_ten_frames(run, tmp_pat
     assert np.linalg.norm(truth[10] - truth[1], axis=1).min() > 0.3
 
 
-def test_without_frames_the_mesh_is_taken_as_it_was_modelled(run, tmp_path):
+def test_without_frames_the_mesh_is_taken_as_it_was_modelled_if_that_is_asked_for(run, tmp_path):
     posed_ellipsoid()
     bpy.context.scene.frame_set(10)
-    assert run("--json", tmp_path / "o.json") == 0
+    assert run("--json", tmp_path / "o.json", "--source", "base") == 0
     (entry,) = json.loads((tmp_path / "o.json").read_text())["objects"]
     assert "frame" not in entry
     found = np.array([umbilic["position"] for umbilic in entry["umbilics"]])
     away = np.linalg.norm(found[:, None] - ellipsoid_umbilics()[None], axis=2)
     assert away.min(axis=0).max() < 0.1
+    # What is modelled has no frames.
+    assert run("--json", tmp_path / "o.json", "--source", "base", "--frames", "1") == 2
 
 
 def test_all_results_but_the_report_have_a_file_for_each_frame(run, tmp_path):
