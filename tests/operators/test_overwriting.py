@@ -171,3 +171,13 @@ def test_all_results_of_a_file_are_whole_or_not_there(run, meshes, addon, monkey
     assert run("x.obj", "--json", "o.json") == 1
     assert (meshes / "o.json").read_text() == "of before"
     assert not list(meshes.glob(".umbilics*"))
+
+
+def test_the_panel_knows_which_files_of_the_guidance_are_there_already(addon, tmp_path):
+    """The file browser warns of the one name that is typed, but more are written."""
+    in_the_way = addon.operators.export_field.in_the_way
+    kinds = ["mesh", "rosy", "csv"]
+    assert in_the_way(str(tmp_path / "egg.obj"), kinds) == []
+    for name in ("egg.rosy", "egg-umbilics.csv", "egg.sharp"):
+        (tmp_path / name).write_text("")
+    assert in_the_way(str(tmp_path / "egg.obj"), kinds) == ["egg.rosy", "egg-umbilics.csv"]
