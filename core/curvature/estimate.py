@@ -143,13 +143,13 @@ def _among_others(
 
 def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
     if settings.scale_unit == "length":
-        length = settings.scale / surface.unit
+        length = float(settings.scale) / surface.unit
         edges = _edge_length(surface)
         # Doubles leave edges without a length, which say nothing of how far a ring reaches.
         edge = float(np.median(edges[edges > 0])) if edges.any() else 1.0
         rings = round(min(max(length / edge, 2.0), MOST_RINGS))
         return dataclasses.replace(neighbourhood, rings=rings, reach=length, focused=False)
-    rings = max(2, round(settings.scale))
+    rings = max(2, round(float(settings.scale)))
     if rings > MOST_RINGS:
         # Beyond the mesh there is only the mesh.
         rings = min(rings, max(rings_across(surface), 2))
@@ -161,9 +161,10 @@ def _walls(
 ) -> np.ndarray | None:
     """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
     found = []
-    angle = settings.crease_angle
-    if angle == AUTO:
+    if settings.crease_angle == AUTO:
         angle = 180.0 if part is None else part.crease_angle
+    else:
+        angle = float(settings.crease_angle)
     if angle < 180.0:
         found.append(bent_half_edges(surface, angle))
     if settings.crease_marks:

@@ -27,6 +27,9 @@ def mend_borders(
     """
     n = len(vertices)
     open_edges = border_half_edges(corners, n) if links is None else np.flatnonzero(links.twin < 0)
+    if not len(open_edges):
+        return None
+    vertices = _in_a_unit_box(vertices, corners)
     same = joined_vertices(vertices, corners, open_edges)
     corners, rows, open_edges = _renamed(corners, rows, same, open_edges)
     corners, rows, inserted = split_at_junctions(vertices, corners, rows, open_edges)
@@ -51,6 +54,18 @@ def mend_borders(
             "by distance to mend it in the mesh."
         )
     return corners, rows, np.stack([copies, same[copies]], axis=1)
+
+
+def _in_a_unit_box(vertices: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Vertices moved and scaled so that those of the triangles lie in a box of two units, where
+    no square overflows; what lies in one place stays there."""
+    used = np.zeros(len(vertices), bool)
+    used[corners] = True
+    low, high = vertices[used].min(axis=0), vertices[used].max(axis=0)
+    unit = float((0.5 * high - 0.5 * low).max())
+    scaled = np.zeros_like(vertices)
+    scaled[used] = (vertices[used] - (0.5 * low + 0.5 * high)) / (unit if unit > 0 else 1.0)
+    return scaled
 
 
 def _renamed(

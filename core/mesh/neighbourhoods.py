@@ -132,6 +132,7 @@ class Neighbourhood:
         if self.thinned is not None:
             crowded = self.thinned.crowded[corners].any(axis=1)
             yield from self._in_cells(
+                self.thinned,
                 crowded, lambda of, rows: of.around_triangles(corners[rows], rings, most, progress)
             )
             return
@@ -146,6 +147,7 @@ class Neighbourhood:
 
     def _in_cells(
         self,
+        cells: Thinned,
         crowded: np.ndarray,
         samples: Callable[[Neighbourhood, np.ndarray], Iterator[tuple[np.ndarray, np.ndarray]]],
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -155,7 +157,7 @@ class Neighbourhood:
         if len(rows):
             for some, members in samples(dataclasses.replace(self, thinned=None), rows):
                 yield rows[some], members
-        rows, cells = np.flatnonzero(crowded), self.thinned
+        rows = np.flatnonzero(crowded)
         if len(rows):
             net = dataclasses.replace(
                 self,
@@ -218,6 +220,7 @@ class Neighbourhood:
         if self.thinned is not None:
             crowded = self.thinned.crowded[centres]
             yield from self._in_cells(
+                self.thinned,
                 crowded, lambda of, rows: of.blocks(centres[rows], most, progress)
             )
             return

@@ -58,7 +58,7 @@ def clean(
         kept, corners, source = _separate(corners, len(vertices), warnings)
         rows = rows[kept]
         as_given = False
-        links = link(corners, len(source))
+        links = _linked(corners, len(source))
     corners, source, links = _split_fans(corners, source, links, warnings)
     component = _components(links)
     specks = _specks(component)
@@ -70,7 +70,7 @@ def clean(
         )
         large = ~specks[component[corners[:, 0]]]
         corners, rows = corners[large], rows[large]
-        corners, source, links = _used(corners, source, link(corners, len(source)))
+        corners, source, links = _used(corners, source, _linked(corners, len(source)))
         component = _components(links)
     recut = (np.zeros(0, np.int64), np.zeros((0, 3, 3)))
     if not as_given:
@@ -110,12 +110,11 @@ def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) ->
     good = (a != b) & (b != c) & (c != a)
     if not good.all():
         warnings.append(
-            f"{counted(len(good) - np.count_nonzero(good), 'triangle')} with repeated corners "
-            "left out."
+            f"{counted(int(np.count_nonzero(~good)), 'triangle')} with repeated corners left out."
         )
     if not np.isfinite(vertices).all():
         finite = np.isfinite(vertices).all(axis=1)[triangles].all(axis=1)
-        broken = np.count_nonzero(good & ~finite)
+        broken = int(np.count_nonzero(good & ~finite))
         if broken:
             warnings.append(
                 f"{counted(broken, 'triangle')} left out: their corners are not finite numbers. "
@@ -256,7 +255,14 @@ def _later_copies(corners: np.ndarray, vertex_count: int) -> np.ndarray:
     _, first = np.unique(keys, return_index=True)
     later = np.ones(len(keys), bool)
     later[first] = False
-    return later.reshape(-1, 3).any(axis=1)
+    return np.any(later.reshape(-1, 3), axis=1)
+
+
+def _linked(corners: np.ndarray, vertex_count: int) -> HalfEdges:
+    """The half-edges of triangles that were made an oriented manifold before."""
+    links = link(corners, vertex_count)
+    assert links is not None
+    return links
 
 
 def _split_fans(
@@ -278,7 +284,7 @@ def _split_fans(
         )
         corners, origin = _relabelled(corners, labels)
         source = source[origin]
-        return corners, source, link(corners, len(source))
+        return corners, source, _linked(corners, len(source))
     return _used(corners, source, links)
 
 
@@ -289,7 +295,7 @@ def _used(
     used = links.corner_count > 0
     rank = np.cumsum(used, dtype=np.int32) - np.int32(1)
     corners, source = rank[corners], source[used]
-    return corners, source, link(corners, len(source))
+    return corners, source, _linked(corners, len(source))
 
 
 def _specks(component: np.ndarray) -> np.ndarray:

@@ -76,7 +76,7 @@ class Tessellation:
             for kind in (PLANAR, CYLINDRICAL, CONICAL, SPHERICAL)
             if (number := self.kinds.count(kind))
         ]
-        free = np.count_nonzero(self.face < 0)
+        free = int(np.count_nonzero(self.face < 0))
         text = (
             f"The mesh is a tessellated part: {', '.join(parts)} between creases of more than "
             f"{self.crease_angle:.0f} degrees, which are regions without isolated umbilics."

@@ -247,7 +247,8 @@ def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
         return None
     if settings.crease_angle == AUTO:
         return tessellation(surface)
-    return tessellation(surface, settings.crease_angle) if settings.crease_angle < 180.0 else None
+    angle = float(settings.crease_angle)
+    return tessellation(surface, angle) if angle < 180.0 else None
 
 
 def _paired(

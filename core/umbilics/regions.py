@@ -111,8 +111,7 @@ def find_regions(
     regions = RegionMap(renumbered[label], int(good.sum()))
     shapes = None
     if mean is not None:
-        shapes = round_shapes(surface, regions.rows(), mean)
-        regions, shapes = _only(regions, shapes)
+        regions, shapes = _only(regions, round_shapes(surface, regions.rows(), mean))
     return _without_holes(surface, _grown(surface, regions, rings, shapes), seen.max())
 
 
@@ -156,9 +155,8 @@ def describe_regions(
     """
     _, area = surface.face_normal_area
     found = []
-    exact = 0 if regions.faces is None else len(regions.faces.kinds)
     for number, rows in enumerate(regions.rows()):
-        if number < exact:
+        if regions.faces is not None and number < len(regions.faces.kinds):
             found.append(
                 Region(
                     triangles=_of_input(surface, rows),
