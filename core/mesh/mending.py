@@ -32,6 +32,8 @@ def mend_borders(
     vertices = _in_a_unit_box(vertices, corners)
     same = joined_vertices(vertices, corners, open_edges)
     corners, rows, open_edges = _renamed(corners, rows, same, open_edges)
+    if not len(corners):
+        return None
     corners, rows, inserted = split_at_junctions(vertices, corners, rows, open_edges)
     if inserted:
         # What was split now has edges like those beyond the junction.
@@ -39,7 +41,8 @@ def mend_borders(
         corners, rows, _ = _renamed(corners, rows, again, open_edges)
         same = again[same]
     copies = np.flatnonzero(same != np.arange(n))
-    if not len(copies) and not inserted:
+    # What has no area at all is left to those who refuse it in words.
+    if not len(corners) or (not len(copies) and not inserted):
         return None
     if len(copies):
         number = counted(len(copies), "vertex", "vertices")

@@ -288,14 +288,14 @@ def _of_revolution(
     height = points @ axis
     # Circles about one axis whose radius changes evenly: |p - c| = r + k h, and the slope of the
     # normals says k.
-    change = -slope / np.sqrt(max(1.0 - slope**2, 1e-12))
+    change = 0.0 if abs(slope) < ON_AXIS else -slope / np.sqrt(max(1.0 - slope**2, 1e-12))
     for sign in (1.0, -1.0):
         k = sign * change
         scale = float(np.abs(plane - plane.mean(axis=0)).max())
         local, up = (plane - plane.mean(axis=0)) / scale, (height - height.mean()) / scale
         # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
         system = np.column_stack([2.0 * local, 2.0 * k * up, np.ones(len(up))])
-        if abs(k) < 1e-9:
+        if k == 0.0:
             system = np.delete(system, 2, axis=1)
         wanted = (local**2).sum(axis=1) - k**2 * up**2
         solution, _, rank, _ = np.linalg.lstsq(system, wanted, rcond=1e-9)

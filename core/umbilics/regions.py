@@ -160,7 +160,7 @@ def describe_regions(
             found.append(
                 Region(
                     triangles=_of_input(surface, rows),
-                    area=float(area[rows].sum()) * surface.unit**2,
+                    area=float(area[rows].sum()) * surface.unit * surface.unit,
                     index=float(triangle_index[rows].sum()),
                     kind=regions.faces.kinds[number],
                     curvature=float(regions.faces.mean_curvature[number]) / surface.unit,
@@ -181,7 +181,7 @@ def describe_regions(
         found.append(
             Region(
                 triangles=_of_input(surface, rows),
-                area=total * surface.unit**2,
+                area=total * surface.unit * surface.unit,
                 index=float(triangle_index[rows].sum()),
                 kind=PLANAR if abs(curvature) <= flat else SPHERICAL,
                 curvature=curvature / surface.unit,

@@ -93,7 +93,8 @@ class Umbilics:
 
 @dataclass(frozen=True)
 class Region:
-    """An area where the principal curvatures are equal within the estimator's noise.
+    """An area where the principal curvatures are equal within the estimator's noise, or an exact
+    face of a tessellated part.
 
     Attributes
     ----------
@@ -105,7 +106,7 @@ class Region:
         Index of the direction field around its border: a multiple of one half, the sum of the
         indices that it replaces.
     kind:
-        "spherical" or "planar".
+        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical".
     curvature:
         Mean curvature over the region, in 1 / length.
     """

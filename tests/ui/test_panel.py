@@ -125,6 +125,7 @@ def test_every_setting_can_be_reached(addon, draw):
             settings.curvature = curvature
             for automatic in (True, False):
                 settings.scale_auto = settings.persistence_auto = automatic
+                settings.crease_angle_auto = automatic
                 settings.opening = 0 if automatic else 2
                 reached.update(draw().names("prop"))
     assert {p.identifier for p in settings.bl_rna.properties} - {"rna_type", "name"} <= reached
