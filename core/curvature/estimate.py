@@ -18,6 +18,7 @@ from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from ..mesh.thinning import thinned
+from .exact_faces import on_faces
 from .field import CurvatureField
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
@@ -102,7 +103,9 @@ def _from_jets(
     if part is not None:
         centres = np.flatnonzero(~part.exact_vertices(surface))
         if not len(centres):
-            return _from_normals(surface, normals)
+            field = on_faces(surface, curvature_from_normals(surface, normals), part)
+            known = np.ones(len(normals), bool)
+            return Estimate(field, _edge_length(surface), known, None, float("nan"))
     walls = _walls(surface, settings, sharp, part)
     cells = thinned(surface, walls, progress)
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
@@ -119,7 +122,10 @@ def _from_jets(
     if centres is not None:
         field, radius, determined = _among_others(surface, field, radius, determined, centres)
     if not determined.all():
-        field = _filled(field, curvature_from_normals(surface, normals), determined)
+        others = curvature_from_normals(surface, normals)
+        if part is not None:
+            others = on_faces(surface, others, part)
+        field = _filled(field, others, determined)
     return Estimate(field, radius, determined, neighbourhood, float(np.median(jets.residual)))
 
 

@@ -25,8 +25,9 @@ FLAT = 5e-4
 # Share of flat edges from which a mesh may be a part: 0.35 to 0.6 on parts written by SolidWorks
 # and OpenSCAD, 0.33 where all faces are quads, below 0.1 on scans and sculptures.
 MOST_FLAT = 0.34
-# Creases turn by this many degrees at least and by this many times more than any facet.
-CREASE, GAP = 35.0, 2.0
+# Some creases turn by this many degrees at least, the others by the next, and all of them by so
+# many times more than any facet.
+CREASE, LEAST_CREASE, GAP = 35.0, 15.0, 2.0
 # Creases by angle where no face is round, so that there is no gap to look for.
 USUAL = 30.0
 # Share of the area that must be exact faces: what has creases but is free-form is no such part.
@@ -56,12 +57,15 @@ class Tessellation:
         For each face "planar", "cylindrical", "conical" or "spherical".
     mean_curvature:
         (f,) float64 mean curvature of each face, in the coordinates of the surface.
+    axis:
+        (f, 3) float64 unit axis of each cylinder or cone, zero for the others.
     """
 
     crease_angle: float
     face: np.ndarray
     kinds: tuple[str, ...]
     mean_curvature: np.ndarray
+    axis: np.ndarray
 
     def exact_vertices(self, surface: Surface) -> np.ndarray:
         """(n,) bool, vertices all of whose triangles belong to exact faces."""
@@ -99,7 +103,6 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     angle:
         Degrees from which an edge is a crease; None to look for the gap.
     """
-    m = len(surface.triangles)
     edges = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
     sample = edges[:: max(len(edges) // SAMPLED, 1)]
     if len(sample) == 0 or _flat(surface, sample, _turns(surface, sample)).mean() < MOST_FLAT:
@@ -108,11 +111,27 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     flat = _flat(surface, edges, turns)
     if flat.mean() < MOST_FLAT:
         return None
-    if angle is None:
-        angle = _crease_angle(turns[~flat])
-        if angle is None:
-            return None
-    bent = turns >= np.radians(angle)
+    angles = _crease_angles(turns[~flat]) if angle is None else [angle]
+    _, area = surface.face_normal_area
+    best, most = None, MOST_EXACT * area.sum()
+    for one in angles:
+        faces = _between(surface, edges, flat, turns >= np.radians(one))
+        exact = area[faces.face >= 0].sum()
+        # Of several gaps the one that leaves least free-form, and of these the widest faces.
+        if exact > most * (1.0 + 1e-6):
+            best, most = (one, faces), exact
+    if best is None:
+        return None
+    crease, faces = best
+    return Tessellation(
+        crease, faces.face, tuple(faces.kinds), np.array(faces.curvatures), np.array(faces.axes)
+    )
+
+
+def _between(surface: Surface, edges: np.ndarray, flat: np.ndarray, bent: np.ndarray) -> _Faces:
+    """The exact faces between the half-edges `edges` (e,) that are `bent` (e,); across those that
+    are `flat` (e,) facets go on."""
+    m = len(surface.triangles)
     first, second = edges // 3, surface.twin[edges] // 3
 
     def pieces(joined: np.ndarray) -> np.ndarray:
@@ -139,11 +158,7 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
         free = faces.face < 0
         rest = pieces(~bent & free[first] & free[second])
         faces.claim(rest, free)
-    face = faces.face
-    _, area = surface.face_normal_area
-    if area[face >= 0].sum() < MOST_EXACT * area.sum():
-        return None
-    return Tessellation(angle, face, tuple(faces.kinds), np.array(faces.curvatures))
+    return faces
 
 
 def _turns(surface: Surface, edges: np.ndarray) -> np.ndarray:
@@ -169,18 +184,16 @@ def _rounding(surface: Surface, triangles: np.ndarray) -> np.ndarray:
     return np.minimum(2.0 * step / np.maximum(height, np.finfo(float).tiny), 0.2)
 
 
-def _crease_angle(turns: np.ndarray) -> float | None:
-    """Degrees between the facets' turns and the creases'; None where they are not apart."""
+def _crease_angles(turns: np.ndarray) -> list[float]:
+    """Degrees in the gaps between the facets' turns and the creases', the widest gap of a
+    crease's turn first; none where they are not apart."""
     degrees = np.sort(np.degrees(turns))
-    above = degrees[degrees >= CREASE]
-    if not len(above):
-        return None
-    below = degrees[degrees < CREASE]
-    if not len(below):
-        return USUAL
-    if above[0] < GAP * below[-1]:
-        return None
-    return float(np.sqrt(above[0] * below[-1]))
+    if not len(degrees) or degrees[-1] < CREASE:
+        return []
+    if degrees[0] >= CREASE:
+        return [USUAL]
+    gap = np.flatnonzero((degrees[1:] >= GAP * degrees[:-1]) & (degrees[1:] >= LEAST_CREASE))
+    return [float(np.sqrt(degrees[row] * degrees[row + 1])) for row in gap[::-1]]
 
 
 class _Faces:
@@ -191,6 +204,7 @@ class _Faces:
         self.face = np.full(len(surface.triangles), -1, np.int32)
         self.kinds: list[str] = []
         self.curvatures: list[float] = []
+        self.axes: list[np.ndarray] = []
 
     def claim(self, piece: np.ndarray, asked: np.ndarray) -> np.ndarray:
         """Make faces of the pieces (m,) of the triangles `asked` (m,) that are exact; (m,) bool,
@@ -203,23 +217,24 @@ class _Faces:
                 self.face[some] = len(self.kinds)
                 self.kinds.append(shape[0])
                 self.curvatures.append(shape[1])
+                self.axes.append(shape[2])
         return asked & (self.face < 0)
 
 
-def _shape(surface: Surface, rows: np.ndarray) -> tuple[str, float] | None:
-    """Kind and mean curvature of the exact face that triangles make up, if they do."""
+def _shape(surface: Surface, rows: np.ndarray) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of the exact face that triangles make up, if they do."""
     normal, area = surface.face_normal_area
     n, weight = normal[rows], area[rows]
     known = weight > 0
     if not known.any():
-        return PLANAR, 0.0
+        return PLANAR, 0.0, np.zeros(3)
     n, weight, rounding = n[known], weight[known], _rounding(surface, rows[known])
     mean = weight @ n
     length = np.linalg.norm(mean)
     if length > 0:
         off = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(n - mean / length, axis=1), 0.0, 1.0))
         if (off <= 2.0 * FLAT + 2.0 * rounding).all():
-            return PLANAR, 0.0
+            return PLANAR, 0.0, np.zeros(3)
     corners = np.unique(surface.triangles[rows])
     points = surface.vertices[corners]
     middles = surface.vertices[surface.triangles[rows[known]]].mean(axis=1)
@@ -230,8 +245,8 @@ def _shape(surface: Surface, rows: np.ndarray) -> tuple[str, float] | None:
 
 def _sphere(
     points: np.ndarray, middles: np.ndarray, normals: np.ndarray, weight: np.ndarray
-) -> tuple[str, float] | None:
-    """Kind and mean curvature of the sphere that points (p, 3) lie on, if they do and fix it.
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and no axis of the sphere that points (p, 3) lie on and fix, if any.
 
     Triangles (t,) on it have `middles` and `normals` (t, 3) and areas `weight`.
     """
@@ -257,7 +272,7 @@ def _sphere(
     outward = float(np.sign(weight @ cosine))
     if (outward * cosine).min() < np.cos(ON_SPHERE):
         return None
-    return SPHERICAL, outward / (size * radius)
+    return SPHERICAL, outward / (size * radius), np.zeros(3)
 
 
 def _of_revolution(
@@ -266,9 +281,9 @@ def _of_revolution(
     normals: np.ndarray,
     weight: np.ndarray,
     rounding: float,
-) -> tuple[str, float] | None:
-    """Kind and mean curvature of a circular cylinder or cone: normals at one angle to an axis,
-    vertices around it in circles. The parameters are those of `_sphere`."""
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of a circular cylinder or cone: normals at one angle to the
+    axis, vertices around it in circles. The parameters are those of `_sphere`."""
     if len(points) < 6:
         return None
     centred = normals - weight @ normals / weight.sum()
@@ -311,5 +326,5 @@ def _of_revolution(
         side = np.einsum("tc,tc->t", across, np.column_stack([normals @ u, normals @ v]))
         outward = float(np.sign(weight @ side))
         kind = CYLINDRICAL if abs(slope) < ON_AXIS else CONICAL
-        return kind, 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical
+        return kind, 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical, axis
     return None

@@ -14,6 +14,7 @@ from ..fields.planes import FaceFrames, lay_out
 from ..mesh.input_map import at_triangles, at_vertices, sums_at_triangles
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
+from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
 from .cross_field import CrossField, cross_field, smoothed_lines
 from .features import feature_half_edges, is_convex
@@ -95,10 +96,11 @@ class Guide:
 
     @property
     def undirected(self) -> np.ndarray:
-        """(m,) bool over the surface's triangles: those in a region."""
+        """(m,) bool over the surface's triangles: those in a region without directions."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
-            inside[region.triangles] = True
+            # Cylinders and cones have directions, exact ones.
+            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL)
         return inside[self.surface.source_triangle]
 
     def planes(self, progress: Progress) -> FaceFrames:

@@ -210,3 +210,22 @@ def test_a_part_as_written_by_a_program(meshes_folder):
     assert found["planar"] == 20 and found["cylindrical"] == 40
     assert len(detection.umbilics) == 0
     assert detection.index_sum == -44.0
+
+
+def test_cylinders_and_cones_have_exact_directions():
+    vertices, triangles = turned(np.array([0, 2, 2, 1.0, 0]), np.array([0, 0, 3, 5, 5.0]), 40)
+    detection = core.detect(vertices, triangles)
+    assert kinds_of(detection) == {"planar": 2, "cylindrical": 1, "conical": 1}
+    assert detection.index_sum == 2.0
+    field = detection.curvature
+    low = np.isclose(vertices[:, 2], 0.0) & (np.hypot(*vertices[:, :2].T) > 1.0)
+    np.testing.assert_allclose(field.k1[low], 0.5, rtol=0.01)
+    np.testing.assert_allclose(field.k2[low], 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(field.d2[low, 2]), 1.0, atol=1e-6)
+    guide = core.Guide(vertices, triangles, detection)
+    assert np.isfinite(guide.guidance().direction).all()
+    lines = guide.lines()
+    # Lines run along the cylinder or around it, and leave the flat ends alone.
+    assert len(lines) > 0
+    wall = (lines.position[:, 2] > 0.1) & (lines.position[:, 2] < 2.9)
+    assert wall.any()
