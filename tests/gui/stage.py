@@ -24,13 +24,13 @@ SHOW_MAP = 0.75, 598
 
 
 def part(name: str) -> ModuleType:
-    """A module of the installed add-on, such as "operators.running"."""
+    """A module of the installed add-on, such as "operators.jobs.worker"."""
     return sys.modules[f"{NAME}.{name}"]
 
 
 def running():
     """The detection or plan that is being computed, or None."""
-    return part("operators.running").current()
+    return part("operators.jobs.worker").current()
 
 
 def settled(pause: float = 1.0, limit: float = 90.0) -> Iterator[float]:

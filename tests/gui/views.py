@@ -60,7 +60,7 @@ def ellipsoid(name, place):
 def umbilics(name):
     """World places and normals of the object's umbilics."""
     obj = bpy.data.objects[name]
-    record = part("operators.record")
+    record = part("operators.data.record")
     kept = record.of(obj)
     rows = [item.row for item in obj.umbilics.items]
     return [tuple(map(Vector, record.place_now(obj, kept, row))) for row in rows]
