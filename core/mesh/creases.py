@@ -21,6 +21,21 @@ def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
     return inner[cosine < np.cos(np.radians(angle))]
 
 
+def is_convex(surface: Surface, half_edges: np.ndarray) -> np.ndarray:
+    """(e,) bool, True where the surface bends outwards at an edge, and on borders."""
+    twin = surface.twin[half_edges]
+    normal, _ = surface.face_normal_area
+    inner = twin >= 0
+    opposite = surface.triangles.ravel()[np.where(twin % 3 == 0, twin + 2, twin - 1)]
+    tail = surface.triangles.ravel()[half_edges]
+    height = np.einsum(
+        "ec,ec->e",
+        normal[half_edges // 3],
+        surface.vertices[opposite] - surface.vertices[tail],
+    )
+    return ~inner | (height <= 0)
+
+
 def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:
     """(h,) int64 half-edges, one of each edge, ascending, that are marked; none where more than a
     fifth of the edges are.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.creases import bent_half_edges, marked_half_edges
+from ..mesh.creases import marked_half_edges
 from ..mesh.surface import Surface
+from .crease_chains import crease_chains
 from .settings import GuidanceSettings
 
 
@@ -21,25 +22,10 @@ def feature_half_edges(
     """
     found = [np.flatnonzero(surface.twin < 0)] if settings.align_borders else []
     if settings.feature_angle < 180.0:
-        found.append(bent_half_edges(surface, settings.feature_angle))
+        found.append(crease_chains(surface, settings.feature_angle).half_edge)
     if settings.align_sharp:
         found.append(marked_half_edges(surface, sharp))
     return np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
-
-
-def is_convex(surface: Surface, half_edges: np.ndarray) -> np.ndarray:
-    """(e,) bool, True where the surface bends outwards at an edge, and on borders."""
-    twin = surface.twin[half_edges]
-    normal, _ = surface.face_normal_area
-    inner = twin >= 0
-    opposite = surface.triangles.ravel()[np.where(twin % 3 == 0, twin + 2, twin - 1)]
-    tail = surface.triangles.ravel()[half_edges]
-    height = np.einsum(
-        "ec,ec->e",
-        normal[half_edges // 3],
-        surface.vertices[opposite] - surface.vertices[tail],
-    )
-    return ~inner | (height <= 0)
 
 
 def along_features(

@@ -11,11 +11,12 @@ from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
+from ..mesh.creases import is_convex
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
 from .cross_field import CrossField, cross_field, smoothed_lines
-from .features import feature_half_edges, is_convex
+from .features import feature_half_edges
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines

@@ -12,9 +12,10 @@ from core.base.progress import Progress
 from core.fields.face_index import face_field_singularities
 from core.fields.multigrid import solve
 from core.fields.planes import lay_out
+from core.mesh.creases import is_convex
 from core.mesh.repair import clean
 from core.retopology.cross_field import cross_field
-from core.retopology.features import feature_half_edges, is_convex
+from core.retopology.features import feature_half_edges
 from core.retopology.settings import GuidanceSettings
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...surface import Surface
+from ...mesh.surface import Surface
 from .slopes import Slopes
 
 FIRST, SECOND = 0, 1

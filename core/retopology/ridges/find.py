@@ -13,9 +13,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...detection import CurvatureField
-from ...progress import Progress
-from ...surface import Surface
+from ...curvature.field import CurvatureField
+from ...base.progress import Progress
+from ...mesh.surface import Surface
 from .crossings import FIRST, SECOND, Crossings, at_nodes, crossings, edge_signs
 from .paths import Paths, ordered_paths
 from .reach import choose_fitting
@@ -26,6 +26,9 @@ from .slopes import Slopes, fit_slopes
 WEAK, CERTAIN = 5.0, 20.0
 # A chain must be longer than this many radii of the fits: shorter ones say the same thing once.
 SHORTEST = 2.0
+# A normal that would turn farther than this, in degrees, before the curvature falls to zero is that
+# of a tube, not of a crest: an ellipse comes here at axes of 1.07 to 1.
+ROUND = 180.0
 # Kinds, by number: elliptic means a maximum of the larger curvature or a minimum of the smaller.
 KINDS = ("crest", "maximal", "minimal", "hyperbolic maximal", "hyperbolic minimal")
 CREST = 0
@@ -124,7 +127,9 @@ def _family_chains(
     radius, error = middle(slopes.radius), middle(slopes.error[family])
     certainty = np.abs(found.slope) * radius / np.maximum(error, np.finfo(float).tiny)
     kind = _kinds(k, other, found.slope, family)
-    rows = np.flatnonzero((certainty > WEAK) & ((kind == CREST) | (not crests_only)))
+    bend = bend_of(k, found.slope)
+    shows = (certainty > WEAK) & (bend < ROUND)
+    rows = np.flatnonzero(shows & ((kind == CREST) | (not crests_only)))
     length = np.linalg.norm(
         np.diff([at_nodes(surface, end, found.along, surface.vertices) for end in found.node.T], axis=0)[0],
         axis=1,
@@ -143,7 +148,6 @@ def _family_chains(
     kept = (highest >= CERTAIN) & (total >= SHORTEST * reach)
     rows = rows[kept[piece]]
     paths = ordered_paths(found.node[rows] * len(KINDS) + kind[rows, None])
-    bend = bend_of(k, found.slope)
     values = {"curvature": k, "bending": found.slope, "bend": bend, "certainty": certainty}
     return _chains(surface, slopes, found, rows, paths, values, kind, family)
 
@@ -158,13 +162,13 @@ def _kinds(k: np.ndarray, other: np.ndarray, slope: np.ndarray, family: int) -> 
 
 
 def bend_of(curvature: np.ndarray, bending: np.ndarray) -> np.ndarray:
-    """Degrees that the normal turns across a ridge, at most 180.
+    """Degrees that the normal turns across a ridge, at most `ROUND`.
 
     Of the parabola with this curvature and second derivative of it, as far as it is positive.
     """
     size = np.abs(curvature)
     half_width = np.sqrt(2.0 * size / np.maximum(np.abs(bending), np.finfo(float).tiny))
-    return np.minimum(np.degrees(4.0 / 3.0 * size * half_width), 180.0)
+    return np.minimum(np.degrees(4.0 / 3.0 * size * half_width), ROUND)
 
 
 def _chains(

@@ -6,16 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...neighbourhoods import Neighbourhood, adjacency
-from ...progress import Progress
-from ...surface import Surface
+from ...mesh.neighbourhoods import Neighbourhood, adjacency
+from ...base.progress import Progress
+from ...mesh.surface import Surface
 from .slopes import Fitting, Slopes, fit_slopes
 
-# Degree five: on clean meshes the even degrees carry a bias of one part in twenty that their
-# residuals do not show; under noise it costs two or three rings more and loses nothing (relative
-# error of e on ellipsoids and x^6 + y^6 + z^6 = 1, icosphere, random, marching cubes, decimated,
-# 0 to 5 % noise). Near samples count more, which beats equal weights on all but two of them.
-DEGREE, FOCUS = 5, 1.0
+# Degree four with near samples counting more. Its bias (one part in twenty of e where the mesh is
+# clean) grows with e and leaves ridges where they are; degree five, though nearer to e, needs two
+# or three rings more under noise and shows several times the false length.
+DEGREE, FOCUS = 4, 1.0
 FEWEST_RINGS, MOST_RINGS = 3, 11
 # Vertices that are fitted at every reach to choose one.
 SAMPLED = 1000
@@ -23,10 +22,11 @@ SAMPLED = 1000
 # enough, and a wider fit would only add bias.
 FINE = 0.05
 # Median change of e by one more ring, in its standard errors, above which the shape is lost: by
-# noise alone it measures 0.35 to 0.65. Errors of marching cubes are not white and begin higher,
-# but fall from ring to ring, which no loss of shape does. Chosen on the meshes named above,
-# confirmed on x^4 + y^4 + z^4 = 1 and tori.
-AGREEMENT = 0.7
+# noise alone it measures 0.4 to 0.6. Errors of marching cubes are not white and begin higher, but
+# fall from ring to ring, which no loss of shape does. Chosen on ellipsoids, a skewed one and
+# x^6 + y^6 + z^6 = 1 (icosphere, random, marching cubes, decimated, 0 to 5 % noise), confirmed on
+# x^4 + y^4 + z^4 = 1 and tori.
+AGREEMENT = 0.9
 
 
 def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fitting:

@@ -1,6 +1,6 @@
 """How the principal curvatures change along their own lines: third derivatives, with their error.
 
-A polynomial of degree 4 or 5 is fitted to the heights around each vertex, in the frame of its
+A polynomial of degree 4 or more is fitted to the heights around each vertex, in the frame of its
 principal directions. With f the depth below the tangent plane, g its gradient, H its Hessian and
 w = sqrt(1 + g.g), the covariant derivative of the second fundamental form is
 
@@ -17,14 +17,14 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ...height_operator import operator_of_heights
-from ...heights import HeightFit, Terms, solve_heights, sum_count, sum_samples
-from ...jets import near_weights, samples_about
-from ...neighbourhoods import Neighbourhood
-from ...parallel import run
-from ...progress import Progress
-from ...surface import Surface
-from ...workspace import Workspace
+from ...curvature.monge import operator_of_heights
+from ...curvature.height_fit import HeightFit, Terms, solve_heights, sum_count, sum_samples
+from ...curvature.jets import near_weights, samples_about
+from ...mesh.neighbourhoods import Neighbourhood
+from ...base.parallel import run
+from ...base.progress import Progress
+from ...mesh.surface import Surface
+from ...base.buffers import Workspace
 
 # Vertices whose fits are solved together: their systems take 15 MB in each thread.
 CHUNK = 4096
@@ -88,7 +88,7 @@ class Fitting:
     neighbourhood:
         Which vertices are the samples.
     degree:
-        Degree of the polynomial, 4 or 5.
+        Degree of the polynomial, at least 4.
     focus:
         Near samples count more by 1 / (1 + d^2 / focus)^3 of their squared distance (mean 1);
         None for equal weights.
