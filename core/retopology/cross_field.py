@@ -29,7 +29,7 @@ from ..fields.transport import carried, tangents
 from ..fields.winding import certified_index
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
-from .features import along_features
+from .features import Features, find_features, fourth_power, wanted_directions
 from .settings import GuidanceSettings
 
 # The gap over its standard error, and over the median gap, at which a direction counts half.
@@ -39,8 +39,9 @@ WEAK_GAP = 0.15
 LEAST_CONFIDENCE = 1e-6
 # Smoothing lengths at the ends of the slider, in radii of the sphere of the same area.
 SHORTEST, LONGEST = 0.003, 10.0
-# Features outweigh what pulls at them from around by this much.
-FEATURE_WEIGHT = 100.0
+# Hard features outweigh what pulls at them from around by this much; the surest crest is as
+# strong as that.
+FEATURE_WEIGHT, CREST_WEIGHT = 100.0, 1.0
 # Cotangent weights outside these bounds come from slivers and would spoil the solver.
 LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 20.0
 # Mean confidence below which a component has no direction of its own: its smoothest field is
@@ -91,6 +92,7 @@ def cross_field(
     *,
     sharp: np.ndarray | None = None,
     undirected: np.ndarray | None = None,
+    features: Features | None = None,
 ) -> CrossField:
     """The cross field of a surface.
 
@@ -106,8 +108,12 @@ def cross_field(
         (s, 2) pairs of input vertices whose edges are marked sharp.
     undirected:
         (m,) bool triangles of regions where the directions mean nothing.
+    features:
+        What to run along, if it is known; else hard features by the settings.
     """
     progress.step(0.0)
+    if features is None:
+        features = find_features(surface, settings, sharp)
     normal = vertex_normals(surface)
     e1, e2 = tangents(normal)
     axis = np.ascontiguousarray((e1 + 1j * e2).T)
@@ -115,13 +121,18 @@ def cross_field(
     weights, area = _weights_and_areas(surface)
     matrix, pull = _laplacian(surface, weights, axis, 4)
     progress.step(0.15)
-    feature, wanted = along_features(surface, settings, sharp, axis)
+    feature, wanted = wanted_directions(surface, features, axis)
     smoothing = _length(surface, area, settings.smoothness)
     weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
     held = np.abs(wanted) * feature
+    right = weight * data
     weight = np.where(feature, FEATURE_WEIGHT * pull * held, weight)
     unit = wanted / np.maximum(np.abs(wanted), 1e-12)
-    right = weight * np.where(feature, unit, data)
+    right = np.where(feature, weight * unit, right)
+    crest = features.crest_vertex
+    extra = CREST_WEIGHT * pull[crest] * features.crest_weight
+    weight[crest] += extra
+    right[crest] += extra * fourth_power(axis[:, crest], features.crest_direction)
     system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
     u = solve(system, right, progress.part("Solving", 0.15, 0.75))
     u = _smoothest(surface, system, u, confidence, area, feature, progress)

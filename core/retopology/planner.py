@@ -16,7 +16,7 @@ from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
 from .cross_field import CrossField, cross_field, smoothed_lines
-from .features import feature_half_edges
+from .features import Features, find_features
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
