@@ -39,9 +39,8 @@ WEAK_GAP = 0.15
 LEAST_CONFIDENCE = 1e-6
 # Smoothing lengths at the ends of the slider, in radii of the sphere of the same area.
 SHORTEST, LONGEST = 0.003, 10.0
-# Hard features outweigh what pulls at them from around by this much; the surest crest is as
-# strong as that.
-FEATURE_WEIGHT, CREST_WEIGHT = 100.0, 1.0
+# Hard features outweigh what pulls at them from around by this much; crests yield to it.
+FEATURE_WEIGHT, CREST_WEIGHT = 100.0, 0.3
 # Cotangent weights outside these bounds come from slivers and would spoil the solver.
 LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 20.0
 # Mean confidence below which a component has no direction of its own: its smoothest field is
@@ -150,6 +149,12 @@ def cross_field(
         triangle_index=index,
         smoothing=float(np.median(smoothing)),
     )
+
+
+def smoothing_length(surface: Surface, smoothness: float) -> float:
+    """Length over which a field is smoothed, median over the vertices of the surface."""
+    _, area = _weights_and_areas(surface)
+    return float(np.median(_length(surface, area, smoothness)))
 
 
 def smoothed_lines(

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..mesh.creases import marked_half_edges
 from ..mesh.surface import Surface
@@ -17,6 +18,8 @@ from .crease_chains import crease_chains
 from .ridges.find import CERTAIN, CREST, Ridges
 from .settings import GuidanceSettings
 
+# How far the samples of a fit reach, in root mean square distances.
+FIT_EXTENT = 1.5
 BORDER, MARK, CREASE = 0, 1, 2
 # What a feature edge is one for, by number; the first that holds.
 KINDS = ("border", "mark", "crease")
@@ -35,11 +38,11 @@ class Features:
     chain:
         (e,) int64 chain of creases that the edge is part of, -1 for others.
     crest_vertex:
-        (c,) int64 vertices beside crests, each once, ascending; none of them on a hard feature.
+        (c,) int64 vertices beside crests, each once, ascending; none of them near a hard feature.
     crest_direction:
         (c, 3) float64 unit direction across the crest.
     crest_weight:
-        (c,) float64 how much it counts, 0 to 1.
+        (c,) float64 how much it counts, 0 to 1, by how sure the crest is.
     """
 
     half_edge: np.ndarray
@@ -55,6 +58,7 @@ def find_features(
     settings: GuidanceSettings,
     sharp: np.ndarray | None = None,
     ridges: Ridges | None = None,
+    shortest: float = 0.0,
 ) -> Features:
     """The features of a surface.
 
@@ -64,6 +68,8 @@ def find_features(
         (s, 2) pairs of input vertices whose edges are marked sharp, or None.
     ridges:
         Its ridges, or None to leave crests out.
+    shortest:
+        Least length of a crest, in the coordinates of the surface.
     """
     kind = np.full(len(surface.twin), -1, np.int8)
     chain = np.full(len(surface.twin), -1)
@@ -77,12 +83,8 @@ def find_features(
     if settings.align_borders:
         kind[surface.twin < 0] = BORDER
     hard = np.flatnonzero(kind >= 0)
-    on_edge = np.zeros(len(surface.vertices), bool)
-    for corner in _ends(surface, hard):
-        on_edge[corner] = True
-    return Features(
-        hard, kind[hard], chain[hard], *_crests(surface, settings.feature_angle, ridges, on_edge)
-    )
+    crests = _crests(surface, hard, ridges, shortest)
+    return Features(hard, kind[hard], chain[hard], *crests)
 
 
 def _ends(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -94,26 +96,34 @@ def _ends(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _crests(
-    surface: Surface, angle: float, ridges: Ridges | None, taken: np.ndarray
+    surface: Surface, hard: np.ndarray, ridges: Ridges | None, shortest: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices (c,) beside crests that bend by `angle` or more and are not `taken` (n,), the
-    directions (c, 3) across and the weights (c,)."""
+    """Vertices (c,) beside long crests away from hard features, the directions (c, 3) across and
+    the weights (c,)."""
     weight = np.zeros(len(surface.vertices))
     direction = np.zeros((len(weight), 3))
-    if ridges is not None and angle < 180.0:
-        chains = ridges.chains
-        family = np.repeat(chains.family, np.diff(chains.start))
-        crest = np.repeat(chains.kind == CREST, np.diff(chains.start)) & (chains.bend >= angle)
-        sure = chains.certainty / (chains.certainty + CERTAIN)
-        for number in (0, 1):
-            rows = np.flatnonzero(crest & (family == number))
-            corner = surface.triangles[chains.triangle[rows]]
-            heavier = np.zeros(len(weight))
-            np.maximum.at(heavier, corner, sure[rows, None])
-            better = heavier > weight
-            weight[better] = heavier[better]
-            direction[better] = ridges.slopes.d[number][better]
-    vertex = np.flatnonzero((weight > 0) & ~taken)
+    if ridges is None:
+        return np.zeros(0, np.int64), direction[:0], weight[:0]
+    chains = ridges.chains
+    chord = np.linalg.norm(np.diff(chains.position, axis=0, prepend=0.0), axis=1)
+    chord[chains.start[:-1]] = 0.0
+    line = np.repeat(np.arange(len(chains)), np.diff(chains.start))
+    length = np.bincount(line, weights=chord, minlength=len(chains))
+    crest = ((chains.kind == CREST) & (length >= shortest))[line]
+    sure = chains.certainty / (chains.certainty + CERTAIN)
+    for family in (0, 1):
+        rows = np.flatnonzero(crest & (chains.family[line] == family))
+        heaviest = np.zeros(len(weight))
+        np.maximum.at(heaviest, surface.triangles[chains.triangle[rows]], sure[rows, None])
+        better = heaviest > weight
+        weight[better] = heaviest[better]
+        direction[better] = ridges.slopes.d[family][better]
+    vertex = np.flatnonzero(weight)
+    if len(hard):
+        # A fit that reaches over a sharp edge says nothing of directions beside it.
+        edge = np.unique(np.concatenate(_ends(surface, hard)))
+        distance, _ = cKDTree(surface.vertices[edge]).query(surface.vertices[vertex])
+        vertex = vertex[distance > FIT_EXTENT * ridges.slopes.radius[vertex]]
     return vertex, direction[vertex], weight[vertex]
 
 

@@ -83,41 +83,48 @@ class Ridges:
     slopes: Slopes
 
 
-def find_ridges(
-    surface: Surface, field: CurvatureField, progress: Progress, *, crests_only: bool = True
-) -> Ridges:
-    """The ridges that stand out of the noise.
+def measure_slopes(surface: Surface, field: CurvatureField, progress: Progress) -> Slopes:
+    """What ridges are found from, at all vertices.
 
     Parameters
     ----------
     field:
         Shape operators at the n vertices; the fits start from their directions.
-    crests_only:
-        Leave out what is not a crest.
     """
     axes = np.stack([field.d1.T, field.d2.T, field.normal.T])
     fitting = choose_fitting(surface, axes, progress.part("Choosing the scale of ridges", 0, 0.2))
     part = progress.part("Fitting third derivatives", 0.2, 0.8)
-    slopes = fit_slopes(surface, axes, fitting, part)
-    progress.part("Joining ridges", 0.8, 1.0)
-    return Ridges(chains_of(surface, slopes, crests_only), slopes)
+    return fit_slopes(surface, axes, fitting, part)
 
 
-def chains_of(surface: Surface, slopes: Slopes, crests_only: bool = True) -> Chains:
-    """The chains of both families where slopes are significant."""
+def find_ridges(
+    surface: Surface, slopes: Slopes, *, crests_only: bool = True, least_bend: float = 0.0
+) -> Ridges:
+    """The ridges of both families that stand out of the noise.
+
+    Parameters
+    ----------
+    crests_only:
+        Leave out what is not a crest.
+    least_bend:
+        Degrees that the normal turns across each somewhere; half of that along all of it.
+    """
     signs = edge_signs(surface, slopes)
-    return _joined(
-        [
-            _family_chains(
-                surface, slopes, crossings(surface, slopes, signs, family), family, crests_only
-            )
-            for family in (FIRST, SECOND)
-        ]
-    )
+    wanted = crests_only, least_bend
+    parts = [
+        _family_chains(surface, slopes, crossings(surface, slopes, signs, family), family, *wanted)
+        for family in (FIRST, SECOND)
+    ]
+    return Ridges(_joined(parts), slopes)
 
 
 def _family_chains(
-    surface: Surface, slopes: Slopes, found: Crossings, family: int, crests_only: bool
+    surface: Surface,
+    slopes: Slopes,
+    found: Crossings,
+    family: int,
+    crests_only: bool,
+    least_bend: float,
 ) -> Chains:
     def middle(values: np.ndarray) -> np.ndarray:
         ends = (at_nodes(surface, end, found.along, values) for end in found.node.T)
@@ -128,12 +135,10 @@ def _family_chains(
     certainty = np.abs(found.slope) * radius / np.maximum(error, np.finfo(float).tiny)
     kind = _kinds(k, other, found.slope, family)
     bend = bend_of(k, found.slope)
-    shows = (certainty > WEAK) & (bend < ROUND)
+    shows = (certainty > WEAK) & (bend < ROUND) & (bend >= 0.5 * least_bend)
     rows = np.flatnonzero(shows & ((kind == CREST) | (not crests_only)))
-    length = np.linalg.norm(
-        np.diff([at_nodes(surface, end, found.along, surface.vertices) for end in found.node.T], axis=0)[0],
-        axis=1,
-    )
+    begin, end = (at_nodes(surface, one, found.along, surface.vertices) for one in found.node.T)
+    length = np.linalg.norm(end - begin, axis=1)
     # Where the kind changes, chains part: a node is one for each kind.
     nodes = found.node[rows] * len(KINDS) + kind[rows, None]
     names, ends = np.unique(nodes, return_inverse=True)
@@ -141,11 +146,12 @@ def _family_chains(
     graph = sparse.coo_array((np.ones(len(rows)), tuple(ends.T)), shape=(len(names),) * 2)
     pieces, label = csgraph.connected_components(graph, directed=False)
     piece = label[ends[:, 0]]
-    highest, reach = np.zeros(pieces), np.zeros(pieces)
+    highest, reach, most = np.zeros((3, pieces))
     np.maximum.at(highest, piece, certainty[rows])
     np.maximum.at(reach, piece, radius[rows])
+    np.maximum.at(most, piece, bend[rows])
     total = np.bincount(piece, weights=length[rows], minlength=pieces)
-    kept = (highest >= CERTAIN) & (total >= SHORTEST * reach)
+    kept = (highest >= CERTAIN) & (total >= SHORTEST * reach) & (most >= least_bend)
     rows = rows[kept[piece]]
     paths = ordered_paths(found.node[rows] * len(KINDS) + kind[rows, None])
     values = {"curvature": k, "bending": found.slope, "bend": bend, "certainty": certainty}

@@ -30,6 +30,8 @@ from ...base.buffers import Workspace
 CHUNK = 4096
 # Samples that are summed together.
 SAMPLES_PER_BLOCK = 32768
+# Error of e in units of the radius below which it is round-off: heights are known to 1e-16 of it.
+ROUND_OFF = 1e-10
 # Rings that are added, one at a time, where the samples leave the polynomial undetermined.
 RETRIES = 2
 # What the error of e depends on: the cubes along both directions, and the twist that turns them.
@@ -221,7 +223,7 @@ def _slopes_of(fit: HeightFit, radius: np.ndarray, axes: np.ndarray) -> Slopes:
         e=e / radius**2,
         bending=bending / radius**3,
         mixed=mixed / radius**2,
-        error=np.sqrt(np.maximum(variance, 0.0)) / radius**2,
+        error=np.maximum(np.sqrt(np.maximum(variance, 0.0)), ROUND_OFF) / radius**2,
         d=np.stack(
             [operator.tangent(cosine, sine, axes), operator.tangent(-sine, cosine, axes)]
         ),
