@@ -29,6 +29,7 @@ from ..fields.transport import carried, tangents
 from ..fields.winding import certified_index
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
+from .dipoles import without_dipoles
 from .features import Features, find_features, fourth_power, wanted_directions
 from .settings import GuidanceSettings
 
@@ -39,6 +40,9 @@ WEAK_GAP = 0.15
 LEAST_CONFIDENCE = 1e-6
 # Smoothing lengths at the ends of the slider, in radii of the sphere of the same area.
 SHORTEST, LONGEST = 0.003, 10.0
+# Smoothness whose length is an edge of a mesh of 2,000 quads: singularities are taken together that
+# are nearer than that, if the field is as smooth; what is smoother lets go of them by itself.
+QUAD_EDGE = 0.4
 # Hard features outweigh what pulls at them from around by this much; crests yield to it.
 FEATURE_WEIGHT, CREST_WEIGHT = 100.0, 0.3
 # Cotangent weights outside these bounds come from slivers and would spoil the solver.
@@ -135,11 +139,13 @@ def cross_field(
     system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
     u = solve(system, right, progress.part("Solving", 0.15, 0.75))
     u = _smoothest(surface, system, u, confidence, area, feature, progress)
+    part = progress.part("Joining singularities", 0.8, 0.9)
+    apart = float(np.median(np.minimum(smoothing, _length(surface, area, QUAD_EDGE))))
+    u, index = without_dipoles(
+        surface, matrix, u, feature, normal, lambda u: _direction(u, e1, e2), apart, part
+    )
     direction = _direction(u, e1, e2)
-    progress.step(0.8)
-    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.8, 0.9))
-    d2 = np.cross(normal, direction)
-    index = certified_index(surface, direction, d2, progress.part("Counting", 0.9, 1.0), symmetry=4)
+    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.9, 1.0))
     return CrossField(
         direction=direction,
         normal=normal,
