@@ -87,7 +87,7 @@ def _around_pairs(
     one, two = pairs.T
     distance = np.linalg.norm(place[one] - place[two], axis=1)
     close = distance <= np.minimum(reach[one], reach[two])
-    close &= (index[single[one]] * index[single[two]] < 0)
+    close &= index[single[one]] * index[single[two]] < 0
     close &= np.einsum("pc,pc->p", upright[one], upright[two]) > 0
     one, two, distance = one[close], two[close], distance[close]
     middle = 0.5 * (place[one] + place[two])

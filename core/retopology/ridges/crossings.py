@@ -108,7 +108,9 @@ def _slope(
     return np.einsum("sc,sc->s", gradient, d)
 
 
-def at_nodes(surface: Surface, node: np.ndarray, along: np.ndarray, values: np.ndarray):
+def at_nodes(
+    surface: Surface, node: np.ndarray, along: np.ndarray, values: np.ndarray
+) -> np.ndarray:
     """Values (n, ...) at vertices, linearly interpolated at `node`s (r,) half-edges."""
     tail = surface.triangles.ravel()[node]
     head = surface.triangles[:, [1, 2, 0]].ravel()[node]

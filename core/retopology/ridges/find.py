@@ -13,8 +13,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...curvature.field import CurvatureField
 from ...base.progress import Progress
+from ...curvature.field import CurvatureField
 from ...mesh.surface import Surface
 from .crossings import FIRST, SECOND, Crossings, at_nodes, crossings, edge_signs
 from .paths import Paths, ordered_paths

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from ...mesh.neighbourhoods import Neighbourhood, adjacency
 from ...base.progress import Progress
+from ...mesh.neighbourhoods import Neighbourhood, adjacency
 from ...mesh.surface import Surface
 from .slopes import Fitting, Slopes, fit_slopes
 

@@ -49,9 +49,7 @@ class RidgeLines(Lines):
     OF_LINES: ClassVar[tuple[str, ...]] = (*Lines.OF_LINES, "kind")
 
 
-def ridge_lines(
-    surface: Surface, slopes: Slopes, chains: Chains, umbilics: Umbilics
-) -> RidgeLines:
+def ridge_lines(surface: Surface, slopes: Slopes, chains: Chains, umbilics: Umbilics) -> RidgeLines:
     """Chains in the rows and coordinates of the input, their open ends led to umbilics.
 
     Parameters

@@ -17,14 +17,14 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ...curvature.monge import operator_of_heights
-from ...curvature.height_fit import HeightFit, Terms, solve_heights, sum_count, sum_samples
-from ...curvature.jets import near_weights, samples_about
-from ...mesh.neighbourhoods import Neighbourhood
+from ...base.buffers import Workspace
 from ...base.parallel import run
 from ...base.progress import Progress
+from ...curvature.height_fit import HeightFit, Terms, solve_heights, sum_count, sum_samples
+from ...curvature.jets import near_weights, samples_about
+from ...curvature.monge import operator_of_heights
+from ...mesh.neighbourhoods import Neighbourhood
 from ...mesh.surface import Surface
-from ...base.buffers import Workspace
 
 # Vertices whose fits are solved together: their systems take 15 MB in each thread.
 CHUNK = 4096
@@ -125,7 +125,11 @@ def fit_slopes(
         centres = np.arange(len(surface.vertices))
     c = len(centres)
     slopes = Slopes(
-        *(np.zeros((2, c)) for _ in range(5)),
+        k=np.zeros((2, c)),
+        e=np.zeros((2, c)),
+        bending=np.zeros((2, c)),
+        mixed=np.zeros((2, c)),
+        error=np.zeros((2, c)),
         d=np.zeros((2, c, 3)),
         normal=np.zeros((c, 3)),
         gap_error=np.zeros(c),
@@ -174,7 +178,8 @@ def _fit_some(
         samples, radius[block] = samples_about(coordinates, members, origin, along, workspace)
         focus = fitting.focus
         weights = None if focus is None else near_weights(samples[:2], focus, workspace)
-        sum_samples(*samples, weights, degree, sums[:, block], workspace)
+        x, y, height = samples
+        sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace, ENDS)
     made = _slopes_of(fit, radius[:end], axes.take(rows[order], axis=2))
@@ -224,9 +229,7 @@ def _slopes_of(fit: HeightFit, radius: np.ndarray, axes: np.ndarray) -> Slopes:
         bending=bending / radius**3,
         mixed=mixed / radius**2,
         error=np.maximum(np.sqrt(np.maximum(variance, 0.0)), ROUND_OFF) / radius**2,
-        d=np.stack(
-            [operator.tangent(cosine, sine, axes), operator.tangent(-sine, cosine, axes)]
-        ),
+        d=np.stack([operator.tangent(cosine, sine, axes), operator.tangent(-sine, cosine, axes)]),
         normal=operator.normal(axes),
         gap_error=2.0 * np.sqrt(np.maximum(v[1, 1], 0.0)) / radius,
         radius=radius,
