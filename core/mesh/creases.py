@@ -15,10 +15,18 @@ MOST_MARKED, SMALL = 0.2, 600
 def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
     """(h,) int64 half-edges, one of each edge, ascending, across which the normal turns further
     than `angle` in degrees."""
+    inner, bend = edge_bends(surface)
+    return inner[bend > angle]
+
+
+def edge_bends(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """(h,) int64 half-edges, one of each inner edge, ascending, and the degrees (h,) that the
+    normal turns across each."""
     inner = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
     normal, _ = surface.face_normal_area
-    cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
-    return inner[cosine < np.cos(np.radians(angle))]
+    one, two = normal[inner // 3], normal[surface.twin[inner] // 3]
+    sine = np.linalg.norm(np.cross(one, two), axis=1)
+    return inner, np.degrees(np.arctan2(sine, np.einsum("ec,ec->e", one, two)))
 
 
 def is_convex(surface: Surface, half_edges: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.creases import bent_half_edges, is_convex
+from ..mesh.creases import edge_bends, is_convex
 from ..mesh.half_edges import following
 from ..mesh.surface import Surface
 from .ridges.paths import ordered_paths
@@ -22,13 +22,18 @@ WEAK_SHARE = 0.5
 MOST_TURN = 75.0
 # So many edges in a row may bend less than the angle within a chain.
 GAP = 2
-# A chain of fewer edges says nothing, unless it joins two junctions or comes back to itself.
-FEWEST = 4
-# Degrees by which a chain may swerve from edge to edge. One that swerves more follows the
-# triangles rather than a crease and tells the direction worse than the curvature does: the fields
-# of real meshes lie 6 to 10 degrees from it. Chosen on rocker-arm (12 to 20), fandisk (0), hand
-# and spot; confirmed on a plate with holes, a beetle, a bunny and a skull.
+# A chain of fewer edges says nothing, unless it comes back to itself, or joins two junctions on a
+# mesh of which this share of all bent edges is in chains: on rough meshes junctions are many, too.
+FEWEST, IN_CHAINS = 4, 0.8
+# Degrees by which a chain that just reaches the angle may swerve from edge to edge, one of twice
+# the angle by twice as much. One that swerves more follows the triangles rather than a crease and
+# tells the direction worse than the curvature does: the fields of real meshes lie 6 to 10 degrees
+# from it. Chosen on rocker-arm (12 to 20), fandisk (0), hand and spot; confirmed on a plate with
+# holes, a beetle, a bunny and a skull.
 MOST_SWERVE = 10.0
+# A chain bends so many times farther than the median of the edges that bend less than the angle. By
+# noise or on a coarse mesh that is what single edges do by chance; beside a crease it is small.
+STANDS_OUT = 4.0
 
 
 @dataclass(frozen=True)
@@ -52,11 +57,13 @@ class CreaseChains:
 
 def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     """The chains of edges across which the normal turns further than `angle` in degrees."""
-    half_edge = bent_half_edges(surface, WEAK_SHARE * angle)
+    half_edge, bend = edge_bends(surface)
+    smaller = bend[bend < angle]
+    least = max(angle, STANDS_OUT * float(np.median(smaller)) if len(smaller) else 0.0)
+    weak = bend >= WEAK_SHARE * angle
+    half_edge, bend = half_edge[weak], bend[weak]
     normal, _ = surface.face_normal_area
-    one, two = normal[half_edge // 3], normal[surface.twin[half_edge] // 3]
-    sine = np.linalg.norm(np.cross(one, two), axis=1)
-    bend = np.degrees(np.arctan2(sine, np.einsum("ec,ec->e", one, two)))
+    middle = normal[half_edge // 3] + normal[surface.twin[half_edge] // 3]
     vertex = np.stack(
         [surface.triangles.ravel()[half_edge], surface.triangles.ravel()[following(half_edge)]]
     )
@@ -74,17 +81,20 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     count = np.bincount(piece, minlength=int(first.sum()))
 
     direction = np.where(forward[:, None], along[edge], -along[edge])
-    middle = (one + two)[edge]
-    straight = _swerve(direction, middle, piece, count) <= MOST_SWERVE
+    mean = np.bincount(piece, weights=bend[edge], minlength=len(count)) / np.maximum(count, 1)
+    swerve = _swerve(direction, middle[edge], piece, count)
+    straight = (swerve * angle <= MOST_SWERVE * np.maximum(mean, angle)) & (mean >= least)
     # The vertices at both ends of each piece.
     start = np.flatnonzero(first)
     last = start + count - 1
     begin = np.where(forward[start], vertex[0, edge[start]], vertex[1, edge[start]])
     end = np.where(forward[last], vertex[1, edge[last]], vertex[0, edge[last]])
-    meeting = np.bincount(vertex[:, edge[straight[piece]]].ravel(), minlength=len(surface.border))
+    meeting = np.bincount(vertex[:, edge].ravel(), minlength=len(surface.border))
     junction = (meeting >= 3) | surface.border
-    held = (begin == end) | (junction[begin] & junction[end])
-    kept = straight & ((count >= FEWEST) | held)
+    kept = straight & ((count >= FEWEST) | (begin == end))
+    with_short = kept | (straight & junction[begin] & junction[end])
+    if count[with_short].sum() >= IN_CHAINS * np.count_nonzero(bend >= angle):
+        kept = with_short
     rows = kept[piece]
     return CreaseChains(
         start=np.concatenate([[0], np.cumsum(count[kept])]).astype(np.int64),
@@ -158,8 +168,8 @@ def _bridged(strong: np.ndarray, path: np.ndarray) -> np.ndarray:
 def _swerve(
     direction: np.ndarray, normal: np.ndarray, piece: np.ndarray, count: np.ndarray
 ) -> np.ndarray:
-    """(l,) mean degrees by which the turn of each piece changes from one vertex to the next,
-    halved: nothing along straight lines and circles, the turn itself in a zigzag.
+    """(l,) mean degrees by which the turn of each piece on the surface changes from one vertex to
+    the next, halved: nothing along straight lines and circles, the turn itself in a zigzag.
 
     Parameters
     ----------
@@ -169,8 +179,9 @@ def _swerve(
         (l,) edges of each piece.
     """
     before, after = direction[:-1], direction[1:]
-    side = np.einsum("ec,ec->e", np.cross(before, after), normal[1:])
-    sine = np.copysign(np.linalg.norm(np.cross(before, after), axis=1), side)
+    upright = normal[1:] + normal[:-1]
+    upright /= np.maximum(np.linalg.norm(upright, axis=1), np.finfo(float).tiny)[:, None]
+    sine = np.einsum("ec,ec->e", np.cross(before, after), upright)
     turn = np.degrees(np.arctan2(sine, np.einsum("ec,ec->e", before, after)))
     change = 0.5 * np.abs(np.diff(turn))
     inner = piece[2:] == piece[:-2]

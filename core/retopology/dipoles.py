@@ -22,8 +22,8 @@ from ..mesh.surface import Surface
 # Triangles side by side have their centres so many edges apart, or less.
 CLOSEST = 0.7
 # The field is filled in over a disc that reaches so many of their distances beyond a pair in the
-# first round, twice as many in the second and so on: a tighter disc may keep them apart, a wider one forgets
-# more than it must.
+# first round, twice as many in the second and so on: a tighter disc may keep them apart, a wider
+# one forgets more than it must.
 MARGIN, ROUNDS = 1.0, 3
 
 

@@ -16,6 +16,7 @@ from scipy.sparse import csgraph
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...mesh.surface import Surface
+from .bend import ROUND, bend_of
 from .crossings import FIRST, SECOND, Crossings, at_nodes, crossings, edge_signs
 from .paths import Paths, ordered_paths
 from .reach import choose_fitting
@@ -26,9 +27,6 @@ from .slopes import Slopes, fit_slopes
 WEAK, CERTAIN = 5.0, 20.0
 # A chain must be longer than this many radii of the fits: shorter ones say the same thing once.
 SHORTEST = 2.0
-# A normal that would turn farther than this, in degrees, before the curvature falls to zero is that
-# of a tube, not of a crest: an ellipse comes here at axes of 1.07 to 1.
-ROUND = 180.0
 # Kinds, by number: elliptic means a maximum of the larger curvature or a minimum of the smaller.
 KINDS = ("crest", "maximal", "minimal", "hyperbolic maximal", "hyperbolic minimal")
 CREST = 0
@@ -127,8 +125,8 @@ def _family_chains(
     least_bend: float,
 ) -> Chains:
     def middle(values: np.ndarray) -> np.ndarray:
-        ends = (at_nodes(surface, end, found.along, values) for end in found.node.T)
-        return 0.5 * sum(ends)
+        begin, end = (at_nodes(surface, one, found.along, values) for one in found.node.T)
+        return np.asarray(0.5 * (begin + end))
 
     k, other = middle(slopes.k[family]), middle(slopes.k[1 - family])
     radius, error = middle(slopes.radius), middle(slopes.error[family])
@@ -165,16 +163,6 @@ def _kinds(k: np.ndarray, other: np.ndarray, slope: np.ndarray, family: int) -> 
     crest = elliptic & (np.abs(k) > np.abs(other)) & (k * outward > 0)
     usual = 1 if family == FIRST else 2
     return np.where(crest, CREST, np.where(elliptic, usual, usual + 2))
-
-
-def bend_of(curvature: np.ndarray, bending: np.ndarray) -> np.ndarray:
-    """Degrees that the normal turns across a ridge, at most `ROUND`.
-
-    Of the parabola with this curvature and second derivative of it, as far as it is positive.
-    """
-    size = np.abs(curvature)
-    half_width = np.sqrt(2.0 * size / np.maximum(np.abs(bending), np.finfo(float).tiny))
-    return np.minimum(np.degrees(4.0 / 3.0 * size * half_width), ROUND)
 
 
 def _chains(

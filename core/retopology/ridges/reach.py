@@ -7,6 +7,7 @@ import numpy as np
 from ...base.progress import Progress
 from ...mesh.neighbourhoods import Neighbourhood, adjacency
 from ...mesh.surface import Surface
+from .bend import ROUND, bending_of
 from .slopes import Fitting, Slopes, fit_slopes
 
 # Degree four with near samples counting more. Its bias (one part in twenty of e where the mesh is
@@ -25,6 +26,9 @@ FINE = 0.05
 # x^6 + y^6 + z^6 = 1 (icosphere, random, marching cubes, decimated, 0 to 5 % noise), confirmed on
 # x^4 + y^4 + z^4 = 1 and tori.
 AGREEMENT = 0.9
+# Root mean square distance of the samples in radii of curvature, beyond which they stand more
+# beside the tangent plane than over it.
+MOST_TURN = 0.8
 
 
 def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fitting:
@@ -51,7 +55,8 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
         wider = fitting.wider(1)
         larger = fit_slopes(surface, axes, wider, Progress(), centres)
         change = _disagreement(smaller, larger)
-        if change > AGREEMENT and change >= last:
+        lost = change > AGREEMENT and change >= last
+        if lost or _turn(larger) > MOST_TURN:
             break
         fitting, smaller, last = wider, larger, change
     return fitting
@@ -62,10 +67,19 @@ def _edge_length(surface: Surface) -> float:
 
 
 def _misplaced(slopes: Slopes) -> float:
-    """Median error of e over the median slope of e: by how much ridges are misplaced."""
+    """Median error of e over the median slope of e: by how much ridges are misplaced.
+
+    Where it has no slope, on tubes, that of the flattest ridge that counts as one.
+    """
     known = slopes.determined
-    slope = float(np.median(np.abs(slopes.bending[:, known])))
+    flattest = bending_of(np.abs(slopes.k[:, known]), ROUND)
+    slope = float(np.median(np.maximum(np.abs(slopes.bending[:, known]), flattest)))
     return float(np.median(slopes.error[:, known])) / max(slope, np.finfo(float).tiny)
+
+
+def _turn(slopes: Slopes) -> float:
+    """Median reach of the fits in radii of curvature."""
+    return float(np.median(slopes.radius * np.abs(slopes.k).max(axis=0)))
 
 
 def _disagreement(smaller: Slopes, larger: Slopes) -> float:

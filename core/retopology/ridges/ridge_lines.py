@@ -114,22 +114,35 @@ def _reached(
     rows = np.flatnonzero(near)
     way = chains.position[ends[rows]] - place[nearest[rows]]
     vertex = surface.triangles[chains.triangle[ends[rows]], 0]
-    on_branch = _on_branch(slopes, vertex, way) | (distance[rows] <= 0.5 * edge[rows])
+    on_branch = _on_branch(slopes, vertex, way, chains.family[rows]) | (
+        distance[rows] <= 0.5 * edge[rows]
+    )
     reached[rows[on_branch]] = nearest[rows[on_branch]]
     return reached
 
 
-def _on_branch(slopes: Slopes, vertex: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """(r,) whether ways (r, 3) out of an umbilic run along a root of the cubic form C(v, v, v)
-    there, which ridges do (Cazals, Faugere, Pouget & Rouillier 2006); the form is that of the
-    fit at a vertex (r,) nearby."""
+def _on_branch(
+    slopes: Slopes, vertex: np.ndarray, way: np.ndarray, family: np.ndarray
+) -> np.ndarray:
+    """(r,) whether ways (r, 3) out of an umbilic are those of a ridge of a family (r,).
+
+    Along the way at an angle phi the first direction has half the angle of p e^(i phi) +
+    q e^(-i phi), the second is at right angles to it; on a ridge it is a root of the cubic form
+    C(d, d, d) (Cazals, Faugere, Pouget & Rouillier 2006). The form is that of the fit at a vertex
+    (r,) nearby.
+    """
     d1, d2 = slopes.d[:, vertex]
-    angle = np.arctan2(np.einsum("rc,rc->r", way, d2), np.einsum("rc,rc->r", way, d1))
-    around = angle[:, None] + np.radians(np.linspace(-BRANCH, BRANCH, 31))
-    c, s = np.cos(around), np.sin(around)
-    (e1, e2), (m1, m2) = slopes.e[:, vertex, None], slopes.mixed[:, vertex, None]
-    form = e1 * c**3 + 3 * m1 * c * c * s + 3 * m2 * c * s * s + e2 * s**3
-    return (form.min(axis=1) <= 0) & (form.max(axis=1) >= 0)
+    middle = np.arctan2(np.einsum("rc,rc->r", way, d2), np.einsum("rc,rc->r", way, d1))
+    phi = middle[:, None] + np.radians(np.linspace(-BRANCH, BRANCH, 31))
+    b0, b3 = slopes.e[:, vertex, None]
+    b1, b2 = slopes.mixed[:, vertex, None]
+    p = 0.5 * (b0 + b2 + 1j * (b1 + b3))
+    q = 0.5 * (b0 - 3 * b2 + 1j * (3 * b1 - b3))
+    deviator = p * np.exp(1j * phi) + q * np.exp(-1j * phi)
+    angle = 0.5 * np.unwrap(np.angle(deviator), axis=1) + 0.5 * np.pi * family[:, None]
+    c, s = np.cos(angle), np.sin(angle)
+    form = b0 * c**3 + 3 * b1 * c * c * s + 3 * b2 * c * s * s + b3 * s**3
+    return np.asarray((form.min(axis=1) <= 0) & (form.max(axis=1) >= 0))
 
 
 def _lengths(points: np.ndarray, start: np.ndarray, closed: np.ndarray) -> np.ndarray:
