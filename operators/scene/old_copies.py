@@ -1,4 +1,4 @@
-"""Copies that versions before 0.3 put in the place of an object with modifiers, hiding it.
+"""Copies that earlier versions put in the place of an object with modifiers, hiding it.
 
 They are the user's now: analysed as they are, and never removed. Clear shows the hidden object.
 """

@@ -14,8 +14,8 @@ def ours():
             key.startswith("umbilics")
             and not key.startswith("umbilics_plan")
             and key not in data.bl_rna.properties
-            for key in data.keys()
-        )  # noqa: SIM118
+            for key in data.keys()  # noqa: SIM118
+        )
     ]
 
 
