@@ -175,7 +175,7 @@ def test_figures_are_in_the_units_of_the_mesh(scale, seed):
     assert len(one) == len(other) == 1
     for name, power in (("strength", -1), ("sharpness", -3), ("bend", 0)):
         expected = scale**power * np.median(getattr(one, name))
-        assert np.median(getattr(other, name)) == pytest.approx(expected, rel=0.02)
+        assert np.median(getattr(other, name)) == pytest.approx(expected, rel=0.05)
     assert other.length.sum() == pytest.approx(scale * one.length.sum(), rel=0.01)
 
 
