@@ -107,7 +107,7 @@ def _from_jets(
             known = np.ones(len(normals), bool)
             return Estimate(field, _edge_length(surface), known, None, float("nan"))
     walls = _walls(surface, settings, sharp, part)
-    cells = thinned(surface, walls, progress)
+    cells = thinned(surface, normals, walls, progress)
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
     choosing = progress.part("Choosing the scale", 0, 0.1)
     if settings.scale == AUTO:

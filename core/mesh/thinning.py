@@ -18,10 +18,14 @@ from scipy import sparse
 from ..base.progress import Progress
 from .surface import Surface
 
-# Length over height of a long thin triangle, and the share of such around a vertex from which on
-# its rings are a strip. Ellipsoids of 16 segments keep their umbilics by rings where triangles
-# are 6 times as long as high, and lose them at 12 (16 x 50 and 16 x 100 rings).
-NEEDLE, MOST = 8.0, 0.75
+# Length over height of a long thin triangle, and the share of such around a vertex and its
+# neighbours from which on its rings are a strip.
+NEEDLE, MOST = 6.0, 0.75
+# What a fit misses of a surface that turns by some angle along its long sides it takes, as much
+# larger as they are longer, for bending along the short ones. Least product of the turn, in
+# radians, and length over height: ellipsoids of 16 segments (0.4) keep their umbilics by rings
+# where triangles are 6 times as long as high, and lose them at 12 (16 x 50, 16 x 100 rings).
+BENT = 1.5
 # Edges are drawn together that are shorter than this share of the longest at both of their ends.
 # Cells as long as wide would be worse: a mesh is often denser where it bends more, and a share
 # of a half moves the umbilics of those ellipsoids by 1, a quarter by 0.2 of their long edges.
@@ -51,15 +55,19 @@ class Thinned:
     graph: sparse.csr_array
 
 
-def thinned(surface: Surface, walls: np.ndarray | None, progress: Progress) -> Thinned | None:
+def thinned(
+    surface: Surface, normals: np.ndarray, walls: np.ndarray | None, progress: Progress
+) -> Thinned | None:
     """The cells of a surface; None where no vertices are drawn together.
 
     Parameters
     ----------
+    normals:
+        (n, 3) unit vertex normals.
     walls:
         (n,) bool, vertices that stay cells of their own, or None.
     """
-    crowded = _crowded(surface)
+    crowded = _crowded(surface, normals)
     if crowded is None:
         return None
     free = crowded if walls is None else crowded & ~walls
@@ -78,24 +86,32 @@ def thinned(surface: Surface, walls: np.ndarray | None, progress: Progress) -> T
     return Thinned(crowded, cell, seed, graph)
 
 
-def _crowded(surface: Surface) -> np.ndarray | None:
+def _crowded(surface: Surface, normals: np.ndarray) -> np.ndarray | None:
     """(n,) bool, vertices among long thin triangles; None without any."""
     _, area = surface.face_normal_area
     longest = np.maximum(np.maximum(*surface.side_squares[:2]), surface.side_squares[2])
-    needle = longest > 2.0 * NEEDLE * area
-    if not needle.any():
+    rows = np.flatnonzero(longest > 2.0 * NEEDLE * area)
+    if not len(rows):
         return None
+    # How far the normals turn along the longest side.
+    side = surface.side_squares[:, rows].argmax(axis=0)
+    tail = surface.triangles[rows, side]
+    head = surface.triangles[rows, (side + 1) % 3]
+    turn = np.linalg.norm(normals[tail] - normals[head], axis=1)
+    ratio = longest[rows] / np.maximum(2.0 * area[rows], np.finfo(float).tiny)
+    needle = rows[turn * ratio > BENT]
     n = len(surface.vertices)
-    share = np.bincount(surface.triangles[needle].ravel(), minlength=n)
-    crowded = share >= MOST * np.bincount(surface.triangles.ravel(), minlength=n)
-    crowded &= ~surface.border
-    # A strip is more than a sliver or two, of which every mesh of scattered points has some.
+    needles = np.bincount(surface.triangles[needle].ravel(), minlength=n)
+    share = needles / np.bincount(surface.triangles.ravel(), minlength=n)
+    crowded = (share >= MOST) & ~surface.border
+    # A strip is more than some slivers, of which every mesh of scattered points has a few, and
+    # more where it is steep.
     asked = np.flatnonzero(crowded)
     begin, valence = surface.neighbour_start[asked], np.diff(surface.neighbour_start)[asked]
     row = np.repeat(np.arange(len(asked)), valence)
     place = np.arange(len(row)) - np.repeat(np.cumsum(valence) - valence, valence)
-    beside = np.bincount(row, crowded[surface.neighbours[begin[row] + place]], len(asked))
-    crowded[asked] = beside >= 0.5 * valence
+    beside = np.bincount(row, share[surface.neighbours[begin[row] + place]], len(asked))
+    crowded[asked] = beside >= MOST * valence
     return crowded if crowded.any() else None
 
 

@@ -36,7 +36,9 @@ NEWTON_STEPS = 8
 FARTHEST = 1.5
 BLOCK = 4096
 # Triangles that the walk to the refined place may cross before it is given up.
-WALK = 64
+WALK = 16
+# Among long thin triangles there are as many more in the way.
+THIN_WALK = 64
 # Step of the derivative by central differences, for coordinates of order 1: the cube root of
 # the rounding unit balances truncation against round-off.
 STEP = 6e-6
@@ -109,13 +111,14 @@ def refine(
     )
     degree, more_rings = CLEAN if neighbourhood.focused else NOISY
     ask = progress.quiet()
+    walk = WALK if neighbourhood.thinned is None else THIN_WALK
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
         rings = neighbourhood.rings + more_rings
         for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
-            _refine_block(surface, normals, rows[some], members, degree, places)
+            _refine_block(surface, normals, rows[some], members, degree, walk, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
@@ -127,6 +130,7 @@ def _refine_block(
     rows: np.ndarray,
     members: np.ndarray,
     degree: int,
+    walk: int,
     places: Places,
 ) -> None:
     corners = surface.triangles[places.triangle[rows]]
@@ -164,7 +168,8 @@ def _refine_block(
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
 
     target = np.stack([u * radius, v * radius], axis=1)
-    around, inside, landed = _landing(surface, places.triangle[rows], target, centre, e1, e2)
+    start = places.triangle[rows]
+    around, inside, landed = _landing(surface, start, target, centre, e1, e2, walk)
     found = settled & fit.determined & landed
     chosen = rows[found]
     places.triangle[chosen], places.barycentric[chosen] = around[found], inside[found]
@@ -221,6 +226,7 @@ def _landing(
     centre: np.ndarray,
     e1: np.ndarray,
     e2: np.ndarray,
+    walk: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Walk from each triangle to the one over the point `target` (r, 2) of the plane e1, e2.
 
@@ -228,7 +234,7 @@ def _landing(
     fold in the surface, can end it).
     """
     triangle = triangle.copy()
-    for _ in range(WALK):
+    for _ in range(walk):
         offset = surface.vertices[surface.triangles[triangle]] - centre[:, None]
         plane = np.stack(
             [np.einsum("rkc,rc->rk", offset, e1), np.einsum("rkc,rc->rk", offset, e2)], axis=2

@@ -11,11 +11,9 @@ from ..mesh.surface import Surface
 
 # Angle in radians between the normals of a region and of the sphere or plane through it, in the
 # middle by area, from which on it is none. Noise of a tenth of the edges makes 0.15 (spheres),
-# the sides of a closed box against the plane of two of them 1.6.
-OFF_SHAPE = 0.35
-# Where a region ends: triangles turned further from its shape than so many times its own median,
-# or than this angle where it is exact, are none of its.
-MARGIN, EXACT = 3.0, 0.02
+# the sides of a closed box against the plane of two of them 1.6. Triangles that are turned
+# further are not taken in where a region grows, unless so many times its own median is more.
+OFF_SHAPE, MARGIN = 0.35, 3.0
 
 
 @dataclass(frozen=True)
@@ -94,8 +92,8 @@ def _median(values: np.ndarray, weights: np.ndarray) -> float:
 def grown_labels(
     surface: Surface, label: np.ndarray, rings: int, shapes: Sequence[RoundShape] | None
 ) -> np.ndarray:
-    """(m,) labels of triangles after all regions have grown at once by so many rings, and by one
-    more where their shapes say how far they go; where two meet, both stop.
+    """(m,) labels of triangles after all regions have grown at once by so many rings; where two
+    meet, both stop.
 
     Parameters
     ----------
@@ -110,7 +108,7 @@ def grown_labels(
     for corner in surface.triangles[inside].T:
         np.maximum.at(held, corner, label[inside])
     normal, _ = surface.face_normal_area
-    for _ in range(rings + (shapes is not None)):
+    for _ in range(rings):
         corners = held[surface.triangles]
         largest = corners.max(axis=1)
         touching = np.flatnonzero((label < 0) & (largest >= 0))
@@ -124,7 +122,7 @@ def grown_labels(
             for number in np.unique(own):
                 mine, shape = own == number, shapes[number]
                 off = shape.off(points[mine], normal[touching[mine]])
-                fits[mine] = off <= max(MARGIN * shape.spread, EXACT)
+                fits[mine] = off <= max(MARGIN * shape.spread, OFF_SHAPE)
             touching, own = touching[fits], own[fits]
         if not len(touching):
             break

@@ -8,6 +8,7 @@ from fields import surface_of
 import core
 from core.base.progress import Progress
 from core.mesh.neighbourhoods import Neighbourhood, adjacency
+from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
 from core.mesh.thinning import thinned
 
@@ -52,7 +53,7 @@ def test_more_vertices_one_way_lose_no_umbilic(segments, rings, pole):
 
 
 def samples_at(surface, vertices):
-    cells = thinned(surface, None, Progress())
+    cells = thinned(surface, vertex_normals(surface), None, Progress())
     around = Neighbourhood(surface, adjacency(surface), thinned=cells)
     found = {}
     for rows, members in around.blocks(vertices, 10_000):
@@ -103,15 +104,17 @@ def test_even_meshes_are_left_alone():
         surfaces.seed_patch(grid=True),
         surfaces.torus(),
     ):
-        assert thinned(surface_of(mesh), None, Progress()) is None
+        surface = surface_of(mesh)
+        assert thinned(surface, vertex_normals(surface), None, Progress()) is None
 
 
 def test_walls_and_borders_stay_cells_of_their_own():
     points, triangles = surfaces.grid_points(8, 200, (0.0, 0.0), (1.0, 1.0))
-    surface, _ = clean(np.column_stack([points, np.zeros(len(points))]), triangles)
+    arch = np.sin(np.pi * points[:, 0])
+    surface, _ = clean(np.column_stack([points, arch]), triangles)
     walls = np.abs(points[:, 0] - 0.5) < 1e-9
     assert walls.any()
-    cells = thinned(surface, walls, Progress())
+    cells = thinned(surface, vertex_normals(surface), walls, Progress())
     alone = np.bincount(cells.cell)[cells.cell] == 1
     assert alone[walls | surface.border].all()
     assert not alone[~walls & ~surface.border].all()
