@@ -94,7 +94,12 @@ def scale_per_vertex() -> Iterator[None]:
 
 
 def _estimate(
-    surface: Surface, normals: np.ndarray, settings: Settings, sharp: None, progress: Progress
+    surface: Surface,
+    normals: np.ndarray,
+    settings: Settings,
+    sharp: None,
+    progress: Progress,
+    part: None,
 ) -> Estimate:
     base = Neighbourhood(surface, adjacency(surface), rings=2, focused=False)
     patches, quiet = Patches(surface, base), Progress()
