@@ -16,6 +16,7 @@ from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
 from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
+from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
@@ -82,6 +83,7 @@ __all__ = [
     "select",
     "setting",
     "unpack",
+    "up_axis",
     "whole_file",
     "write_guidance",
     "write_usda",
