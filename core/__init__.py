@@ -25,16 +25,20 @@ from .retopology.poles import Poles
 from .retopology.settings import GuidanceSettings
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
-from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
+from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "SHARP",
+    "SMOOTH_MORE",
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
@@ -61,6 +65,7 @@ __all__ = [
     "Region",
     "Selection",
     "Settings",
+    "Suitability",
     "Umbilics",
     "UmbilicsError",
     "check",
@@ -77,6 +82,7 @@ __all__ = [
     "pack",
     "select",
     "setting",
+    "suitability",
     "unpack",
     "whole_file",
     "write_guidance",
