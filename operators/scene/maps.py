@@ -19,6 +19,7 @@ from ..base import changes, units
 from ..drawing import colour_maps
 from ..mesh.attributes import read_result, to_corners
 from . import targets
+from .transaction import Transaction, all_or_nothing
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"
@@ -80,6 +81,14 @@ def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int
 
     The answer is how many of `objects` have values to show.
     """
+    with all_or_nothing() as transaction:
+        return write(context, objects, transaction)
+
+
+def write(
+    context: bpy.types.Context, objects: Sequence[bpy.types.Object], transaction: Transaction
+) -> int:
+    """As `show`, in a transaction."""
     display = context.scene.umbilics_display
     values = {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
@@ -88,8 +97,11 @@ def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int
             values[obj] = found
     low = high = 0.0
     if display.map in POWER and values:
+        transaction.on_failure(_set_range, display, display.range_low, display.range_high)
         low, high = _range(display, np.concatenate(list(values.values())))
     for obj, found in values.items():
+        transaction.keep_attributes(obj.data, (NAME,))
+        transaction.keep_custom(obj.data, (BEFORE, SHOWN))
         _store(obj.data, *_coloured(obj, display.map, found, low, high))
         obj.data[SHOWN] = {"map": display.map, "low": low, "high": high}
     return sum(obj in values for obj in objects)
@@ -173,9 +185,13 @@ def _range(display: bpy.types.PropertyGroup, values: np.ndarray) -> tuple[float,
     """The range of the colours, which the scene keeps for the legend and for locking."""
     if not display.lock_range:
         low, high = colour_maps.robust_range(values, display.percentile, _SIGNED[display.map])
-        with changes.silence("map"):
-            display.range_low, display.range_high = low, high
+        _set_range(display, low, high)
     return display.range_low, display.range_high
+
+
+def _set_range(display: bpy.types.PropertyGroup, low: float, high: float) -> None:
+    with changes.silence("map"):
+        display.range_low, display.range_high = low, high
 
 
 def _scale(name: str) -> np.ndarray:
