@@ -92,6 +92,12 @@ class Surface:
         return self._faces[2]
 
     @cached_property
+    def least_height(self) -> np.ndarray:
+        """(m,) the smallest of the three heights of each triangle."""
+        longest = np.sqrt(self.side_squares.max(axis=0))
+        return 2.0 * self._faces[1] / np.maximum(longest, np.finfo(float).tiny)
+
+    @cached_property
     def volume(self) -> np.ndarray:
         """(components,) volume within each closed component, negative with normals inwards."""
         volumes = self._faces[3]

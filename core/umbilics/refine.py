@@ -108,12 +108,13 @@ def refine(
         found=np.zeros(k, bool),
     )
     degree, more_rings = CLEAN if neighbourhood.focused else NOISY
+    ask = progress.quiet()
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
         rings = neighbourhood.rings + more_rings
-        for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15):
+        for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
             _refine_block(surface, normals, rows[some], members, degree, places)
 
     run(block, range(0, k, BLOCK), progress)

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
-from hands import View, picture
+from hands import PATIENCE, View, picture
 
 NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top; the same in every run.
@@ -33,7 +33,7 @@ def running():
     return part("operators.jobs.worker").current()
 
 
-def settled(pause: float = 1.0, limit: float = 90.0) -> Iterator[float]:
+def settled(pause: float = 1.0, limit: float = PATIENCE) -> Iterator[float]:
     """Until nothing is computed and the overlay has all its strokes."""
     end = time.monotonic() + limit
     yield pause

@@ -14,8 +14,8 @@ from ...fields.planes import FaceFrames, in_plane, places
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..settings import GuidanceSettings
-from .polylines import Lines, points_of, sparse_rows
-from .streamlines import lines_from, spacing_of
+from .polylines import Lines, lines_from, points_of, sparse_rows
+from .streamlines import spacing_of
 from .tracing import LIMIT, MET, OBSTACLE, Starts, Traces, trace
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
