@@ -14,7 +14,7 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, write_guidance
+from .formats.guidance import FILE_KINDS, Exported, Written, export_guidance, write_guidance
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
@@ -62,11 +62,13 @@ __all__ = [
     "Settings",
     "Umbilics",
     "UmbilicsError",
+    "Written",
     "compare",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
+    "export_guidance",
     "filtered",
     "kept_rows",
     "noise_multiple",
