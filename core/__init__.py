@@ -9,7 +9,7 @@ from .base.errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .base.options import AUTO, Choice, Option
+from .base.options import AUTO, Choice, Option, check, setting
 from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
@@ -63,6 +63,7 @@ __all__ = [
     "Umbilics",
     "UmbilicsError",
     "Written",
+    "check",
     "compare",
     "comparison_table",
     "defaults",
@@ -75,6 +76,7 @@ __all__ = [
     "options",
     "pack",
     "select",
+    "setting",
     "unpack",
     "write_guidance",
 ]

@@ -59,7 +59,7 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
             inputs = detect.gather(obj, request.settings, request.given_names, request.compare)
             results = detect.compare(inputs) if request.compare else ()
             detection = results[0].detection if results else detect.compute(inputs)
-            detect.write(bpy.context, inputs, detect.found(inputs, detection))
+            detect.write(bpy.context, inputs, detect.results_of(inputs, detection))
             said = []
             if request.guidance is not None:
                 said = guidance.write(request.guidance, file, inputs, detection, opened.to_file)

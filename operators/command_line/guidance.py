@@ -74,28 +74,23 @@ def write(
         A file cannot be written.
     """
     arrays = inputs.arrays
-    guide = core.Guide(arrays.vertices, arrays.triangles, detection)
-    guidance = guide.guidance(request.settings, sharp=arrays.sharp)
-    kinds, said = list(request.kinds), []
-    lines = None
-    if "lines" in kinds:
-        try:
-            lines = guide.lines(request.settings)
-        except core.GuidanceError as error:
-            kinds.remove("lines")
-            said.append(str(error))
-    arcs = guide.separatrices(request.settings) if "separatrices" in kinds else None
-    data = core.Exported(arrays.vertices, arrays.triangles, guide, guidance, lines, arcs)
     name = inputs.object_name if file is None else Path(file).stem
     if file is not None and inputs.object_name != name:
         name = f"{name}-{inputs.object_name}"
     name = "".join("_" if letter in '/\\:*?"<>|' else letter for letter in name)
-    written = core.write_guidance(request.folder / name, kinds, data, to_file)
-    poles = guidance.poles
-    three = int(np.count_nonzero(poles.valence == 3))
-    said.insert(
-        0,
-        f"Poles: {three} of valence 3, {len(poles) - three} of valence 5. "
-        f"Wrote {', '.join(path.name for path in written)}.",
+    found = core.export_guidance(
+        request.folder / name,
+        request.kinds,
+        core.Guide(arrays.vertices, arrays.triangles, detection),
+        request.settings,
+        mesh=(arrays.vertices, arrays.triangles),
+        sharp=arrays.sharp,
+        to_file=to_file,
     )
-    return said
+    poles = found.guidance.poles
+    three = int(np.count_nonzero(poles.valence == 3))
+    return [
+        f"Poles: {three} of valence 3, {len(poles) - three} of valence 5. "
+        f"Wrote {', '.join(path.name for path in found.paths)}.",
+        *found.left_out,
+    ]

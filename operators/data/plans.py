@@ -19,6 +19,7 @@ from bpy.props import (
 from ... import core
 from ..base import caches
 from ..mesh.fingerprint import Fingerprint
+from ..mesh.scope import Scope
 from .properties import annotations_of, values_of
 
 UNREADABLE = (
@@ -39,6 +40,8 @@ class Origin:
         Of what was read of the object.
     detecting, given_names:
         Settings of the detection behind it, and the names of given curvatures.
+    scope:
+        Which part of the object was planned on.
     settings:
         Those of the guidance.
     zone:
@@ -50,6 +53,7 @@ class Origin:
     fingerprint: Fingerprint
     detecting: core.Settings
     given_names: tuple[str, ...]
+    scope: Scope
     settings: core.GuidanceSettings
     zone: str
     kept: str
@@ -67,6 +71,7 @@ class Origin:
                 fingerprint=Fingerprint.from_text(values["fingerprint"]),
                 detecting=core.Settings(**values["detecting"]),
                 given_names=tuple(str(name) for name in values["given_names"]),
+                scope=Scope(str(values["scope"]["kind"]), str(values["scope"]["group"])),
                 settings=core.GuidanceSettings(**values["settings"]),
                 zone=str(values["zone"]),
                 kept=str(values["kept"]),
@@ -113,11 +118,15 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     planned: BoolProperty(description="The object has a plan")
     stamp: StringProperty(description="Digest of what it was made of")
     origin: StringProperty(description="What it was made of, see data/plans.py")
+    source: StringProperty(description="What was planned on: BASE or EVALUATED")
     poles: CollectionProperty(type=UMBILICS_PG_pole)
     active: IntProperty(update=_pole_chosen)
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
     expected: IntProperty(description="What the sum of 4 - valence must be on a closed surface")
     mirror: StringProperty(description="The mirror plane that was found, in words")
+    mesh: PointerProperty(
+        type=bpy.types.Mesh, description="Holds the fields that the object's own mesh cannot hold"
+    )
 
 
 def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:

@@ -12,7 +12,7 @@ import base64
 import hashlib
 import struct
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -138,12 +138,17 @@ class RecordText:
 def of_detection(
     arrays: MeshArrays, settings: core.Settings, detection: core.Detection
 ) -> Record:
-    """The record of a detection on these arrays, which still holds all of the detection."""
-    corners = arrays.triangles[detection.candidates.triangle]
+    """The record of a detection on these arrays, which still holds all of the detection.
+
+    Its candidates' triangles are counted as Blender counts them, whatever part was analysed.
+    """
+    candidates = detection.candidates
+    corners = arrays.triangles[candidates.triangle]
+    candidates = replace(candidates, triangle=arrays.loop_triangle[candidates.triangle])
     places = arrays.vertices[corners]
     edge = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).mean(axis=1)
     return Record(
-        detection=detection,
+        detection=replace(detection, candidates=candidates),
         settings=settings,
         given_names=arrays.given_names,
         fingerprint=arrays.fingerprint,
@@ -167,7 +172,7 @@ def pack(arrays: MeshArrays, settings: core.Settings, detection: core.Detection)
         "extent": made.extent,
     }
     beside = rows.encode(_COLUMNS, {"corners": made.corners, "edge": made.edge}, words)
-    packed = b"".join([_LENGTH.pack(len(beside)), beside, core.pack(detection)])
+    packed = b"".join([_LENGTH.pack(len(beside)), beside, core.pack(made.detection)])
     pieces = (packed[first : first + _PIECE] for first in range(0, len(packed), _PIECE))
     text = "".join(base64.b64encode(piece).decode("ascii") for piece in pieces)
     # As it will be read from the file, without the values at the vertices.

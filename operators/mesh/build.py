@@ -5,6 +5,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from .fetch import fetch
+
 
 def from_triangles(
     vertices: np.ndarray, triangles: np.ndarray, smooth: bool = False
@@ -25,3 +27,21 @@ def from_triangles(
     mesh.update(calc_edges=True)
     mesh.validate()
     return mesh
+
+
+def same_surface(mesh: bpy.types.Mesh, name: str) -> bpy.types.Mesh:
+    """A new mesh of the vertices and faces of another, not in Edit Mode, and of nothing else."""
+    made = bpy.data.meshes.new(name)
+    made.vertices.add(len(mesh.vertices))
+    made.loops.add(len(mesh.loops))
+    made.polygons.add(len(mesh.polygons))
+    positions = fetch(mesh.attributes["position"].data, "vector", 3, np.float32)
+    made.attributes["position"].data.foreach_set("vector", positions.ravel())
+    for kind, key, dtype in (
+        ("loops", "vertex_index", np.int32),
+        ("polygons", "loop_start", np.int32),
+        ("polygons", "use_smooth", bool),
+    ):
+        getattr(made, kind).foreach_set(key, fetch(getattr(mesh, kind), key, 1, dtype))
+    made.update(calc_edges=True)
+    return made

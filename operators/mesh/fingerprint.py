@@ -20,7 +20,7 @@ from .edge_marks import marked_edges
 from .fetch import LAYOUT, fetch
 
 POSITIONS, FACES, SHARP, SEAMS = "positions", "faces", "sharp", "seams"
-UV, GIVEN, ZONE, SCALE = "uv", "given", "zone", "scale"
+UV, GIVEN, SCOPE, ZONE, SCALE = "uv", "given", "scope", "zone", "scale"
 # What the user reads when a part is another one.
 WORDS = {
     POSITIONS: "The mesh was edited: vertices were moved.",
@@ -29,6 +29,7 @@ WORDS = {
     SEAMS: "Seams were marked or removed.",
     UV: "The UV map was changed.",
     GIVEN: "The given curvatures were changed.",
+    SCOPE: "Other faces are in the scope.",
     ZONE: "The vertex group that poles avoid was changed.",
     SCALE: "The object was scaled.",
 }
@@ -69,7 +70,7 @@ class Fingerprint:
         return found
 
     def plus(self, part: str, values: np.ndarray | None) -> Fingerprint:
-        """With one part more."""
+        """With one part more: `SCOPE`, faces (p,) bool, or `ZONE`, vertices (n,) bool."""
         return Fingerprint(self.digests | {part: digest(values)}, self.metric)
 
     def to_text(self) -> str:

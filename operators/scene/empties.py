@@ -126,7 +126,7 @@ def _add(
     shown = set() if is_overlaid else set(umbilics.kind.tolist())
     images = {kind: image_of(kind, transaction) for kind in shown}
     to_object = Matrix(record.matrix).inverted()
-    local_views = _local_views(context, obj)
+    views = local_views(context, obj)
     for place, row in enumerate(rows.tolist()):
         kind = str(umbilics.kind[place])
         empty = transaction.made(bpy.data.objects.new(kind.capitalize(), None))
@@ -139,11 +139,11 @@ def _add(
             empty[f"umbilics_{name}"] = value
         empty["umbilics_row"] = row
         collection.objects.link(empty)
-        for view in local_views:
+        for view in views:
             empty.local_view_set(view, True)
 
 
-def _local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
+def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
     """The 3D views in local view that show the object: what is new there has to be let in."""
     return [
         area.spaces.active
@@ -155,16 +155,15 @@ def _local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
     ]
 
 
-def remove(obj: bpy.types.Object) -> bool:
-    """Remove the object's empties and their collection; says whether there was anything.
+def remove(obj: bpy.types.Object, transaction: Transaction) -> bool:
+    """Have the object's empties and their collection go; says whether there was anything.
 
     What the user has put into the collection stays, and then the collection stays too.
     """
     collection = collection_of(obj)
     empties = empties_of(obj)
-    with all_or_nothing() as transaction:
-        transaction.discard(empties)
-        _sweep([collection] if collection is not None else [], transaction)
+    transaction.discard(empties)
+    _sweep([collection] if collection is not None else [], transaction)
     return bool(empties)
 
 

@@ -22,7 +22,7 @@ def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [
         obj
         for obj in dict.fromkeys(objects)
-        if obj is not None and obj.umbilics.detected and targets.is_own(obj)
+        if obj is not None and obj.umbilics.detected and targets.is_local(obj)
     ]
 
 
@@ -59,8 +59,8 @@ def kept_digest(obj: bpy.types.Object) -> str:
 
 
 def digest_of(umbilics: core.Umbilics) -> str:
-    """Differs where umbilics lie elsewhere on the mesh."""
-    return digest(umbilics.triangle, umbilics.barycentric, umbilics.index)
+    """Differs where umbilics lie elsewhere in their triangles, however these are counted."""
+    return digest(umbilics.barycentric, umbilics.index)
 
 
 def without_empty(context: bpy.types.Context, obj: bpy.types.Object | None) -> int:

@@ -22,8 +22,9 @@ from ..data import plans
 from ..mesh.attributes import remove_results, write_attributes
 from ..mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
 from ..mesh.read import MeshArrays, unit_vectors
-from . import grease_pencil
-from .transaction import Transaction, all_or_nothing, empty_without
+from . import grease_pencil, homes
+from .targets import is_local
+from .transaction import Transaction, empty_without
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "guides", "mirror")
@@ -61,7 +62,7 @@ def pole_sum(obj: bpy.types.Object) -> int:
 
 def write_plan(
     context: bpy.types.Context,
-    obj: bpy.types.Object,
+    home: homes.Home,
     arrays: MeshArrays,
     guidance: core.Guidance,
     umbilics: core.Umbilics,
@@ -69,19 +70,23 @@ def write_plan(
     transaction: Transaction,
 ) -> None:
     """Attributes of the field, an empty at each pole, and the table."""
+    obj = home.owner
     to_object = np.linalg.inv(arrays.matrix[:3, :3]).T
+    # The first triangle of each face; faces outside the scope have none, and no direction.
     first = np.full(arrays.polygon_count, -1)
     first[arrays.polygon[::-1]] = np.arange(len(arrays.polygon))[::-1]
+    on_faces = np.where((first < 0)[:, None], 0.0, guidance.face_direction[first])
     values = {
         "umbilics_cross": unit_vectors(guidance.direction @ to_object),
         "umbilics_confidence": guidance.confidence,
-        "umbilics_cross_face": unit_vectors(guidance.face_direction[first] @ to_object),
+        "umbilics_cross_face": unit_vectors(on_faces @ to_object),
         "umbilics_cross_index": np.bincount(
             arrays.polygon, weights=guidance.triangle_index, minlength=arrays.polygon_count
         ),
     }
-    transaction.keep_attributes(obj.data, tuple(ATTRIBUTES))
-    write_attributes(obj.data, values, ATTRIBUTES)
+    homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction, home.mesh)
+    transaction.keep_attributes(home.mesh, tuple(ATTRIBUTES))
+    write_attributes(home.mesh, values, ATTRIBUTES)
     collection = _discard(obj, POLES, transaction)
     poles = guidance.poles
     extent = float(np.ptp(arrays.vertices, axis=0).max())
@@ -101,8 +106,8 @@ def write_plan(
         collection = _adopt(context, obj, empty, POLES, collection, transaction, place)
         empties.append(empty)
         origins.append(_origin(poles, umbilics, row))
-    transaction.keep_properties(obj, "umbilics_plan")
     plans.store(obj, origin, poles, empties, origins)
+    homes.settle(home, homes.PLAN, transaction)
 
 
 def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:
@@ -247,14 +252,6 @@ def _marks(mesh: bpy.types.Mesh) -> np.ndarray:
     return values
 
 
-def remove(obj: bpy.types.Object, part: str) -> bool:
-    """Remove the objects of one part, and the collection if it is empty then."""
-    found = parts_of(obj, part)
-    with all_or_nothing() as transaction:
-        _discard(obj, part, transaction)
-    return bool(found)
-
-
 def _discard(
     obj: bpy.types.Object, part: str, transaction: Transaction
 ) -> bpy.types.Collection | None:
@@ -282,12 +279,18 @@ def _discard(
     return ours[0] if ours else None
 
 
-def remove_all(obj: bpy.types.Object) -> bool:
-    """Remove everything the guidance left on an object that is not in Edit Mode."""
-    found = [remove(obj, part) for part in PARTS]
-    found += [unmark(obj, kind) for kind in _BIT]
-    for layouts in (ATTRIBUTES, MARKS):
-        found.append(remove_results(obj.data, layouts.keys(), layouts) > 0)
+def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
+    """Have everything go that the guidance left on an object that is not in Edit Mode."""
+    found = [bool(parts_of(obj))]
+    for part in PARTS:
+        _discard(obj, part, transaction)
+    found.append(homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction))
+    if is_local(obj.data) and not homes.others_with_results(obj):
+        # Marks are the mesh's: whoever shares it may have made them.
+        transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
+        found += [unmark(obj, kind) for kind in _BIT]
+        found.append(remove_results(obj.data, MARKS.keys(), MARKS) > 0)
+    transaction.keep_properties(obj, "umbilics_plan")
     found.append(plans.forget(obj))
     return any(found)
 

@@ -1,4 +1,7 @@
-"""Colours of a mesh that show curvature, in a colour attribute of ours.
+"""Colours that show curvature, in a colour attribute of ours.
+
+The mesh is the one that holds the results. Where that is not the object's own, an object of
+ours shows it in the same place.
 
 The attribute `umbilics_map` is on vertices for values and surface types, on face corners for
 regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active, and in
@@ -17,8 +20,10 @@ import numpy as np
 from ... import core
 from ..base import changes, units
 from ..drawing import colour_maps
-from ..mesh.attributes import read_result, to_corners
-from . import targets
+from ..mesh.attributes import RESULTS, read_result, to_corners
+from . import display_objects
+from .homes import mesh_of, move_out
+from .targets import is_local
 from .transaction import Transaction, all_or_nothing
 
 NAME = "umbilics_map"
@@ -68,12 +73,26 @@ class Legend:
 
 def is_shown_on(obj: bpy.types.Object | None) -> bool:
     """Whether the object's mesh carries a map of ours."""
-    return obj is not None and obj.type == "MESH" and SHOWN in obj.data
+    return _shown(mesh_of(obj)) is not None
 
 
 def is_dark(obj: bpy.types.Object) -> bool:
     """Whether the object shows a map on which only light strokes are seen."""
-    return is_shown_on(obj) and obj.data[SHOWN]["map"] in _DARK
+    shown = _shown(mesh_of(obj))
+    return shown is not None and shown["map"] in _DARK
+
+
+def _shown(mesh: bpy.types.Mesh | None) -> dict | None:
+    """What the mesh says of its colours; None where it says nothing, or nothing that can be, in
+    a damaged file."""
+    found = None if mesh is None else mesh.get(SHOWN)
+    if not hasattr(found, "to_dict"):
+        return None
+    found = found.to_dict()
+    numbers = [found.get(name) for name in ("low", "high")]
+    if found.get("map") not in TITLES or not all(isinstance(one, float) for one in numbers):
+        return None
+    return found
 
 
 def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int:
@@ -92,7 +111,8 @@ def write(
     display = context.scene.umbilics_display
     values = {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
-        found = _values(obj.data, display.map)
+        mesh = move_out(obj, RESULTS, transaction)
+        found = None if mesh is None else _values(mesh, display.map)
         if found is not None:
             values[obj] = found
     low = high = 0.0
@@ -100,10 +120,13 @@ def write(
         transaction.on_failure(_set_range, display, display.range_low, display.range_high)
         low, high = _range(display, np.concatenate(list(values.values())))
     for obj, found in values.items():
-        transaction.keep_attributes(obj.data, (NAME,))
-        transaction.keep_custom(obj.data, (BEFORE, SHOWN))
-        _store(obj.data, *_coloured(obj, display.map, found, low, high))
-        obj.data[SHOWN] = {"map": display.map, "low": low, "high": high}
+        mesh = mesh_of(obj)
+        transaction.keep_attributes(mesh, (NAME,))
+        transaction.keep_custom(mesh, (BEFORE, SHOWN))
+        _store(mesh, *_coloured(obj, display.map, found, low, high))
+        mesh[SHOWN] = {"map": display.map, "low": low, "high": high}
+        if mesh != obj.data:
+            display_objects.place(context, obj, mesh, True, transaction)
     return sum(obj in values for obj in objects)
 
 
@@ -112,7 +135,7 @@ def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [
         obj
         for obj in scene.objects
-        if is_shown_on(obj) and obj.mode != "EDIT" and targets.is_own(obj)
+        if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
     ]
 
 
@@ -121,31 +144,42 @@ def _coloured(
 ) -> tuple[np.ndarray, str]:
     """(n, 3) sRGB colours of the values, and the domain that they are on."""
     if name == "region":
-        return _region_colours(obj.umbilics.regions)[values], "CORNER"
+        colours = _region_colours(obj.umbilics.regions)
+        return colours[np.clip(values, 0, len(colours) - 1)], "CORNER"
     if name == "type":
-        return np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])[values], "POINT"
+        colours = np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])
+        return colours[np.clip(values, -1, len(colours) - 1)], "POINT"
     return colour_maps.coloured(values, low, high, _scale(name)), "POINT"
 
 
-def hide(obj: bpy.types.Object) -> bool:
+def hide(
+    context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction
+) -> bool:
     """Remove the colours and make the attribute active that was; whether there were any."""
     if not is_shown_on(obj):
         return False
-    colours = obj.data.color_attributes
+    mesh = mesh_of(obj)
+    if mesh != obj.data:
+        display = display_objects.display_of(obj)
+        if display is not None:
+            display_objects.remove(context, display, transaction)
+    transaction.keep_attributes(mesh, (NAME,))
+    transaction.keep_custom(mesh, (BEFORE, SHOWN))
+    colours = mesh.color_attributes
     if NAME in colours:
         colours.remove(colours[NAME])
-    before = colours.find(obj.data.get(BEFORE, ""))
+    before = colours.find(str(mesh.get(BEFORE, "")))
     if before >= 0:
         colours.active_color_index = before
     for name in (BEFORE, SHOWN):
-        if name in obj.data:
-            del obj.data[name]
+        if name in mesh:
+            del mesh[name]
     return True
 
 
 def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
     """What the colours that `show` gave the object mean."""
-    shown = obj.data[SHOWN]
+    shown = _shown(mesh_of(obj))
     name = shown["map"]
     title = TITLES[name]
     if name == "type":

@@ -17,8 +17,10 @@ from ..base import app_handlers, caches
 from ..data import plans, properties, record
 from ..mesh import fingerprint
 from ..mesh.fingerprint import Fingerprint
-from ..mesh.read import in_vertex_group
-from . import filters, targets
+from ..mesh.read import fingerprint_of
+from ..mesh.scope import Scope
+from . import filters
+from .display_objects import source_of
 
 
 def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
@@ -71,13 +73,6 @@ def plan_is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     return made is not None and _is_edited(_changed_plan_parts(context, obj, made))
 
 
-def is_current(obj: bpy.types.Object, kept: record.Record, now: Fingerprint) -> bool:
-    """Whether a new detection with the record's settings, of what was read now, would be the
-    record's own to the last digit."""
-    same = not kept.fingerprint.changed(now, fingerprint.read_by(kept.settings))
-    return same and np.array_equal(kept.matrix, np.array(obj.matrix_world))
-
-
 def _is_edited(changed: Collection[str]) -> bool:
     return any(part in fingerprint.GEOMETRY for part in changed)
 
@@ -123,58 +118,74 @@ def _changed_parts(
     context: bpy.types.Context, obj: bpy.types.Object, kept: record.Record
 ) -> list[str]:
     """What the detection read and is another now, as far as is known."""
-    parts = fingerprint.read_by(kept.settings)
-    names = kept.given_names if fingerprint.GIVEN in parts else ()
-    now = _now(context, obj, fingerprint.UV in parts, names, "")
-    return [] if now is None else kept.fingerprint.changed(now, parts)
+    made = obj.umbilics
+    return _changed(
+        context,
+        obj,
+        kept.fingerprint,
+        fingerprint.read_by(kept.settings),
+        made.source == "EVALUATED",
+        Scope(made.scope or "WHOLE", made.group),
+        kept.given_names,
+    )
 
 
 def _changed_plan_parts(
     context: bpy.types.Context, obj: bpy.types.Object, made: plans.Origin
 ) -> list[str]:
     """What the plan, and the detection behind it, read and is another now."""
-    parts = dict.fromkeys(fingerprint.read_by(made.detecting))
+    parts = fingerprint.read_by(made.detecting)
     if made.settings.align_sharp:
-        parts[fingerprint.SHARP] = None
-    if made.zone:
-        parts[fingerprint.ZONE] = None
-    names = made.given_names if fingerprint.GIVEN in parts else ()
-    now = _now(context, obj, fingerprint.UV in parts, names, made.zone)
-    return [] if now is None else made.fingerprint.changed(now, parts)
+        parts = (*parts, fingerprint.SHARP)
+    evaluated = obj.umbilics_plan.source == "EVALUATED"
+    names, then = made.given_names, made.fingerprint
+    return _changed(context, obj, then, parts, evaluated, made.scope, names, made.zone)
 
 
-def _now(
+def _changed(
     context: bpy.types.Context,
     obj: bpy.types.Object,
-    with_uv: bool,
+    then: Fingerprint,
+    parts: Collection[str],
+    evaluated: bool,
+    scope: Scope,
     given_names: tuple[str, ...],
-    zone: str,
-) -> Fingerprint | None:
-    """Of what the object is now; None while it is worked on: its arrays are not up to date then,
-    and it is looked at after."""
-    if obj.mode != "OBJECT":
-        return None
-    matrix = np.array(obj.matrix_world)
+    zone: str = "",
+) -> list[str]:
+    """Which of the parts that were read then are others now; none where it cannot be known.
 
-    def look() -> Fingerprint:
-        mesh = _analysed(context, obj)
-        found = fingerprint.of_mesh(mesh, matrix, with_uv, given_names)
-        if zone:
-            inside = in_vertex_group(obj, zone, len(mesh.vertices))
-            found = found.plus(fingerprint.ZONE, inside)
-        return found
-
-    key = obj.name_full, obj.umbilics.source, with_uv, given_names, zone
-    found = caches.FINGERPRINTS.of(key, look)
+    While a mesh is worked on its arrays are not up to date, and Blender does not evaluate what is
+    hidden; it is looked at after.
+    """
+    source = source_of(obj)
+    if obj.mode != "OBJECT" or not source.visible_get():
+        return []
+    wanted = dict.fromkeys(parts)
+    if scope.kind != "WHOLE":
+        wanted[fingerprint.SCOPE] = None
+    if zone:
+        wanted[fingerprint.ZONE] = None
+    names = given_names if fingerprint.GIVEN in wanted else ()
+    read = fingerprint.UV in wanted, names, scope, zone
+    now = caches.FINGERPRINTS.of(
+        (source.name_full, evaluated, *read), lambda: _look(context, source, evaluated, *read)
+    )
     # A transform is known at once, and changes without the geometry being touched.
-    return Fingerprint(found.digests, fingerprint.metric_of(matrix))
+    now = Fingerprint(now.digests, fingerprint.metric_of(np.array(source.matrix_world)))
+    return then.changed(now, wanted)
 
 
-def _analysed(context: bpy.types.Context, obj: bpy.types.Object) -> bpy.types.Mesh:
-    """The mesh that results of the object come from, as it is now."""
-    if targets.COPY_TAG not in obj and obj.umbilics.source == "EVALUATED":
-        return obj.evaluated_get(context.view_layer.depsgraph).data
-    return obj.data
+def _look(
+    context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read
+) -> Fingerprint:
+    if not evaluated:
+        return fingerprint_of(obj, obj.data, *read)
+    shown = obj.evaluated_get(context.view_layer.depsgraph)
+    # Its data may be what is subdivided while it is drawn.
+    try:
+        return fingerprint_of(obj, shown.to_mesh(), *read)
+    finally:
+        shown.to_mesh_clear()
 
 
 @persistent
