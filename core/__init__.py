@@ -14,7 +14,15 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, Written, export_guidance, write_guidance
+from .formats.guidance import (
+    FILE_KINDS,
+    Exported,
+    Written,
+    export_guidance,
+    guidance_paths,
+    write_guidance,
+)
+from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
@@ -71,6 +79,7 @@ __all__ = [
     "edge_paths",
     "export_guidance",
     "filtered",
+    "guidance_paths",
     "kept_rows",
     "noise_multiple",
     "options",
@@ -78,5 +87,6 @@ __all__ = [
     "select",
     "setting",
     "unpack",
+    "whole_file",
     "write_guidance",
 ]

@@ -21,9 +21,7 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
     def done(self, context, job, found):
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.SEPARATRICES
-            guidance_objects.write_lines(
-                context, obj, job.inputs.arrays, found, part, transaction
-            )
+            guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 

@@ -74,8 +74,8 @@ def column(
     low: float | None = None,
     high: float | None = None,
     unknown: bool = False,
-) -> Any:
-    """A field of a dataclass that is an array (k, *shape); numbers are finite by default."""
+) -> dict[str, Column]:
+    """Metadata of a field that is an array (k, *shape); numbers are finite by default."""
     kind = np.dtype(dtype).newbyteorder("<")
     if kind == np.dtype(bool):
         limits = 0, 1
@@ -83,11 +83,11 @@ def column(
         known = np.finfo(kind) if kind.kind == "f" else np.iinfo(kind)
         limits = known.min, known.max
     low, high = (limits[0] if low is None else low), (limits[1] if high is None else high)
-    return dataclasses.field(metadata={"column": Column(kind, shape, low, high, unknown)})
+    return {"column": Column(kind, shape, low, high, unknown)}
 
 
 def columns_of(table: type) -> dict[str, Column]:
-    """The columns of a dataclass whose fields were made by `column`, by name."""
+    """The columns of a dataclass whose fields all have the metadata of `column`, by name."""
     return {item.name: item.metadata["column"] for item in dataclasses.fields(table)}
 
 

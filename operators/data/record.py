@@ -12,7 +12,7 @@ import base64
 import hashlib
 import struct
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -119,8 +119,8 @@ _LENGTH = struct.Struct("<Q")
 class _Rows:
     """What the record keeps of each candidate beside the detection."""
 
-    corners: np.ndarray = rows.column(np.int32, 3, low=0)
-    edge: np.ndarray = rows.column(np.float32, low=0.0)
+    corners: np.ndarray = field(metadata=rows.column(np.int32, 3, low=0))
+    edge: np.ndarray = field(metadata=rows.column(np.float32, low=0.0))
 
 
 _COLUMNS = rows.columns_of(_Rows)
@@ -135,9 +135,7 @@ class RecordText:
     stamp: str
 
 
-def of_detection(
-    arrays: MeshArrays, settings: core.Settings, detection: core.Detection
-) -> Record:
+def of_detection(arrays: MeshArrays, settings: core.Settings, detection: core.Detection) -> Record:
     """The record of a detection on these arrays, which still holds all of the detection.
 
     Its candidates' triangles are counted as Blender counts them, whatever part was analysed.

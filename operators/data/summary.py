@@ -196,7 +196,7 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
 
 
 def rows_of(text: str) -> list[int]:
-    """The rows in `pinned` or `deleted`; words that are none, in a damaged file, are passed over."""
+    """The rows in `pinned` or `deleted`; what is no row, in a damaged file, is passed over."""
     return [int(row) for row in text.split() if row.isdecimal() and len(row) < _MOST_DIGITS]
 
 

@@ -53,8 +53,9 @@ class Choice:
         """(k,) rows of the candidates of a detection that are kept."""
         after = record.of_detection(inputs.arrays, inputs.settings, detection)
         candidates = [one.detection.candidates for one in (self.record, after)]
-        triangles, places = ([getattr(one, name) for one in candidates]
-                             for name in ("triangle", "barycentric"))
+        triangles, places = (
+            [getattr(one, name) for one in candidates] for name in ("triangle", "barycentric")
+        )
         by_hand = self.by_hand
         if not (np.array_equal(*triangles) and np.array_equal(*places, equal_nan=True)):
             by_hand, _ = pins.counterparts(by_hand, self.record, after)
@@ -181,9 +182,7 @@ def _outdated(known: record.Record, inputs: detect.Inputs) -> tuple[str, ...]:
     )
 
 
-def _to_read(
-    scene: bpy.types.Scene, obj: bpy.types.Object
-) -> tuple[bpy.types.Object, bool, Scope]:
+def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.Object, bool, Scope]:
     """The object, form and part that the object's detection was made of, else the scene's."""
     if obj.umbilics.detected:
         kept = obj.umbilics
@@ -204,9 +203,7 @@ def _check_marks(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
 
 
 @contextmanager
-def written(
-    context: bpy.types.Context, job: Job
-) -> Iterator[tuple[bpy.types.Object, Transaction]]:
+def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Object, Transaction]]:
     """The object that keeps the results, out of Edit Mode, if what was read is still the same;
     what is written within the block is written as a whole or not at all.
 
@@ -227,9 +224,7 @@ def written(
         yield homes.owner_of(obj), transaction
 
 
-def home_of_plan(
-    context: bpy.types.Context, job: Job, transaction: Transaction
-) -> homes.Home:
+def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:
     """Where a plan goes, within the block of `written`."""
     depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
     obj = targets.named(job.object_name)

@@ -16,7 +16,7 @@ from .edge_marks import marked_edges
 from .evaluated import evaluated_mesh
 from .fetch import DOMAIN_LABEL, LAYOUT, fetch, unit_vectors
 from .fingerprint import Fingerprint
-from .scope import WHOLE, Scope, faces_in
+from .scope import WHOLE, Scope, faces_in, in_vertex_group
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,8 @@ class MeshArrays:
         Of all that was read, as it was then.
     given_names:
         Names of the attributes behind `given`.
+    scope:
+        Which part of the object it is.
     """
 
     vertices: np.ndarray
@@ -62,11 +64,7 @@ class MeshArrays:
     given: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None
     fingerprint: Fingerprint
     given_names: tuple[str, ...] = ()
-
-    @property
-    def signature(self) -> str:
-        """As `mesh_signature` gives it for the mesh that was read."""
-        return "-".join(self.fingerprint.digests[part] for part in fingerprint.GEOMETRY)
+    scope: Scope = WHOLE
 
 
 def read_mesh(
@@ -112,6 +110,8 @@ def read_mesh(
         given = _given(obj, mesh, matrix, given_names) if given_names else None
         polygon_count = len(mesh.polygons)
         read = fingerprint.of_mesh(mesh, matrix, with_uv, given_names or ())
+        if wanted is not None:
+            read = read.plus(fingerprint.SCOPE, wanted)
     if determinant < 0.0:
         triangles = np.ascontiguousarray(triangles[:, (0, 2, 1)])
         uv = None if uv is None else np.ascontiguousarray(uv[:, (0, 2, 1)])
@@ -136,15 +136,35 @@ def check_unchanged(
     obj: bpy.types.Object, arrays: MeshArrays, depsgraph: bpy.types.Depsgraph | None = None
 ) -> None:
     """Raise `ChangedMeshError` if something that was read of the object is no longer the same."""
-    matrix = np.array(obj.matrix_world, dtype=np.float64)
     with current_mesh(obj, depsgraph) as mesh:
-        now = fingerprint.of_mesh(mesh, matrix, arrays.uv is not None, arrays.given_names)
+        now = fingerprint_of(obj, mesh, arrays.uv is not None, arrays.given_names, arrays.scope)
     changed = arrays.fingerprint.changed(now, (*now.digests, fingerprint.SCALE))
     if changed:
         what = " ".join(fingerprint.WORDS[part] for part in changed)
         raise ChangedMeshError(
             f"{obj.name} was changed while it was being analysed. {what} Detect again."
         )
+
+
+def fingerprint_of(
+    obj: bpy.types.Object,
+    mesh: bpy.types.Mesh,
+    with_uv: bool,
+    given_names: tuple[str, ...],
+    scope: Scope,
+    zone: str = "",
+) -> Fingerprint:
+    """Of what would be read of an object now, whose mesh is `mesh`; `zone` names a vertex group."""
+    found = fingerprint.of_mesh(mesh, np.array(obj.matrix_world), with_uv, given_names)
+    try:
+        wanted = faces_in(obj, mesh, scope)
+    except ObjectError:
+        wanted = np.zeros(0, bool)
+    if wanted is not None:
+        found = found.plus(fingerprint.SCOPE, wanted)
+    if zone:
+        found = found.plus(fingerprint.ZONE, in_vertex_group(obj, mesh, zone))
+    return found
 
 
 @contextmanager

@@ -84,9 +84,7 @@ def _dress(
         lift.strength = _HEIGHT * max(source.dimensions) / _scale(source)
 
 
-def remove(
-    context: bpy.types.Context, display: bpy.types.Object, transaction: Transaction
-) -> None:
+def remove(context: bpy.types.Context, display: bpy.types.Object, transaction: Transaction) -> None:
     """Have one of ours go, and its mesh where nothing else uses it."""
     source, mesh, objects = display.parent, display.data, context.view_layer.objects
     if objects.active == display and source is not None and source.name in objects:

@@ -220,9 +220,7 @@ def write_mirror(
     )
 
 
-def mark(
-    obj: bpy.types.Object, chosen: np.ndarray, kind: str, transaction: Transaction
-) -> int:
+def mark(obj: bpy.types.Object, chosen: np.ndarray, kind: str, transaction: Transaction) -> int:
     """Mark edges (e,) bool as "seam" or "edge_sharp" and remember which; how many are new."""
     transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
     unmark(obj, kind)
@@ -257,12 +255,7 @@ def _discard(
 ) -> bpy.types.Collection | None:
     """Have the objects of one part go, and the collection with its last; the collection."""
     found = parts_of(obj, part)
-    ours = [
-        one
-        for child in parts_of(obj)
-        for one in child.users_collection
-        if TAG in one
-    ]
+    ours = [one for child in parts_of(obj) for one in child.users_collection if TAG in one]
     for child in found:
         if child.type not in grease_pencil.OBJECT_TYPES:
             transaction.discard([child])

@@ -133,9 +133,7 @@ def write(
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
     return [
-        obj
-        for obj in scene.objects
-        if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
+        obj for obj in scene.objects if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
     ]
 
 
@@ -152,9 +150,7 @@ def _coloured(
     return colour_maps.coloured(values, low, high, _scale(name)), "POINT"
 
 
-def hide(
-    context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction
-) -> bool:
+def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Remove the colours and make the attribute active that was; whether there were any."""
     if not is_shown_on(obj):
         return False

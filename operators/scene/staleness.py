@@ -175,9 +175,7 @@ def _changed(
     return then.changed(now, wanted)
 
 
-def _look(
-    context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read
-) -> Fingerprint:
+def _look(context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read) -> Fingerprint:
     if not evaluated:
         return fingerprint_of(obj, obj.data, *read)
     shown = obj.evaluated_get(context.view_layer.depsgraph)

@@ -104,9 +104,7 @@ def empty_without(
 ) -> list[bpy.types.Collection]:
     """Those of the collections in which nothing is left without what goes."""
     return [
-        one
-        for one in collections
-        if not one.children and all(obj in going for obj in one.objects)
+        one for one in collections if not one.children and all(obj in going for obj in one.objects)
     ]
 
 
