@@ -174,7 +174,7 @@ def persistence() -> None:
     level = base + 1.2 * 0.2475
     drawing.line([-0.2 + 1j * level, 0.35 + 1j * level], RED, 2.5, "6 4")
     drawing.text(1.45 + 1j * (level - 0.16), "persistence of the pair", 13, RED)
-    drawing.text(1.15j, "the gap along a path: opposite indices that meet below the error cancel", 14)
+    drawing.text(1.15j, "the gap along a path: indices that cancel below the error go", 14)
     drawing.save("persistence")
 
 

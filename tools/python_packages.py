@@ -10,6 +10,7 @@ from places import TOOLS, cache_folder, made_once, run_quietly, say
 REQUIREMENTS = TOOLS / "test_requirements.txt"
 # These are installed without their dependencies.
 MESHES = TOOLS / "test_meshes.txt"
+REQUIREMENTS_TO_LINT = TOOLS / "lint_requirements.txt"
 REQUIREMENTS_IN_BLENDER = TOOLS / "test_requirements_blender.txt"
 
 
@@ -30,6 +31,20 @@ def test_python() -> Path:
 
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS, MESHES)}"
+    return made_once(folder, make) / "bin" / "python"
+
+
+def lint_python() -> Path:
+    """A Python with mypy. Use it with -m."""
+
+    def make(folder: Path) -> None:
+        say("installing mypy, once …")
+        venv.create(folder, with_pip=True, symlinks=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install", "-r", REQUIREMENTS_TO_LINT]
+        run_quietly(command, "install mypy")
+
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache_folder() / "python" / f"lint-{version}-{_key(REQUIREMENTS_TO_LINT)}"
     return made_once(folder, make) / "bin" / "python"
 
 

@@ -151,7 +151,8 @@ def _fit_some(
         along = axes.take(some, axis=2)
         samples, radius[block] = _samples(coordinates, members, origin, along, workspace)
         weights = _weights(samples[:2], workspace) if around.focused else None
-        sum_samples(*samples, weights, DEGREE, sums[:, block], workspace)
+        x, y, height = samples
+        sum_samples(x, y, height, weights, DEGREE, sums[:, block], workspace)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], DEGREE, workspace)
     _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from ..retopology.settings import GuidanceSettings
 from .curves import write_curves
 from .dmat import write_dmat
 from .mesh import write_mesh
-from .points import poles_table, umbilics_table, write_points_csv, write_points_json
+from .points import Table, poles_table, umbilics_table, write_points_csv, write_points_json
 from .rawfield import write_rawfield
 from .rosy import write_rosy
 from .sharp import write_sharp
@@ -234,7 +234,7 @@ def _separatrices(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_curves(path, _turned(data.separatrices, turn))
 
 
-def _tables(data: Exported, turn: np.ndarray) -> dict:
+def _tables(data: Exported, turn: np.ndarray) -> dict[str, Table]:
     poles, umbilics = data.guidance.poles, data.guide.detection.umbilics
     return {
         "poles": poles_table(
@@ -256,7 +256,7 @@ def _json(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_points_json(path, _tables(data, turn))
 
 
-_WRITERS = {
+_WRITERS: dict[str, Callable[..., None]] = {
     "mesh": _mesh,
     "rosy": _rosy,
     "rawfield": _rawfield,

@@ -180,7 +180,7 @@ def _refine_block(
 
 def _operator_at(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> HeightOperator:
     """The shape operator of the fitted surface above (u, v), all in units of its radius."""
-    derivative = dict.fromkeys([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)], 0.0)
+    derivative = {order: np.zeros(len(u)) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
     for (a, b), coefficient in fit.coefficients.items():
         for (i, j), value in derivative.items():
             if a >= i and b >= j:
