@@ -106,6 +106,7 @@ def write_plan(
         collection = _adopt(context, obj, empty, POLES, collection, transaction, place)
         empties.append(empty)
         origins.append(_origin(poles, umbilics, row))
+    transaction.keep_properties(obj, homes.PLAN)
     plans.store(obj, origin, poles, empties, origins)
     homes.settle(home, homes.PLAN, transaction)
 
@@ -214,7 +215,7 @@ def write_mirror(
     turn = Matrix.Rotation(-np.pi / 2.0, 4, "X")
     place = Matrix.Translation(plane.point.tolist()) @ _upright(plane.normal) @ turn
     _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays, place))
-    transaction.keep_properties(obj, "umbilics_plan")
+    transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.mirror = (
         f"{len(plane.pairs)} matched, {100.0 * plane.score:.0f} % of a perfect mirror"
     )
@@ -283,7 +284,7 @@ def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
         transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
         found += [unmark(obj, kind) for kind in _BIT]
         found.append(remove_results(obj.data, MARKS.keys(), MARKS) > 0)
-    transaction.keep_properties(obj, "umbilics_plan")
+    transaction.keep_properties(obj, homes.PLAN)
     found.append(plans.forget(obj))
     return any(found)
 
