@@ -18,6 +18,7 @@ _MODULES = (
     "detect",
     "cancel",
     "clear",
+    "clear_file",
     "add_arrows",
     "apply_filters",
     "explain",

@@ -10,7 +10,7 @@ import bpy
 
 from ... import core
 from ..data.properties import GIVEN_NAMES
-from . import batch_arguments, frames, guidance, values
+from . import batch_arguments, frames, guidance, source_arguments, values
 from .batch import Plan
 from .batch_arguments import OUTPUTS
 from .guard import Guard, OverwriteError
@@ -46,7 +46,9 @@ class Request:
     objects:
         Names of the meshes to take, or none for all.
     frames:
-        Frames of the animation, or none for the mesh without modifiers.
+        Frames of the animation, or none for the one that the file has.
+    source:
+        What of each object is analysed.
     outputs:
         For each file where its JSON, .blend, PNG, PLY and USD go.
     guidance:
@@ -70,6 +72,7 @@ class Request:
     files: tuple[str | None, ...]
     objects: tuple[str, ...]
     frames: tuple[int, ...]
+    source: source_arguments.Source
     settings: core.Settings
     given_names: tuple[str, ...]
     per_vertex: bool
@@ -120,6 +123,7 @@ def parse(arguments: list[str]) -> Request:
         files=files,
         objects=tuple(found.object),
         frames=found.frames,
+        source=source_arguments.source_of(parser, found),
         settings=settings,
         given_names=tuple(getattr(found, name) for name in GIVEN_NAMES),
         per_vertex=found.per_vertex,
@@ -165,9 +169,10 @@ def _parser() -> argparse.ArgumentParser:
         metavar="A-B",
         type=frames.read,
         default=(),
-        help="the meshes as modifiers, armatures and shape keys make them at these frames, such "
-        "as 1-10,20,30-50x5 (default: the meshes without modifiers)",
+        help="the meshes as they are at these frames of the animation, such as 1-10,20,30-50x5 "
+        "(default: at the frame that the file was saved with)",
     )
+    source_arguments.add_arguments(parser)
     parser.add_argument(
         "--progress",
         choices=("text", "jsonl"),

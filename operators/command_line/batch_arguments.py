@@ -9,7 +9,7 @@ import bpy
 
 from ... import core
 from ..data.properties import GIVEN_NAMES
-from . import frames, values, version
+from . import frames, source_arguments, values, version
 from .batch import Plan, PlanError
 from .batch.plan import tasks_for
 from .guard import Guard
@@ -168,6 +168,7 @@ def worker_arguments(
     arguments += [f"--{name}={getattr(found, name)}" for name in GIVEN_NAMES]
     arguments += [f"--object={name}" for name in found.object]
     arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
+    arguments += source_arguments.words_of(found)
     if found.frames:
         arguments.append(f"--frames={frames.in_words(found.frames)}")
     return tuple(arguments)
