@@ -77,11 +77,11 @@ def column(
 ) -> dict[str, Column]:
     """Metadata of a field that is an array (k, *shape); numbers are finite by default."""
     kind = np.dtype(dtype).newbyteorder("<")
-    if kind == np.dtype(bool):
-        limits = 0, 1
-    else:
-        known = np.finfo(kind) if kind.kind == "f" else np.iinfo(kind)
-        limits = known.min, known.max
+    limits: tuple[float, float] = 0, 1
+    if kind.kind == "f":
+        limits = float(np.finfo(kind).min), float(np.finfo(kind).max)
+    elif kind.kind == "i":
+        limits = int(np.iinfo(kind.str).min), int(np.iinfo(kind.str).max)
     low, high = (limits[0] if low is None else low), (limits[1] if high is None else high)
     return {"column": Column(kind, shape, low, high, unknown)}
 
@@ -99,7 +99,7 @@ def encode(columns: Mapping[str, Column], arrays: Mapping[str, np.ndarray], text
     rows = len(next(iter(arrays.values())))
     for name, one in columns.items():
         values = np.ascontiguousarray(arrays[name], one.dtype)
-        parts.append(packer.compress(values.reshape(-1).view(np.uint8)))
+        parts.append(packer.compress(values.reshape(-1).view(np.uint8).data))
     parts.append(packer.flush())
     return b"".join([_HEADER.pack(_MAGIC, _layout(columns), len(words), rows), *parts])
 

@@ -154,8 +154,14 @@ def of_detection(arrays: MeshArrays, settings: core.Settings, detection: core.De
         corners=corners,
         # A mesh may be larger than single precision.
         edge=np.minimum(edge, np.finfo(np.float32).max),
-        extent=float(np.ptp(arrays.vertices, axis=0).max()),
+        extent=_extent_of(arrays.vertices),
     )
+
+
+def _extent_of(vertices: np.ndarray) -> float:
+    """The largest side of the bounding box of (n, 3) vertices, as far as they are somewhere."""
+    known = vertices[np.isfinite(vertices).all(axis=1)]
+    return float(np.ptp(known, axis=0).max()) if len(known) else 0.0
 
 
 def pack(arrays: MeshArrays, settings: core.Settings, detection: core.Detection) -> RecordText:

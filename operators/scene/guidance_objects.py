@@ -258,19 +258,25 @@ def _discard(
     found = parts_of(obj, part)
     ours = [one for child in parts_of(obj) for one in child.users_collection if TAG in one]
     for child in found:
-        if child.type not in grease_pencil.OBJECT_TYPES:
-            transaction.discard([child])
-            if child.type == "CURVE" and child.data.users == 1:
-                transaction.discard([child.data])
-        elif grease_pencil.is_ours(child):
-            transaction.discard(grease_pencil.parts_of(child))
-        else:
-            # What the user drew on it is the user's.
-            transaction.at_end(grease_pencil.remove_layers, child)
-            transaction.keep_custom(child, (TAG,))
-            del child[TAG]
+        discard(child, transaction)
     transaction.sweep(partial(empty_without, ours))
     return ours[0] if ours else None
+
+
+def discard(child: bpy.types.Object, transaction: Transaction) -> None:
+    """Have one of our objects go, with data that nothing else uses."""
+    if child.type in grease_pencil.OBJECT_TYPES:
+        if grease_pencil.is_ours(child):
+            transaction.discard(grease_pencil.parts_of(child))
+            return
+        # What the user drew on it is the user's.
+        transaction.at_end(grease_pencil.remove_layers, child)
+        transaction.keep_custom(child, (TAG,))
+        del child[TAG]
+        return
+    transaction.discard([child])
+    if child.type in ("CURVE", "MESH") and child.data.users == 1:
+        transaction.discard([child.data])
 
 
 def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:

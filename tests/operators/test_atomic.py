@@ -8,7 +8,7 @@ from scene_building import add_ellipsoid, empty_scene
 OURS = ("umbilics", "umbilics_plan")
 
 
-class Injected(Exception):
+class InjectedError(Exception):
     """What goes wrong in these tests, which no code of ours expects."""
 
 
@@ -30,7 +30,8 @@ def everything():
             for kind in (bpy.data.images, bpy.data.curves, bpy.data.materials)
         ],
         "range": tuple(
-            getattr(bpy.context.scene.umbilics_display, name) for name in ("range_low", "range_high")
+            getattr(bpy.context.scene.umbilics_display, name)
+            for name in ("range_low", "range_high")
         ),
         "selected": sorted(obj.name for obj in layer.objects if obj.select_get()),
         "active": layer.objects.active.name,
@@ -111,7 +112,7 @@ def fails(monkeypatch, module, name, after=False):
     def broken(*arguments, **named):
         if after:
             real(*arguments, **named)
-        raise Injected(name)
+        raise InjectedError(name)
 
     monkeypatch.setattr(module, name, broken)
 
@@ -208,7 +209,7 @@ def assert_all_or_nothing(addon, monkeypatch, points, prepared):
         for after in (False, True):
             with monkeypatch.context() as patch:
                 fails(patch, part(addon, path), name, after)
-                with pytest.raises(Injected):
+                with pytest.raises(InjectedError):
                     write()
             bpy.context.view_layer.update()
             assert differences(before, everything()) == [], (name, after)
@@ -250,7 +251,10 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
 
 
 WORKS = {
-    "lines": ("lines", [("scene.guidance_objects", "_adopt"), ("scene.guidance_objects", "_discard")]),
+    "lines": (
+        "lines",
+        [("scene.guidance_objects", "_adopt"), ("scene.guidance_objects", "_discard")],
+    ),
     "draw_guides": ("guides", [("scene.grease_pencil", "make"), ("scene.grease_pencil", "_draw")]),
     "symmetry": ("mirror", [("scene.guidance_objects", "_adopt")]),
 }
@@ -284,7 +288,10 @@ def test_marks_that_cannot_be_written(addon, monkeypatch):
     bpy.ops.umbilics.mark_seams(lines="SEPARATRICES", mark="SHARP")
     bpy.context.view_layer.update()
     before = everything()
-    for path, name in (("scene.guidance_objects", "unmark"), ("mesh.attributes", "write_attributes")):
+    for path, name in (
+        ("scene.guidance_objects", "unmark"),
+        ("mesh.attributes", "write_attributes"),
+    ):
         with monkeypatch.context() as patch:
             fails(patch, objects if name in vars(objects) else part(addon, path), name, after=True)
             with pytest.raises(RuntimeError, match=name):
@@ -298,7 +305,11 @@ def test_a_clear_that_fails(addon, monkeypatch, name):
     bpy.ops.umbilics.lines()
     bpy.context.view_layer.update()
     before = everything()
-    module = {"forget": "data.summary", "leave": "scene.homes", "remove_all": "scene.guidance_objects"}
+    module = {
+        "forget": "data.summary",
+        "leave": "scene.homes",
+        "remove_all": "scene.guidance_objects",
+    }
     with monkeypatch.context() as patch:
         fails(patch, part(addon, module[name]), name, after=True)
         with pytest.raises(RuntimeError, match=name):
