@@ -22,6 +22,8 @@ from .formats.guidance import (
     guidance_paths,
     write_guidance,
 )
+from .formats.off import read_off
+from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
@@ -70,6 +72,7 @@ __all__ = [
     "Settings",
     "Umbilics",
     "UmbilicsError",
+    "UsdMesh",
     "Written",
     "check",
     "compare",
@@ -84,9 +87,11 @@ __all__ = [
     "noise_multiple",
     "options",
     "pack",
+    "read_off",
     "select",
     "setting",
     "unpack",
     "whole_file",
     "write_guidance",
+    "write_usda",
 ]

@@ -194,6 +194,18 @@ def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) ->
         picture.write(places["png"], found.done, opened.up)
     if "ply" in places:
         mesh_file.write(places["ply"], found.done, opened.to_file)
+    if "usda" in places:
+        meshes = [
+            core.UsdMesh(
+                inputs.object_name,
+                inputs.arrays.vertices,
+                inputs.arrays.triangles,
+                detection,
+                opened.to_file,
+            )
+            for inputs, detection in found.done
+        ]
+        core.write_usda(places["usda"], meshes, opened.file_up, found.number)
 
 
 def _save(path: Path) -> None:
