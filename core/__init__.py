@@ -14,7 +14,16 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
+from .formats.guidance import (
+    FILE_KINDS,
+    Exported,
+    Written,
+    export_guidance,
+    guidance_paths,
+    write_guidance,
+)
+from .formats.off import read_off
+from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
@@ -68,22 +77,27 @@ __all__ = [
     "Suitability",
     "Umbilics",
     "UmbilicsError",
+    "UsdMesh",
+    "Written",
     "check",
     "compare",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
+    "export_guidance",
     "filtered",
     "guidance_paths",
     "kept_rows",
     "noise_multiple",
     "options",
     "pack",
+    "read_off",
     "select",
     "setting",
     "suitability",
     "unpack",
     "whole_file",
     "write_guidance",
+    "write_usda",
 ]

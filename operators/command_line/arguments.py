@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import shlex
 from pathlib import Path
 
 import bpy
@@ -98,6 +99,10 @@ def parse(arguments: list[str]) -> Request:
         on standard error; with 0 after --help.
     """
     parser = _parser()
+    try:
+        arguments = _spread(arguments)
+    except ValueError as error:
+        parser.error(f"--options: {error}")
     found = parser.parse_args(arguments)
     setting_values = {name: getattr(found, name) for name in core.options()}
     try:
@@ -140,6 +145,28 @@ def parse(arguments: list[str]) -> Request:
     )
 
 
+def _spread(arguments: list[str]) -> list[str]:
+    """The arguments with those of `--options TEXT` in its place, for farms that pass one text.
+
+    Raises
+    ------
+    ValueError
+        A quotation is not closed, or there is no text.
+    """
+    spread: list[str] = []
+    rest = iter(arguments)
+    for argument in rest:
+        if argument == "--":
+            return [*spread, argument, *rest]
+        if argument == "--options":
+            argument = f"--options={next(rest, chr(34))}"
+        if argument.startswith("--options="):
+            spread += shlex.split(argument.partition("=")[2])
+        else:
+            spread.append(argument)
+    return spread
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="blender -b [FILE.blend] --command umbilics",
@@ -179,6 +206,11 @@ def _parser() -> argparse.ArgumentParser:
         default="text",
         help="how far it is: sentences, or JSON lines on standard output (default: text)",
     )
+    parser.add_argument(
+        "--options",
+        metavar="TEXT",
+        help="more options in one text, quoted as in a shell, for farms that pass only one",
+    )
     _add_results(parser)
     guidance.add_arguments(parser, _add_setting)
     batch_arguments.add_arguments(parser)
@@ -210,6 +242,9 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--blend", metavar="F", help="save a .blend with the results")
     group.add_argument("--png", metavar="F", help="draw a picture")
     group.add_argument("--ply", metavar="F", help="write the mesh with the curvatures as PLY")
+    group.add_argument(
+        "--usda", metavar="F", help="write the mesh, its curvatures and the umbilics as USD"
+    )
     group.add_argument(
         "--per-vertex", action="store_true", help="JSON: add the curvature at every vertex"
     )

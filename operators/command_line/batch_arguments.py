@@ -15,7 +15,7 @@ from .batch.plan import tasks_for
 from .guard import Guard
 from .importers import SUFFIXES
 
-OUTPUTS = ("json", "blend", "png", "ply")
+OUTPUTS = ("json", "blend", "png", "ply", "usda")
 # What only makes sense together with --out.
 _BATCH = ("also", "jobs", "report", "resume", "part", "tolerant", "summary")
 _TIME_LIMIT = 3600.0

@@ -131,7 +131,7 @@ def _detected(
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
     if is_kept or frame is None:
-        detect.write(context, inputs, detect.found(inputs, detection))
+        detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
 
 
@@ -194,6 +194,18 @@ def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) ->
         picture.write(places["png"], found.done, opened.up)
     if "ply" in places:
         mesh_file.write(places["ply"], found.done, opened.to_file)
+    if "usda" in places:
+        meshes = [
+            core.UsdMesh(
+                inputs.object_name,
+                inputs.arrays.vertices,
+                inputs.arrays.triangles,
+                detection,
+                opened.to_file,
+            )
+            for inputs, detection in found.done
+        ]
+        core.write_usda(places["usda"], meshes, opened.file_up, found.number)
 
 
 def _save(path: Path) -> None:

@@ -45,6 +45,8 @@ def source_of(parser: argparse.ArgumentParser, found: argparse.Namespace) -> Sou
     """What the arguments ask for; wrong ones end the command."""
     if (found.scope == "group") != bool(found.scope_group):
         parser.error("--scope group and --scope-group NAME go together.")
+    if found.frames and found.source == "base":
+        parser.error("--frames needs --source evaluated: the mesh below modifiers has no frames.")
     reading = Reading(found.source.upper(), found.scope.upper())
     return Source(reading, Scope(reading.scope, found.scope_group))
 

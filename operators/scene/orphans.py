@@ -6,11 +6,14 @@ constraint, a child or, to an umbilic, another name is the user's.
 
 from __future__ import annotations
 
+from functools import partial
+
 import bpy
 
 from ..mesh.attributes import RESULTS, remove_results
-from . import display_objects, empties, glyph_images, grease_pencil, guidance_objects, homes
+from . import display_objects, empties, glyph_images, guidance_objects, homes
 from .targets import is_local
+from .transaction import Transaction, all_or_nothing, empty_without
 
 # What a detection and a plan may leave on a mesh, and how it is laid out.
 _ON_MESHES = (RESULTS, guidance_objects.ATTRIBUTES, guidance_objects.MARKS)
@@ -32,13 +35,12 @@ def remove() -> int:
     """Remove what belongs to no object with results any more; how much there was."""
     alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj)]
     collections = {one for obj in alone for one in obj.users_collection if _is_ours(one)}
-    for obj in alone:
-        _remove_object(obj)
-    for collection in collections:
-        if not collection.objects and not collection.children:
-            bpy.data.collections.remove(collection)
-    glyph_images.remove_unused()
-    return len(alone) + _clean_meshes()
+    with all_or_nothing() as transaction:
+        for obj in alone:
+            guidance_objects.discard(obj, transaction)
+        transaction.sweep(partial(empty_without, collections))
+        transaction.sweep(glyph_images.unused_without)
+        return len(alone) + _clean_meshes(transaction)
 
 
 def _has_results(obj: bpy.types.Object) -> bool:
@@ -68,24 +70,12 @@ def _is_ours(collection: bpy.types.Collection) -> bool:
     return empties.COLLECTION_TAG in collection or guidance_objects.TAG in collection
 
 
-def _remove_object(obj: bpy.types.Object) -> None:
-    if obj.type in grease_pencil.OBJECT_TYPES:
-        if not grease_pencil.remove(obj):
-            # What the user drew on it is the user's.
-            del obj[guidance_objects.TAG]
-    else:
-        data = obj.data if obj.type in ("CURVE", "MESH") else None
-        bpy.data.objects.remove(obj)
-        if data is not None and not data.users:
-            bpy.data.batch_remove([data])
-
-
 def _is_marked(mesh: bpy.types.Mesh) -> bool:
     names = [name for layouts in _ON_MESHES for name in layouts if name in mesh.attributes]
     return is_local(mesh) and bool(names)
 
 
-def _clean_meshes() -> int:
+def _clean_meshes(transaction: Transaction) -> int:
     """Take our values from meshes none of whose objects has results; how many there were.
 
     Only where results are: a mesh with a stamp. Attributes of the same name may be the user's.
@@ -101,9 +91,11 @@ def _clean_meshes() -> int:
             continue
         if not mesh.users:
             continue
+        transaction.keep_custom(mesh, stamps)
         for key in stamps:
             del mesh[key]
         for layouts in _ON_MESHES[:2]:
+            transaction.keep_attributes(mesh, tuple(layouts))
             remove_results(mesh, layouts.keys(), layouts)
         cleaned += 1
     return cleaned
