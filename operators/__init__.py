@@ -19,6 +19,7 @@ _MODULES = (
     "cancel",
     "clear",
     "clear_file",
+    "mend",
     "add_arrows",
     "apply_filters",
     "explain",

@@ -4,13 +4,15 @@ import math
 
 import bmesh
 import bpy
+import numpy as np
 from bpy.props import EnumProperty
 
 from .. import core
 from .base import verdict
+from .data import record
 from .jobs import detect, worker
 from .mesh.read import positions
-from .scene import targets
+from .scene import homes, targets
 from .scene.display_objects import source_of
 from .scene.modes import object_mode
 
@@ -18,6 +20,12 @@ from .scene.modes import object_mode
 _WIDER = 1.5
 # Vertices this close, in parts of the largest coordinate, are one: single precision's rounding.
 _SAME = 1e-6
+_TEXTS = {
+    verdict.SUBDIVIDE: "Add a Subdivision Surface modifier, or a level to the one that is there",
+    verdict.CREASES: "Fit no curvature across edges sharper than 30°",
+    verdict.MERGE: "Join vertices that lie in the same place, so that the faces around them meet",
+    verdict.SMOOTH: "Fit curvature over neighbourhoods half as wide again",
+}
 
 
 class UMBILICS_OT_mend(bpy.types.Operator):
@@ -28,24 +36,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
 
     way: EnumProperty(
         name="Way",
-        items=[
-            (
-                verdict.SUBDIVIDE,
-                "Add Subdivision",
-                "Add a Subdivision Surface modifier, which makes a smooth surface of few faces",
-            ),
-            (
-                verdict.CREASES,
-                "Hard Surface: Crease Angle 30°",
-                "Fit no curvature across edges sharper than 30°",
-            ),
-            (
-                verdict.MERGE,
-                "Merge by Distance",
-                "Join vertices that lie in the same place, so that the faces around them meet",
-            ),
-            (verdict.SMOOTH, "Wider Scale", "Fit curvature over neighbourhoods half as wide again"),
-        ],
+        items=[(way, label, _TEXTS[way]) for way, label in verdict.LABELS.items()],
     )
 
     @classmethod
@@ -96,9 +87,11 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 
 def _widen(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    settings = context.scene.umbilics
-    settings.scale_auto, settings.scale_unit = False, "length"
-    settings.scale = _WIDER * obj.umbilics.scale
+    settings, kept = context.scene.umbilics, record.of(homes.owner_of(obj))
+    edge = float(np.median(kept.edge)) if kept is not None and len(kept.edge) else 0.0
+    rings = kept.detection.scale / edge if edge > 0.0 else settings.scale
+    settings.scale_auto, settings.scale_unit = False, "rings"
+    settings.scale = math.ceil(_WIDER * rings)
 
 
 _WAYS = {

@@ -9,6 +9,12 @@ from .words import counts_in_words
 
 # What mends a detection; see `operators/mend.py`.
 SUBDIVIDE, CREASES, MERGE, SMOOTH = "SUBDIVIDE", "CREASES", "MERGE", "SMOOTH"
+LABELS = {
+    SUBDIVIDE: "Add Subdivision",
+    CREASES: "Hard Surface: Crease Angle 30°",
+    MERGE: "Merge by Distance",
+    SMOOTH: "Wider Scale",
+}
 _HELP = {
     SUBDIVIDE: "The mesh is too coarse for its shape.",
     CREASES: "The surface has creases: curvature is smeared across them.",
