@@ -16,10 +16,10 @@ from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
 from . import frames, guidance, importers, mesh_file, messages, report
-from .arguments import Request
 from .guard import shown
 from .messages import complain
 from .pictures import panels, picture
+from .request import Request
 
 
 @dataclasses.dataclass
