@@ -91,6 +91,6 @@ def _edge_cosines(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _runs_up(triangles: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """(k,) bool whether the edge behind a corner, 3 * triangle + place, runs to the larger vertex."""
+    """(k,) bool whether the edge behind a corner, 3 * triangle + place, runs to a larger vertex."""
     triangle, place = np.divmod(corner, 3)
     return triangles[triangle, place] < triangles[triangle, (place + 1) % 3]
