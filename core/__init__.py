@@ -14,7 +14,14 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
+from .formats.guidance import (
+    FILE_KINDS,
+    Exported,
+    Written,
+    export_guidance,
+    guidance_paths,
+    write_guidance,
+)
 from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
@@ -28,16 +35,20 @@ from .retopology.poles import Poles
 from .retopology.settings import GuidanceSettings
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
-from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
+from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "SHARP",
+    "SMOOTH_MORE",
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
@@ -64,15 +75,18 @@ __all__ = [
     "Region",
     "Selection",
     "Settings",
+    "Suitability",
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
+    "Written",
     "check",
     "compare",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
+    "export_guidance",
     "filtered",
     "guidance_paths",
     "kept_rows",
@@ -82,6 +96,7 @@ __all__ = [
     "read_off",
     "select",
     "setting",
+    "suitability",
     "unpack",
     "up_axis",
     "whole_file",

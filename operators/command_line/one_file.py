@@ -137,7 +137,7 @@ def _detected(
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
     if is_kept or frame is None:
-        detect.write(context, inputs, detect.found(inputs, detection))
+        detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
 
 
