@@ -15,17 +15,19 @@ from unittest import mock
 import numpy as np
 from scipy.spatial import cKDTree
 
-from core import assembly, curvature, scale
-from core.curvature import Estimate
-from core.detection import CurvatureField
-from core.jets import Jets, fit_jets
-from core.location import Places
-from core.neighbourhoods import Neighbourhood, adjacency, by_size, grow, selection
-from core.normal_curvature import curvature_from_normals
-from core.progress import Progress
-from core.settings import Settings
-from core.surface import Surface
-from core.tangent import frame
+from core.base.progress import Progress
+from core.base.settings import Settings
+from core.curvature import estimate as curvature
+from core.curvature import scale
+from core.curvature.estimate import Estimate
+from core.curvature.field import CurvatureField
+from core.curvature.from_normals import curvature_from_normals
+from core.curvature.jets import Jets, fit_jets
+from core.fields.frames import frame
+from core.mesh.neighbourhoods import Neighbourhood, adjacency, by_size, grow, selection
+from core.mesh.surface import Surface
+from core.umbilics import assembly
+from core.umbilics.refine import Places
 
 PATCH_RINGS = 12
 """Rings of the patches; fewer leave so few independent fits that noise chooses the scale."""
@@ -135,9 +137,7 @@ def _change(
     number = neighbourhoods.number[vertices]
     for one in np.unique(number):
         rows = number == one
-        change[rows] = _change_of_scale(
-            surface, field, neighbourhoods.some[one], vertices[rows]
-        )
+        change[rows] = _change_of_scale(surface, field, neighbourhoods.some[one], vertices[rows])
     return change
 
 

@@ -15,8 +15,8 @@ import bpy
 import numpy as np
 
 from .. import core
-from ..core import colour_maps
 from . import changes, mesh_data, targets, units
+from .drawing import colour_maps
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"

@@ -6,7 +6,7 @@ import bpy
 import bpy.utils.previews
 import numpy as np
 
-from ..core.colour_maps import encoded
+from ..operators.drawing.colour_maps import encoded
 from ..operators.glyph_images import drawn
 from ..operators.preferences import Appearance
 

@@ -1,1 +1,1 @@
-"""From a detection to a plan for a quad mesh, and to the quads themselves."""
+"""From umbilics to a plan for a quad mesh, and to the quads."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...core import point_layers
 from .. import guidance_results, mesh_data
+from .layers import layers
 from .shapes import SOFT, Places, Shape, repeated, strips
 
 # A direction counts fully where the gap is this part of its median, and nothing at a fifth of it.
@@ -78,7 +78,7 @@ def read_cross(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
 def arranged(places: np.ndarray, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray) -> Strokes:
     """Arrange what was read; touches arrays only, so that any thread may do it."""
     known = np.flatnonzero(d1.any(axis=1))
-    layered = point_layers.layers(places[known])
+    layered = layers(places[known])
     order = known[np.concatenate(layered.rows)]
     typical = float(np.median(gap[known])) if len(known) else 0.0
     ratio = gap[order] / (_CLEAR_GAP * typical) if typical > 0.0 else np.ones(len(order))

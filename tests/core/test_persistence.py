@@ -12,16 +12,16 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from surfaces import icosphere, random_points
 
-from core.cleaning import clean
-from core.persistence import (
+from core.curvature.tolerances import PAIR_NOISE
+from core.mesh.repair import clean
+from core.mesh.surface import Surface
+from core.umbilics.persistence import (
     made_by_noise,
     measure_persistence,
     noise_multiple,
     survivors,
     trust_ratio,
 )
-from core.surface import Surface
-from core.tolerances import PAIR_NOISE
 
 
 def _surface(vertices: np.ndarray, triangles: np.ndarray) -> Surface:

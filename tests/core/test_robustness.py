@@ -10,7 +10,7 @@ from mesh_files import read_mesh
 from surfaces import ellipsoid, icosphere, noisy, seed_patch, torus
 
 import core
-from core.cleaning import clean
+from core.mesh.repair import clean
 
 # Every mesh here is one that detection must get through; anything but these is a failure.
 REFUSED = core.InvalidMeshError

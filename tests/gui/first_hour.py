@@ -169,9 +169,7 @@ def mapped():
     mesh = bpy.data.objects["Suzanne"].data
     with view.inside():
         bpy.ops.view3d.view_all()
-    yield from insist(
-        lambda: "umbilics_map" in mesh.color_attributes, view.in_sidebar(*SHOW_MAP)
-    )
+    yield from insist(lambda: "umbilics_map" in mesh.color_attributes, view.in_sidebar(*SHOW_MAP))
     found["map_by_button"] = "umbilics_map" in mesh.color_attributes
     found["shading_with_map"] = view.space.shading.color_type
     report.picture("map")

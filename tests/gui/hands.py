@@ -93,9 +93,7 @@ def click(x: int, y: int, count: int = 1, button: int = 1) -> None:
     _xdotool("mousemove", x - 3, y, "sleep", 0.3, "mousemove", x, y, "sleep", 0.3, *presses)
 
 
-def insist(
-    done: Callable[[], bool], place: tuple[int, int], count: int = 1
-) -> Iterator[float]:
+def insist(done: Callable[[], bool], place: tuple[int, int], count: int = 1) -> Iterator[float]:
     """Click until it has the wanted effect: a busy virtual screen loses a click now and then."""
     for _ in range(4):
         click(*place, count=count)

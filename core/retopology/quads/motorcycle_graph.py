@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from ...half_edges import previous
-from ...progress import Progress
+from ...mesh.half_edges import previous
+from ...base.progress import Progress
 from .crosses import QUARTER, fans
 from .layout import Fault, Layout, Node, Track, rectangles_of
 from .seamless_map import SeamlessMap

@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
-from ...half_edges import following
+from ...mesh.half_edges import following
 from .crosses import QUARTER, TURNS, Crosses
 from .seams import Seams, seams
 

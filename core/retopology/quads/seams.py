@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...half_edges import following
+from ...mesh.half_edges import following
 from .crosses import QUARTER, Crosses
 
 

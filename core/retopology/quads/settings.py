@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...settings import AUTO, Choice, check, setting
+from ...base.options import AUTO, Choice, check, setting
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from ...progress import Progress
+from ...base.progress import Progress
 from .seamless_map import (
     FLIPPED,
     SeamlessProblem,
