@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    RemeshError,
     UmbilicsError,
 )
 from .base.options import AUTO, Choice, Option, defaults, options
@@ -21,6 +22,9 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guidance, Guide
 from .retopology.poles import Poles
+from .retopology.quads.remesh import remesh
+from .retopology.quads.result import QuadMesh
+from .retopology.quads.settings import RemeshSettings
 from .retopology.settings import GuidanceSettings
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
@@ -57,7 +61,10 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadMesh",
     "Region",
+    "RemeshError",
+    "RemeshSettings",
     "Selection",
     "Settings",
     "Umbilics",
@@ -72,6 +79,7 @@ __all__ = [
     "noise_multiple",
     "options",
     "pack",
+    "remesh",
     "select",
     "unpack",
     "write_guidance",
