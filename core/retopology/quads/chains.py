@@ -37,23 +37,26 @@ def chains(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def long_chains(surface: Surface, half_edges: np.ndarray, least: float) -> np.ndarray:
-    """Those of the edges (e,) in connected sets of chains that are `least` long in all.
+    """Those of the edges (e,) in chains that are `least` long, or join others at both ends.
 
-    Lone short edges of a noisy or coarse surface are no creases. Where creases branch, the whole
-    they make counts.
+    Lone short edges of a noisy or coarse surface are no creases, nor are the stubs that are left
+    of a crease where it fades.
     """
-    if not len(half_edges):
-        return half_edges
     corners = surface.triangles.ravel().astype(np.int64)
-    tail, head = corners[half_edges], corners[following(half_edges)]
-    n = len(surface.vertices)
-    graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
-    _, label = csgraph.connected_components(graph, directed=False)
-    length = np.linalg.norm(surface.vertices[head] - surface.vertices[tail], axis=1)
-    # Chains first, so that a tangle of noise does not add up to a crease.
-    chain, whole = chains(surface, half_edges)
-    total = np.bincount(label[tail], weights=length, minlength=n)
-    longest = np.zeros(n)
-    np.maximum.at(longest, label[tail], whole[chain])
-    keep = (total[label[tail]] >= least) & (longest[label[tail]] >= 0.5 * least)
-    return half_edges[keep]
+    while len(half_edges):
+        tail, head = corners[half_edges], corners[following(half_edges)]
+        degree = np.bincount(np.concatenate([tail, head]), minlength=len(surface.vertices))
+        chain, length = chains(surface, half_edges)
+        loose = ((degree == 1) & ~surface.border)[np.stack([tail, head])].any(axis=0)
+        ends = np.bincount(chain, weights=loose)
+        # What hangs together without one long chain is a tangle of noise.
+        n = len(surface.vertices)
+        graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
+        _, label = csgraph.connected_components(graph, directed=False)
+        longest = np.zeros(n)
+        np.maximum.at(longest, label[tail], length[chain])
+        short = (length[chain] < least) & ((ends[chain] > 0) | (longest[label[tail]] < least))
+        if not short.any():
+            break
+        half_edges = half_edges[~short]
+    return half_edges

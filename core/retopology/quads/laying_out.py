@@ -16,10 +16,11 @@ from ...mesh.half_edges import following
 from ..cross_field import CrossField, cross_field
 from ..settings import GuidanceSettings
 from .chains import chains
-from .crosses import crosses
+from .crosses import Crosses, crosses
 from .layout import Layout
 from .motorcycle_graph import motorcycle_graph
-from .sectors import impossible_corners
+from .pole_moves import with_better_poles
+from .sectors import shut_corners
 from .seamless_map import SeamlessMap, pose
 from .settings import RemeshSettings
 from .untangling import injective_map
@@ -57,6 +58,7 @@ def laid_out(
     settings: RemeshSettings,
     size: np.ndarray,
     undirected: np.ndarray,
+    avoided: np.ndarray,
     progress: Progress,
 ) -> LaidOut:
     """A layout of the surface.
@@ -67,6 +69,8 @@ def laid_out(
         (m,) float64 length of a quad's edge in each triangle.
     undirected:
         (m,) bool triangles where the curvature means nothing.
+    avoided:
+        (n,) bool vertices where no pole is wanted.
 
     Raises
     ------
@@ -74,60 +78,46 @@ def laid_out(
         There is none.
     """
     surface = working.surface
-    feature = working.feature.copy()
-    undirected = undirected.copy()
+    feature = working.feature
     smoothness = settings.smoothness
     smoothed = dropped = 0
     for attempt in range(ATTEMPTS):
         part = progress.part("Mapping the surface", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
-        cross = cross_field(
-            surface,
-            working.field,
+        cross, crossed, fewer = _crossed(
+            working,
             GuidanceSettings(smoothness=smoothness, feature_angle=180.0),
-            part.part("Smoothing the cross field", 0.0, 0.2),
-            sharp=_pairs(surface.triangles, feature),
-            undirected=undirected,
-        )
-        crossed = crosses(
-            surface.vertices,
-            surface.triangles,
-            surface.twin,
-            cross.face_direction,
-            size,
             feature,
+            size,
+            undirected,
+            avoided,
+            part,
         )
-        faults = impossible_corners(crossed)
-        if not faults.any():
-            problem = pose(crossed)
-            x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
+        dropped += np.count_nonzero(feature) > np.count_nonzero(fewer)
+        feature = fewer
+        problem = pose(crossed)
+        x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
         if not faults.any():
             map_ = SeamlessMap(crossed, problem.seams, problem.places(x))
             layout = motorcycle_graph(map_, part.part("Drawing the layout", 0.9, 1.0))
             if layout is not None:
+                kept = WorkingSurface(surface, working.field, feature, working.whole)
                 warnings = _warnings(smoothed, dropped, smoothness > settings.smoothness)
-                return LaidOut(
-                    WorkingSurface(surface, working.field, feature, working.whole),
-                    cross,
-                    map_,
-                    layout,
-                    warnings,
-                )
+                return LaidOut(kept, cross, map_, layout, warnings)
         near = _grown(surface.triangles, faults, SMOOTHED_RINGS * (1 + attempt))
         touched = near[surface.triangles].any(axis=1)
-        new = touched & ~undirected
-        if attempt % 3 < 1 and new.any():
+        residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
+        chosen = _least(working, feature, near, residual)
+        if chosen is not None and attempt % 2 == 0:
+            feature = feature & ~chosen
+            dropped += 1
+        elif (touched & ~undirected).any() and attempt % 4 < 2:
+            undirected = undirected | touched
             smoothed += 1
-            undirected |= touched
-            continue
-        fewer = _without_least(working, feature, near)
-        if attempt % 3 < 2 and fewer is not None:
-            feature = fewer
-            dropped += 1
-            continue
-        smoothness = min(smoothness + SMOOTHER, 1.0)
-        if smoothness >= 1.0 and feature.any():
-            feature = np.zeros_like(feature)
-            dropped += 1
+        else:
+            smoothness = min(smoothness + SMOOTHER, 1.0)
+            if smoothness >= 1.0 and feature.any():
+                feature = np.zeros_like(feature)
+                dropped += 1
     raise RemeshError(
         "No layout of quads was found for a piece of the mesh. Raise the smoothness, leave "
         "creases out or repair the mesh around its folds and slivers."
@@ -149,10 +139,57 @@ def _grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
     return found
 
 
-def _without_least(
-    working: WorkingSurface, feature: np.ndarray, near: np.ndarray
+def _crossed(
+    working: WorkingSurface,
+    settings: GuidanceSettings,
+    feature: np.ndarray,
+    size: np.ndarray,
+    undirected: np.ndarray,
+    avoided: np.ndarray,
+    progress: Progress,
+) -> tuple[CrossField, Crosses, np.ndarray]:
+    """The field, its crosses, and the features without those that meet at no angle."""
+    surface = working.surface
+    while True:
+        progress.step(0.1)
+        cross = cross_field(
+            surface,
+            working.field,
+            settings,
+            Progress(),
+            sharp=_pairs(surface.triangles, feature),
+            undirected=undirected,
+        )
+        crossed = crosses(
+            surface.vertices,
+            surface.triangles,
+            surface.twin,
+            cross.face_direction,
+            size,
+            feature,
+        )
+        shut = shut_corners(crossed)
+        chosen = np.zeros(len(feature), bool)
+        for vertex in np.flatnonzero(shut).tolist():
+            at = np.zeros(len(shut), bool)
+            at[vertex] = True
+            least = _least(working, feature, at, None)
+            if least is not None:
+                chosen |= least
+        if not chosen.any():
+            return cross, with_better_poles(crossed, avoided), feature
+        feature = feature & ~chosen
+
+
+def _least(
+    working: WorkingSurface,
+    feature: np.ndarray,
+    near: np.ndarray,
+    residual: np.ndarray | None,
 ) -> np.ndarray | None:
-    """The features without the shortest chain near a fault, None where there is none."""
+    """(3 m,) bool the feature that matters least of those with an edge at the vertices `near`;
+    None where there is none. Short ones matter little, and those along which the map is bent far
+    from the crosses, by `residual` (m,), do harm."""
     surface = working.surface
     edges = np.flatnonzero(feature)
     edges = edges[edges < surface.twin[edges]]
@@ -164,11 +201,15 @@ def _without_least(
     if not touches.any():
         return None
     close = np.unique(chain[touches])
-    least = close[length[close].argmin()]
-    gone = edges[chain == least]
-    result = feature.copy()
-    result[gone] = result[surface.twin[gone]] = False
-    return result
+    worth = length
+    if residual is not None:
+        beside = 0.5 * (residual[edges // 3] + residual[surface.twin[edges] // 3])
+        count = np.bincount(chain)
+        worth = length * count / np.maximum(np.bincount(chain, weights=beside), 1e-12)
+    gone = edges[chain == close[worth[close].argmin()]]
+    chosen = np.zeros(len(feature), bool)
+    chosen[gone] = chosen[surface.twin[gone]] = True
+    return chosen
 
 
 def _warnings(smoothed: int, dropped: int, smoother: bool) -> tuple[str, ...]:

@@ -96,6 +96,7 @@ def remesh(
             settings,
             np.full(len(working.surface.triangles), size / working.surface.unit),
             undirected[working.surface.source_triangle],
+            _in_zone(working.surface, triangles, zone),
             mine,
         )
         parts.append(found)
@@ -148,6 +149,15 @@ def _asked(whole: Surface, settings: RemeshSettings, size: float) -> int:
     if settings.edge_length == AUTO or settings.edge_length <= 0:
         return settings.quads
     return max(1, round(_area(whole) / size**2))
+
+
+def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -> np.ndarray:
+    """(n,) bool vertices of triangles that touch the zone."""
+    found = np.zeros(len(surface.vertices), bool)
+    if zone is not None and zone.any():
+        touched = np.asarray(zone)[np.asarray(triangles)].any(axis=1)
+        found[surface.triangles[touched[surface.source_triangle]]] = True
+    return found
 
 
 def _counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:

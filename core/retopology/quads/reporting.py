@@ -102,27 +102,29 @@ def _umbilics(
     """The kept umbilic that each pole comes from, -1 for none, and the confidence in it."""
     surface = laid.working.surface
     planes = lay_out(surface, laid.working.field.lines, Progress())
-    plan = plan_poles(
-        surface, planes, laid.cross, detection.umbilics, list(detection.regions), None, "field"
-    )
+    mine = np.flatnonzero(np.isin(detection.umbilics.triangle, surface.source_triangle))
+    umbilics = detection.umbilics.select(mine)
+    plan = plan_poles(surface, planes, laid.cross, umbilics, [])
     umbilic = np.full(len(position), -1)
     confidence = np.full(len(position), UNATTACHED)
     there = position * surface.unit + surface.origin
     for kind in np.unique(plan.valence):
-        mine, planned = np.flatnonzero(valence == kind), np.flatnonzero(plan.valence == kind)
-        if not len(mine):
+        own, planned = np.flatnonzero(valence == kind), np.flatnonzero(plan.valence == kind)
+        if not len(own):
             continue
         # Nearest pairs first, each planned pole once.
         reach = min(len(planned), 8)
-        distance, near = cKDTree(plan.position[planned]).query(there[mine], k=reach)
-        distance, near = distance.reshape(len(mine), -1), near.reshape(len(mine), -1)
-        row = np.repeat(np.arange(len(mine)), near.shape[1])
+        distance, near = cKDTree(plan.position[planned]).query(there[own], k=reach)
+        distance, near = distance.reshape(len(own), -1), near.reshape(len(own), -1)
+        row = np.repeat(np.arange(len(own)), near.shape[1])
         taken = np.zeros(len(planned), bool)
-        done = np.zeros(len(mine), bool)
+        done = np.zeros(len(own), bool)
         for item in np.argsort(distance.ravel(), kind="stable"):
             pole, choice = row[item], near.ravel()[item]
             if not done[pole] and not taken[choice]:
                 done[pole] = taken[choice] = True
-                umbilic[mine[pole]] = plan.umbilic[planned[choice]]
-                confidence[mine[pole]] = plan.confidence[planned[choice]]
+                umbilic[own[pole]] = plan.umbilic[planned[choice]]
+                confidence[own[pole]] = plan.confidence[planned[choice]]
+    known = umbilic >= 0
+    umbilic[known] = mine[umbilic[known]]
     return umbilic, confidence

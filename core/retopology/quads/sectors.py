@@ -42,7 +42,7 @@ def _off_axis(crosses: Crosses, edge: np.ndarray) -> np.ndarray:
     return off + np.where(upper, rest, 0.0)
 
 
-def impossible_corners(crosses: Crosses) -> np.ndarray:
+def shut_corners(crosses: Crosses) -> np.ndarray:
     """(n,) bool vertices with two features that run into each other along one direction."""
     edge, turns = sector_turns(crosses)
     found = np.zeros(len(crosses.vertices), bool)

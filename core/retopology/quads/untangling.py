@@ -10,10 +10,12 @@ determinant shows; such fans are stiffened by least squares first.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from scipy import sparse
 
 from ...base.progress import Progress
+from .cones import cone_targets
 from .seamless_map import (
     FLIPPED,
     SeamlessProblem,
@@ -27,7 +29,9 @@ from .seamless_map import (
 # then move.
 STIFFENINGS, STIFFER, STIFFER_AROUND, STIFFENED_RINGS = 5, 6.0, 2.0, 9
 # Rings around flipped triangles that move, first and at most, and their growth.
-FIRST_RINGS, MOST_RINGS, RING_GROWTH = 6, 60, 1.8
+FIRST_RINGS, MOST_RINGS, RING_GROWTH = 6, 40, 1.8
+# Rounds without fewer flips before giving up.
+PATIENCE = 2
 # Steps of Newton's method in one region; determinant at which it is content.
 STEPS, CONTENT = 30, 0.02
 # A step may take this part of the least determinant at most, once all are positive.
@@ -53,12 +57,15 @@ def injective_map(problem: SeamlessProblem, progress: Progress) -> tuple[np.ndar
     progress.step(0.4)
     x = _stiffened(problem, x)
     progress.step(0.6)
-    rings = FIRST_RINGS
-    while True:
+    rings, least, idle = FIRST_RINGS, np.inf, 0
+    while rings <= MOST_RINGS and idle < PATIENCE:
         flipped = _flipped(problem, x)
-        if not flipped.any() or rings > MOST_RINGS:
+        count = np.count_nonzero(flipped)
+        if not count:
             break
-        x = _newton(problem, x, _grown(problem, flipped, rings))
+        idle = 0 if count < least else idle + 1
+        least = min(count, least)
+        x = _newton(problem, x, _grown(problem, flipped, rings), progress)
         progress.step(0.6 + 0.4 * rings / MOST_RINGS)
         rings = int(rings * RING_GROWTH)
     flipped = _flipped(problem, x, 0.0)
@@ -97,6 +104,7 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
     """Folded fans of poles, and fans with wrong turns, pulled nearer to their directions."""
     crosses = problem.crosses
     boost = np.ones(len(crosses.triangles))
+    target = problem.target.copy()
     for _ in range(STIFFENINGS):
         bad = _flipped(problem, x) & crosses.singular
         bad[problem.wound_wrongly(x)] = True
@@ -106,12 +114,18 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
         second = _grown(problem, bad, 1)[crosses.triangles].any(axis=1)
         boost[first] *= STIFFER
         boost[second & ~first] *= STIFFER_AROUND
+        fan, opened = cone_targets(problem, np.flatnonzero(bad & ~crosses.on_feature))
+        target[fan] = opened
+        problem = replace(problem, target=target)
         free, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
         x = least_squares(problem, np.maximum(problem.weight, 0.1) * boost, x, free, triangles)
     return x
 
 
-def _newton(problem: SeamlessProblem, x: np.ndarray, inside: np.ndarray) -> np.ndarray:
+def _newton(
+    problem: SeamlessProblem, x: np.ndarray, inside: np.ndarray, progress: Progress
+) -> np.ndarray:
+    """x after steps of Newton's method on what lies inside (n,) bool."""
     free, triangles = _region(problem, inside)
     if not len(free):
         return x
@@ -123,6 +137,7 @@ def _newton(problem: SeamlessProblem, x: np.ndarray, inside: np.ndarray) -> np.n
     jacobian = np.einsum("tij,tj->ti", derivative, x[unknown])
     det = determinant(jacobian)
     for _ in range(STEPS):
+        progress.step(0.8)
         least = det.min()
         if least > CONTENT:
             break
