@@ -92,6 +92,12 @@ class Surface:
         return self._faces[2]
 
     @cached_property
+    def least_height(self) -> np.ndarray:
+        """(m,) the smallest of the three heights of each triangle."""
+        longest = np.sqrt(self.side_squares.max(axis=0))
+        return 2.0 * self._faces[1] / np.maximum(longest, np.finfo(float).tiny)
+
+    @cached_property
     def volume(self) -> np.ndarray:
         """(components,) volume within each closed component, negative with normals inwards."""
         volumes = self._faces[3]
@@ -114,7 +120,9 @@ class Surface:
         """How many connected components there are."""
         return int(self.component.max()) + 1 if len(self.component) else 0
 
-    def by_component(self, triangles: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+    def by_component(
+        self, triangles: np.ndarray | slice, weights: np.ndarray | None = None
+    ) -> np.ndarray:
         """(components,) number of the given triangles in each component, or sum of weights."""
         owner = self.component[self.triangles[triangles, 0]]
         return np.bincount(owner, weights=weights, minlength=self.component_count)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...fields.planes import FaceFrames, second_and_third
+from ...fields.planes import FaceFrames, barycentric_of, second_and_third
 from ...mesh.surface import Surface
 from .tracing import Traces
 
@@ -96,3 +96,38 @@ def sparse_rows(traces: Traces, spacing: float) -> np.ndarray:
     new[1:] = (line[1:] != line[:-1]) | (cell[1:] != cell[:-1])
     new[traces.start[1:] - 1] = True
     return np.flatnonzero(new)
+
+
+def lines_from(
+    surface: Surface,
+    planes: FaceFrames,
+    line: np.ndarray,
+    triangle: np.ndarray,
+    z: np.ndarray,
+    family: np.ndarray,
+    closed: np.ndarray,
+) -> Lines:
+    """Lines in input coordinates from points in the planes, ordered by `line` (p,)."""
+    count = len(family)
+    start = np.concatenate([[0], np.cumsum(np.bincount(line, minlength=count))]).astype(np.int64)
+    weights = barycentric_of(planes, triangle, z)
+    points = np.einsum("rk,rkc->rc", weights, surface.vertices[surface.triangles[triangle]])
+    points = points * surface.unit + surface.origin
+    chord = np.zeros(len(points))
+    chord[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    chord[start[:-1][np.diff(start) > 0]] = 0.0
+    length = np.bincount(line, weights=chord, minlength=count)
+    for number in np.flatnonzero(closed):
+        length[number] += np.linalg.norm(points[start[number]] - points[start[number + 1] - 1])
+    return Lines(
+        start=start,
+        position=points,
+        normal=surface.face_normal_area[0][triangle],
+        triangle=surface.source_triangle[triangle],
+        barycentric=weights,
+        family=family.astype(np.int8),
+        length=length,
+        closed=closed.astype(bool),
+        source=np.full(count, -1),
+        target=np.full(count, -1),
+    )

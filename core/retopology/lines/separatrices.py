@@ -14,8 +14,8 @@ from ...fields.planes import FaceFrames, in_plane, places
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..settings import GuidanceSettings
-from .polylines import Lines, points_of, sparse_rows
-from .streamlines import lines_from, spacing_of
+from .polylines import Lines, lines_from, points_of, sparse_rows
+from .streamlines import spacing_of
 from .tracing import LIMIT, MET, OBSTACLE, Starts, Traces, trace
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
@@ -214,7 +214,7 @@ def skeleton(lines: Lines) -> Lines:
     """Separatrices with each arc between two umbilics once, though both ends started it."""
     ends = np.sort(np.stack([lines.source, lines.target], axis=1), axis=1)
     drop = np.zeros(len(lines), bool)
-    joined = np.flatnonzero(lines.target >= 0)
+    joined = np.flatnonzero(lines.target >= 0).tolist()
     for position, one in enumerate(joined):
         for two in joined[position + 1 :]:
             same = lines.family[one] == lines.family[two] and (ends[one] == ends[two]).all()

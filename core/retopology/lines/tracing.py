@@ -7,7 +7,7 @@ direction is the root of the deviator nearest to the one before, never a signed 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,18 +15,11 @@ import numpy as np
 from ...base.progress import Progress
 from ...fields.planes import FaceFrames
 from ...mesh.surface import Surface
+from .chords import Chords, next_chords
+from .headway import Headway
 
 # Why a line ends.
-LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED = range(6)
-ENDS = ("limit", "border", "obstacle", "turn", "met", "closed")
-
-# Cosine of the largest turn from one triangle to the next; a line of curvature that turns more
-# has lost its way at a place where the mesh does not resolve the directions.
-LEAST_COSINE = 0.5
-# Lines keep this share of an edge away from its ends, where there would be no triangle beyond.
-MARGIN = 1e-6
-# A direction that leaves by the edge it came in by runs along that edge, this steeply inwards.
-INWARD = 1e-3
+LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED, LOST = range(7)
 
 
 @dataclass(frozen=True)
@@ -129,6 +122,8 @@ def trace(
 ) -> Traces:
     """Trace lines until they meet their limit, a border, an obstacle or a sudden turn.
 
+    Whatever the mesh and the field, every line ends, see `Headway`.
+
     Parameters
     ----------
     limit:
@@ -141,147 +136,141 @@ def trace(
         and lengths; answers with the codes of those that must end, -1 for the others.
     """
     count = len(starts)
-    ids = np.arange(count)
-    triangle, z = starts.triangle.astype(np.int64), starts.z.astype(complex)
-    direction, entry = starts.direction.astype(complex), np.full(count, -1)
-    sign = np.where(starts.family == 0, 1.0, -1.0)
-    straight, own = starts.straight.astype(float), starts.own.astype(np.int64)
-    grace = starts.grace.astype(float)
-    limit, length = limit.astype(float), np.zeros(count)
+    running = _Running.begun(starts, limit, planes)
     end, ended_at = np.full(count, LIMIT, np.int8), np.full(count, -1)
     last = np.ones(count, complex)
-    corner = planes.corner[triangle]
-    records = [(ids, triangle, z, length)]
+    headway = Headway(surface, count)
+    records = [(running.ids, running.triangle, running.z, running.length)]
     steps = 0
     # Each call of NumPy costs more than the work on some hundred lines, so that what is needed
     # by few of them is looked at only where there are any.
     with np.errstate(divide="ignore", invalid="ignore"):
-        while len(ids):
+        while len(running.ids):
             steps += 1
             if steps % 64 == 0:
-                progress.step(1.0 - len(ids) / count)
-            rows = np.arange(len(ids))
-            edge, height = _edges(corner, z, entry, rows)
-            field = planes.value[triangle], planes.along[triangle], planes.across[triangle]
-            geodesic = straight > 0
-            some_geodesic = geodesic.any()
-            first = _root(field, z, sign, direction)
-            if some_geodesic:
-                first = np.where(geodesic, direction, first)
-            half, _ = _exit(edge, height, first, rows)
-            middle = _root(field, z + 0.5 * half * first, sign, first)
-            if some_geodesic:
-                middle = np.where(geodesic, direction, middle)
-            middle = _inwards(edge, entry, middle, rows)
-            distance, side = _exit(edge, height, middle, rows)
-            turned = (middle * direction.conj()).real < LEAST_COSINE
-            step = np.minimum(distance, limit - length)
-            if some_geodesic:
-                step = np.where(geodesic, np.minimum(step, straight), step)
-            step[turned] = 0.0
-            step = np.maximum(step, 0.0)
-            inside = step < distance
-            length = length + step
-            if some_geodesic:
-                straight = straight - step
-                straight[straight < 1e-12] = 0.0
-            moved = z + step * middle
-            out = edge[rows, side]
-            here = corner[rows, side]
-            share = ((moved - here) * out).real / np.maximum(np.abs(out) ** 2, 1e-300)
-            share = np.minimum(np.maximum(share, MARGIN), 1.0 - MARGIN)
-            z = np.where(inside, moved, here + share * out.conj())
-            records.append((ids, triangle, z, length))
-
-            half_edge = 3 * triangle + side
-            twin = surface.twin[half_edge].astype(np.int64)
-            border = (twin < 0) & ~inside
-            reached = length >= limit * (1.0 - 1e-12)
-            stay = inside | border | reached | turned
-            direction = middle * planes.turn[half_edge]
-            beyond = twin // 3
-            entry = twin - 3 * beyond
-            staying = np.flatnonzero(stay)
-            beyond[staying], entry[staying] = triangle[staying], -1
-            direction[staying] = middle[staying]
-            block = obstacle[beyond]
-            hit = block >= 0
-            if hit.any():
-                hit &= ~stay & ((block != own) | (length > grace))
-            told = -1
+                progress.step(1.0 - len(running.ids) / count)
+            chords = running.chords(planes)
+            border, reached = running.moved(chords, surface, planes)
+            ids = running.ids
+            records.append((ids, chords.triangle, chords.z, running.length))
+            block = obstacle[running.triangle]
+            hit = running.arrived(block, chords)
+            told: np.ndarray | int = -1
             if stop is not None and steps % every == 0:
-                told = stop(ids, triangle, z, length)
-            corner = planes.corner[beyond]
-            tail = corner[rows, entry]
-            into = tail + (1.0 - share) * (corner[rows, (entry + 1) % 3] - tail)
-            z = np.where(stay, z, into)
-            done = border | reached | turned | hit | (told >= 0)
+                told = stop(ids, chords.triangle, chords.z, running.length)
+            lost = headway.lost(ids, chords.triangle, chords.length)
+            done = border | reached | chords.turned | hit | lost | (told >= 0)
             if not done.any():
-                triangle = beyond
                 continue
-            code = np.where(border, BORDER, told)
-            for why, number in ((reached, LIMIT), (turned, TURN), (hit, OBSTACLE)):
+            code = np.where(lost, LOST, told)
+            for why, number in (
+                (border, BORDER),
+                (reached, LIMIT),
+                (chords.turned, TURN),
+                (hit, OBSTACLE),
+            ):
                 code[why] = number
             ended_at[ids[hit]] = block[hit]
-            end[ids[done]], last[ids[done]] = code[done], middle[done]
-            going = ~done
-            ids, triangle, z, direction = ids[going], beyond[going], z[going], direction[going]
-            entry, sign, straight, own = entry[going], sign[going], straight[going], own[going]
-            limit, length, grace = limit[going], length[going], grace[going]
-            corner = corner[going]
+            end[ids[done]], last[ids[done]] = code[done], chords.direction[done]
+            running = running.select(~done)
     return _collected(records, count, end, ended_at, last)
 
 
-def _edges(
-    corner: np.ndarray, z: np.ndarray, entry: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Conjugates (r, 3) of the edges of triangles, and twice the areas (r, 3) from them to z;
-    infinite for the edge that a line came in by."""
-    edge = (corner[:, (1, 2, 0)] - corner).conj()
-    height = np.maximum((edge * (z[:, None] - corner)).imag, 0.0)
-    came = entry >= 0
-    height[rows[came], entry[came]] = np.inf
-    return edge, height
+@dataclass
+class _Running:
+    """The lines that are still being traced, (r,) each; see `Starts` and `next_chords`."""
 
+    ids: np.ndarray
+    triangle: np.ndarray
+    z: np.ndarray
+    direction: np.ndarray
+    entry: np.ndarray
+    sign: np.ndarray
+    straight: np.ndarray
+    own: np.ndarray
+    grace: np.ndarray
+    limit: np.ndarray
+    length: np.ndarray
+    corner: np.ndarray
 
-def _root(field: tuple, z: np.ndarray, sign: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """The direction of the line field at z that is nearer to `near`; `near` at its zeros."""
-    value, along, across = field
-    root = np.sqrt(sign * (value + along * z + across * z.conj()))
-    size = np.abs(root)
-    root /= np.copysign(size, (root * near.conj()).real)
-    if not size.all():
-        root = np.where(size > 0, root, near)
-    return root
+    @classmethod
+    def begun(cls, starts: Starts, limit: np.ndarray, planes: FaceFrames) -> _Running:
+        count = len(starts)
+        triangle = starts.triangle.astype(np.int64)
+        return cls(
+            ids=np.arange(count),
+            triangle=triangle,
+            z=starts.z.astype(complex),
+            direction=starts.direction.astype(complex),
+            entry=np.full(count, -1),
+            sign=np.where(starts.family == 0, 1.0, -1.0),
+            straight=starts.straight.astype(float),
+            own=starts.own.astype(np.int64),
+            grace=starts.grace.astype(float),
+            limit=limit.astype(float),
+            length=np.zeros(count),
+            corner=planes.corner[triangle],
+        )
 
+    def select(self, rows: np.ndarray) -> _Running:
+        return _Running(**{name: value[rows] for name, value in vars(self).items()})
 
-def _inwards(
-    edge: np.ndarray, entry: np.ndarray, direction: np.ndarray, rows: np.ndarray
-) -> np.ndarray:
-    """The directions, but along the edge that a line came in by where it would leave by it."""
-    inner = edge[rows, entry]
-    along = direction * (inner / np.maximum(np.abs(inner), 1e-300))
-    back = np.flatnonzero((along.imag < INWARD) & (entry >= 0))
-    if len(back):
-        inner = inner[back].conj() / np.maximum(np.abs(inner[back]), 1e-300)
-        steep = np.where(along[back].real >= 0, np.exp(1j * INWARD), -np.exp(-1j * INWARD))
-        direction[back] = steep * inner
-    return direction
+    def chords(self, planes: FaceFrames) -> Chords:
+        return next_chords(
+            planes,
+            self.triangle,
+            self.corner,
+            self.z,
+            self.direction,
+            self.entry,
+            self.sign,
+            self.straight,
+            self.limit - self.length,
+        )
 
+    def moved(
+        self, chords: Chords, surface: Surface, planes: FaceFrames
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Go along the chords and into the triangles beyond; whether a border, or the limit of
+        the length, was met."""
+        rows = np.arange(len(self.ids))
+        self.length = self.length + chords.length
+        if self.straight.any():
+            straight = self.straight - chords.length
+            self.straight = np.where(straight < 1e-12, 0.0, straight)
+        half_edge = 3 * chords.triangle + chords.side
+        twin = surface.twin[half_edge].astype(np.int64)
+        border = (twin < 0) & ~chords.inside
+        reached = self.length >= self.limit * (1.0 - 1e-12)
+        stay = chords.inside | border | reached | chords.turned
+        staying = np.flatnonzero(stay)
+        beyond = twin // 3
+        entry = twin - 3 * beyond
+        direction = chords.direction * planes.turn[half_edge]
+        beyond[staying], entry[staying] = chords.triangle[staying], -1
+        direction[staying] = chords.direction[staying]
+        self.corner = planes.corner[beyond]
+        tail = self.corner[rows, entry]
+        into = tail + (1.0 - chords.share) * (self.corner[rows, (entry + 1) % 3] - tail)
+        self.z = np.where(stay, chords.z, into)
+        self.triangle, self.entry, self.direction = beyond, entry, direction
+        return border, reached
 
-def _exit(
-    edge: np.ndarray, height: np.ndarray, direction: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Distance (r,) to the edge by which a ray leaves its triangle, and that edge."""
-    rate = (edge * direction[:, None]).imag
-    distance = np.where(rate < 0, height / -rate, np.inf)
-    side = distance.argmin(axis=1)
-    distance = distance[rows, side]
-    return np.where(distance < np.inf, distance, 0.0), side
+    def arrived(self, block: np.ndarray, chords: Chords) -> np.ndarray:
+        """(r,) bool, True where the obstacle `block` (r,) of the triangle entered ends a line."""
+        hit = block >= 0
+        if hit.any():
+            # A line that stayed in its triangle has entered none.
+            hit &= (self.entry >= 0) & ((block != self.own) | (self.length > self.grace))
+        return hit
 
 
 def _collected(
-    records: list, count: int, end: np.ndarray, obstacle: np.ndarray, last: np.ndarray
+    records: Sequence[tuple[np.ndarray, ...]],
+    count: int,
+    end: np.ndarray,
+    obstacle: np.ndarray,
+    last: np.ndarray,
 ) -> Traces:
     ids, triangle, z, length = (np.concatenate(part) for part in zip(*records, strict=True))
     order = np.argsort(ids, kind="stable")
