@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    RemeshError,
     UmbilicsError,
 )
 from .base.options import AUTO, Choice, Option, check, setting
@@ -29,6 +30,9 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guidance, Guide
 from .retopology.poles import Poles
+from .retopology.quads.remesh import remesh
+from .retopology.quads.result import QuadMesh
+from .retopology.quads.settings import RemeshSettings
 from .retopology.settings import GuidanceSettings
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
@@ -65,7 +69,10 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadMesh",
     "Region",
+    "RemeshError",
+    "RemeshSettings",
     "Selection",
     "Settings",
     "Umbilics",
@@ -84,6 +91,7 @@ __all__ = [
     "noise_multiple",
     "options",
     "pack",
+    "remesh",
     "select",
     "setting",
     "unpack",
