@@ -10,6 +10,7 @@ from ..operators.guide import UMBILICS_OT_guide
 from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
+from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.scene import guidance_objects, staleness
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
@@ -68,6 +69,26 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
+class UMBILICS_PT_quads(Tab, bpy.types.Panel):
+    bl_label = "Quads"
+    bl_parent_id = "UMBILICS_PT_retopology"
+
+    def draw(self, context):
+        layout = split(self.layout)
+        layout.active = worker.current() is None
+        group = context.scene.umbilics_remesh
+        if group.edge_length_auto:
+            layout.prop(group, "quads")
+        automatic(layout, group, "edge_length")
+        layout.prop(group, "symmetry")
+        layout.prop(group, "adaptivity", slider=True)
+        layout.prop(group, "smoothness", slider=True)
+        layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
+        column = layout.column(heading="Result")
+        for name in ("hide_original", "shrinkwrap", "transfer"):
+            column.prop(group, name)
+
+
 class UMBILICS_PT_features(Tab, bpy.types.Panel):
     bl_label = "Align To"
     bl_parent_id = "UMBILICS_PT_retopology"
@@ -122,6 +143,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
 _CLASSES = (
     UMBILICS_UL_poles,
     UMBILICS_PT_retopology,
+    UMBILICS_PT_quads,
     UMBILICS_PT_features,
     UMBILICS_PT_lines,
     UMBILICS_PT_hand_over,

@@ -20,8 +20,8 @@ from .crosses import Crosses, crosses
 from .layout import Layout
 from .motorcycle_graph import motorcycle_graph
 from .pole_moves import with_better_poles
-from .sectors import shut_corners
 from .seamless_map import SeamlessMap, pose
+from .sectors import shut_corners
 from .settings import RemeshSettings
 from .untangling import injective_map
 from .working_surface import WorkingSurface

@@ -13,10 +13,10 @@ import math
 
 import numpy as np
 
-from ...mesh.half_edges import previous
 from ...base.progress import Progress
+from ...mesh.half_edges import previous
 from .crosses import QUARTER, fans
-from .layout import Fault, Layout, Node, Track, rectangles_of
+from .layout import Layout, Node, Track, rectangles_of
 from .seamless_map import SeamlessMap
 
 DX, DY = (1.0, 0.0, -1.0, 0.0), (0.0, 1.0, 0.0, -1.0)

@@ -8,7 +8,6 @@ are laid out in the map, evened out and turned to the curvature on the surface.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
