@@ -51,7 +51,7 @@ def test_outwards_and_in_place_under_a_mirrored_stretched_object(obj):
     bpy.context.view_layer.update()
     assert np.allclose(made.matrix_world, obj.matrix_world, atol=1e-6)
     size = np.abs(np.array([vertex.co for vertex in made.data.vertices])).max(axis=0)
-    assert size == pytest.approx([1.5, 1.0, 0.7], rel=0.02)
+    assert size == pytest.approx([1.5, 1.0, 0.7], rel=0.05)
 
 
 def test_what_was_seen_is_remeshed_and_clear_leaves_it(obj):
