@@ -34,6 +34,7 @@ from .retopology.quads.remesh import remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.settings import GuidanceSettings
+from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
@@ -75,10 +76,12 @@ __all__ = [
     "RemeshSettings",
     "Selection",
     "Settings",
+    "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
     "Written",
     "check",
+    "check_topology",
     "compare",
     "comparison_table",
     "defaults",
