@@ -6,7 +6,7 @@ first, then the features there are left out, then the whole field is smoothed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from .motorcycle_graph import motorcycle_graph
 from .pole_moves import with_better_poles
 from .sectors import shut_corners
 from .seamless_map import SeamlessMap, pose
-from .settings import RemeshSettings
 from .untangling import injective_map
 from .working_surface import WorkingSurface
 
@@ -35,93 +34,93 @@ ATTEMPTS = 12
 
 
 @dataclass(frozen=True)
-class LaidOut:
-    """A working surface with its field, map and layout.
+class Wishes:
+    """What a layout should respect on a working surface of n vertices and m triangles.
 
     Attributes
     ----------
-    working, cross, map_, layout:
-        See there; the features of `working` are those that were kept.
-    warnings:
-        Sentences about what gave way.
-    """
-
-    working: WorkingSurface
-    cross: CrossField
-    map_: SeamlessMap
-    layout: Layout
-    warnings: tuple[str, ...]
-
-
-def laid_out(
-    working: WorkingSurface,
-    settings: RemeshSettings,
-    size: np.ndarray,
-    undirected: np.ndarray,
-    avoided: np.ndarray,
-    progress: Progress,
-) -> LaidOut:
-    """A layout of the surface.
-
-    Parameters
-    ----------
+    smoothness:
+        Of the cross field, see `GuidanceSettings`.
+    feature:
+        (3 m,) bool half-edges on features inside the surface.
     size:
         (m,) float64 length of a quad's edge in each triangle.
     undirected:
         (m,) bool triangles where the curvature means nothing.
     avoided:
         (n,) bool vertices where no pole is wanted.
+    smoothed, dropped:
+        How many places were smoothed and features left out so far.
+    """
+
+    smoothness: float
+    feature: np.ndarray
+    size: np.ndarray
+    undirected: np.ndarray
+    avoided: np.ndarray
+    smoothed: int = 0
+    dropped: int = 0
+
+
+@dataclass(frozen=True)
+class LaidOut:
+    """A working surface with its field, map and layout, and the wishes that were fulfilled."""
+
+    working: WorkingSurface
+    wishes: Wishes
+    cross: CrossField
+    map_: SeamlessMap
+    layout: Layout
+
+
+def laid_out(working: WorkingSurface, wishes: Wishes, progress: Progress) -> LaidOut:
+    """A layout of the surface.
 
     Raises
     ------
     RemeshError
         There is none.
     """
-    surface = working.surface
-    feature = working.feature
-    smoothness = settings.smoothness
-    smoothed = dropped = 0
     for attempt in range(ATTEMPTS):
         part = progress.part("Mapping the surface", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
-        cross, crossed, fewer = _crossed(
-            working,
-            GuidanceSettings(smoothness=smoothness, feature_angle=180.0),
-            feature,
-            size,
-            undirected,
-            avoided,
-            part,
-        )
-        dropped += np.count_nonzero(feature) > np.count_nonzero(fewer)
-        feature = fewer
+        cross, crossed, wishes = _crossed(working, wishes, part)
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
         if not faults.any():
             map_ = SeamlessMap(crossed, problem.seams, problem.places(x))
             layout = motorcycle_graph(map_, part.part("Drawing the layout", 0.9, 1.0))
             if layout is not None:
-                kept = WorkingSurface(surface, working.field, feature, working.whole)
-                warnings = _warnings(smoothed, dropped, smoothness > settings.smoothness)
-                return LaidOut(kept, cross, map_, layout, warnings)
-        near = _grown(surface.triangles, faults, SMOOTHED_RINGS * (1 + attempt))
-        touched = near[surface.triangles].any(axis=1)
+                return LaidOut(working, wishes, cross, map_, layout)
         residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
-        chosen = _least(working, feature, near, residual)
-        if chosen is not None and attempt % 2 == 0:
-            feature = feature & ~chosen
-            dropped += 1
-        elif (touched & ~undirected).any() and attempt % 4 < 2:
-            undirected = undirected | touched
-            smoothed += 1
-        else:
-            smoothness = min(smoothness + SMOOTHER, 1.0)
-            if smoothness >= 1.0 and feature.any():
-                feature = np.zeros_like(feature)
-                dropped += 1
+        near = grown(working.surface.triangles, faults, SMOOTHED_RINGS * (1 + attempt))
+        wishes = gentler(working, wishes, near, residual, attempt)
     raise RemeshError(
         "No layout of quads was found for a piece of the mesh. Raise the smoothness, leave "
         "creases out or repair the mesh around its folds and slivers."
     )
+
+
+def gentler(
+    working: WorkingSurface,
+    wishes: Wishes,
+    near: np.ndarray,
+    residual: np.ndarray | None,
+    attempt: int,
+) -> Wishes:
+    """Fewer wishes around the vertices `near` (n,) bool where the last have failed: a feature
+    less, then directions smoothed, in turns, and in the end everywhere."""
+    touched = near[working.surface.triangles].any(axis=1)
+    chosen = _least(working, wishes.feature, near, residual)
+    if chosen is not None and attempt % 2 == 0:
+        return replace(wishes, feature=wishes.feature & ~chosen, dropped=wishes.dropped + 1)
+    if (touched & ~wishes.undirected).any() and attempt % 4 < 2:
+        undirected = wishes.undirected | touched
+        return replace(wishes, undirected=undirected, smoothed=wishes.smoothed + 1)
+    smoothness = min(wishes.smoothness + SMOOTHER, 1.0)
+    if smoothness < 1.0 or not wishes.feature.any():
+        return replace(wishes, smoothness=smoothness)
+    none = np.zeros_like(wishes.feature)
+    return replace(wishes, smoothness=smoothness, feature=none, dropped=wishes.dropped + 1)
 
 
 def _pairs(triangles: np.ndarray, feature: np.ndarray) -> np.ndarray:
@@ -132,7 +131,8 @@ def _pairs(triangles: np.ndarray, feature: np.ndarray) -> np.ndarray:
     return np.unique(pairs, axis=0)
 
 
-def _grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
+def grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
+    """(n,) bool, a set of vertices and so many rings around."""
     found = seed.copy()
     for _ in range(rings):
         found[triangles[found[triangles].any(axis=1)]] = True
@@ -140,16 +140,11 @@ def _grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
 
 
 def _crossed(
-    working: WorkingSurface,
-    settings: GuidanceSettings,
-    feature: np.ndarray,
-    size: np.ndarray,
-    undirected: np.ndarray,
-    avoided: np.ndarray,
-    progress: Progress,
-) -> tuple[CrossField, Crosses, np.ndarray]:
-    """The field, its crosses, and the features without those that meet at no angle."""
+    working: WorkingSurface, wishes: Wishes, progress: Progress
+) -> tuple[CrossField, Crosses, Wishes]:
+    """The field, its crosses, and the wishes without features that meet at no angle."""
     surface = working.surface
+    settings = GuidanceSettings(smoothness=wishes.smoothness, feature_angle=180.0)
     while True:
         progress.step(0.1)
         cross = cross_field(
@@ -157,28 +152,29 @@ def _crossed(
             working.field,
             settings,
             Progress(),
-            sharp=_pairs(surface.triangles, feature),
-            undirected=undirected,
+            sharp=_pairs(surface.triangles, wishes.feature),
+            undirected=wishes.undirected,
         )
         crossed = crosses(
             surface.vertices,
             surface.triangles,
             surface.twin,
             cross.face_direction,
-            size,
-            feature,
+            wishes.size,
+            wishes.feature,
         )
-        shut = shut_corners(crossed)
-        chosen = np.zeros(len(feature), bool)
-        for vertex in np.flatnonzero(shut).tolist():
-            at = np.zeros(len(shut), bool)
+        chosen = np.zeros(len(wishes.feature), bool)
+        dropped = wishes.dropped
+        for vertex in np.flatnonzero(shut_corners(crossed)).tolist():
+            at = np.zeros(len(surface.vertices), bool)
             at[vertex] = True
-            least = _least(working, feature, at, None)
+            least = _least(working, wishes.feature & ~chosen, at, None)
             if least is not None:
                 chosen |= least
+                dropped += 1
         if not chosen.any():
-            return cross, with_better_poles(crossed, avoided), feature
-        feature = feature & ~chosen
+            return cross, with_better_poles(crossed, wishes.avoided), wishes
+        wishes = replace(wishes, feature=wishes.feature & ~chosen, dropped=dropped)
 
 
 def _least(
@@ -212,20 +208,24 @@ def _least(
     return chosen
 
 
-def _warnings(smoothed: int, dropped: int, smoother: bool) -> tuple[str, ...]:
+def words(wishes: list[Wishes], smoothness: float) -> list[str]:
+    """Sentences about what gave way, over all pieces."""
     found = []
+    smoothed = sum(one.smoothed for one in wishes)
+    dropped = sum(one.dropped for one in wishes)
     if smoothed:
         found.append(
-            "The directions were smoothed in places where quads along the curvature would fold."
+            f"The directions were smoothed in {smoothed} place{'' if smoothed == 1 else 's'} "
+            "where quads along the curvature would fold."
         )
     if dropped:
         found.append(
             f"{dropped} crease{'' if dropped == 1 else 's'} left out: no quads fit between "
             f"{'it' if dropped == 1 else 'them'} and what is around."
         )
-    if smoother:
+    if any(one.smoothness > smoothness for one in wishes):
         found.append(
             "The directions were smoothed more than asked for: no quads follow the curvature "
             "everywhere."
         )
-    return tuple(found)
+    return found

@@ -176,7 +176,6 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     moved = crosses.matched(matching)
     jump = QUARTER * (crosses.matching - matching)[half]
     rest = np.where(near[one] & near[two], moved.rest[half], jump)
-    rest = rest - 2.0 * np.pi * np.rint(rest / (2.0 * np.pi))
     # |rest + phi_one - phi_two|^2 over the edges, and weight phi^2 over the triangles.
     row = np.arange(len(half))
     difference = sparse.coo_array(
@@ -189,9 +188,7 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     aligned = crosses.feature.reshape(-1, 3).any(axis=1)
     weight = np.where(aligned, HELD, weight)
     system = (difference.T @ difference + sparse.diags_array(weight)).tocsc()
-    phi = splu(system, permc_spec="MMD_AT_PLUS_A").solve(-(difference.T @ rest))
+    phi = splu(system).solve(-(difference.T @ rest))
     # Aligned triangles turn by less than makes another axis the nearest.
     phi = np.where(aligned, np.clip(phi, -0.25 * QUARTER, 0.25 * QUARTER), phi)
-    other = np.cross(crosses.normal, crosses.direction)
-    turned = np.cos(phi)[:, None] * crosses.direction + np.sin(phi)[:, None] * other
-    return replace(moved, direction=turned)
+    return moved.turned(phi)

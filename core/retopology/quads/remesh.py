@@ -19,10 +19,10 @@ from ...mesh.repair import clean
 from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
-from .conformity import conformity
-from .grids import Grids, grids, violations
-from .integers import whole_lengths
-from .laying_out import LaidOut, laid_out
+from .conformity import conformity, scaled_jacobian
+from .counting import characteristic, counted, first_cuts, whole_grids
+from .grids import Grids
+from .laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
 from .pieces import pieces
 from .placement import Placement, place
 from .projection import ClosestPoints
@@ -32,10 +32,8 @@ from .result import QuadMesh
 from .settings import RemeshSettings
 from .working_surface import working_surface
 
-# The number of quads may be off by this part; rounds of asking for more or fewer.
-CLOSE, ROUNDS = 0.03, 5
-# Rounds of forbidding merges before every arc gets a length.
-MOST_CUTS = 12
+# How often a piece with folded quads is laid out anew, and the rings around them that give way.
+ATTEMPTS, RINGS = 4, 3
 
 
 def remesh(
@@ -91,31 +89,85 @@ def remesh(
         working = working_surface(
             surface, detection.curvature, settings, sharp, size / surface.unit
         )
-        found = laid_out(
-            working,
-            settings,
-            np.full(len(working.surface.triangles), size / working.surface.unit),
-            undirected[working.surface.source_triangle],
-            _in_zone(working.surface, triangles, zone),
-            mine,
+        wishes = Wishes(
+            smoothness=settings.smoothness,
+            feature=working.feature,
+            size=np.full(len(working.surface.triangles), size / working.surface.unit),
+            undirected=undirected[working.surface.source_triangle],
+            avoided=_in_zone(working.surface, triangles, zone),
         )
-        parts.append(found)
-        warnings += [sentence for sentence in found.warnings if sentence not in warnings]
+        parts.append(laid_out(working, wishes, mine))
     clock.lap("map and layout")
     asked = _asked(whole, settings, size)
-    made = _counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
+    scale, made = counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.8, 0.98)
-    reports: list[Report] = []
-    for number, (laid, grid) in enumerate(zip(parts, made, strict=True)):
-        mine = part.part("Evening out", number / len(parts), (number + 1) / len(parts))
-        placed = place(laid.map_, laid.layout, grid)
-        _check(placed, laid, grid)
-        position, triangle = _on_surface(placed, laid, settings, mine)
-        reports.append(reported(laid, grid, placed, position, triangle, detection))
+    finished = [
+        _finished(
+            laid,
+            grid,
+            scale,
+            settings,
+            part.part("Evening out", number / len(parts), (number + 1) / len(parts)),
+        )
+        for number, (laid, grid) in enumerate(zip(parts, made, strict=True))
+    ]
     clock.lap("evening out")
+    warnings += words([one.laid.wishes for one in finished], settings.smoothness)
+    folded = sum(one.folded for one in finished)
+    if folded:
+        warnings.append(
+            f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
+            f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
+        )
+    reports = [
+        reported(one.laid, one.grid, one.placed, one.position, one.triangle, detection)
+        for one in finished
+    ]
+    clock.lap("report")
     progress.step(1.0)
     return _joined(reports, warnings, clock.seconds)
+
+
+@dataclass(frozen=True)
+class _Finished:
+    """The quads of a piece in their places, and how many of them are folded."""
+
+    laid: LaidOut
+    grid: Grids
+    placed: Placement
+    position: np.ndarray
+    triangle: np.ndarray
+    folded: int
+
+
+def _finished(
+    laid: LaidOut, grid: Grids, scale: float, settings: RemeshSettings, progress: Progress
+) -> _Finished:
+    """A piece evened out; where quads stay folded it is laid out anew with fewer wishes."""
+    best = None
+    for attempt in range(ATTEMPTS):
+        placed = place(laid.map_, laid.layout, grid)
+        _check(placed, laid)
+        position, triangle = _on_surface(placed, laid, settings, progress)
+        folds = scaled_jacobian(position, placed.quads) <= 0.0
+        folded = int(np.count_nonzero(folds))
+        if best is None or folded < best.folded:
+            best = _Finished(laid, grid, placed, position, triangle, folded)
+        if not folded or attempt == ATTEMPTS - 1:
+            break
+        working = laid.working
+        corners = working.surface.triangles[triangle[placed.quads[folds]]]
+        near = np.zeros(len(working.surface.vertices), bool)
+        near[corners.ravel()] = True
+        near = grown(working.surface.triangles, near, RINGS * (1 + attempt))
+        wishes = gentler(working, laid.wishes, near, None, attempt)
+        try:
+            laid = laid_out(working, wishes, progress)
+        except RemeshError:
+            break
+        grid = whole_grids(laid, scale, first_cuts(laid), progress)
+    return best
 
 
 class _Clock:
@@ -160,63 +212,10 @@ def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -
     return found
 
 
-def _counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
-    """Grids with about as many quads as asked for."""
-    scale, best = 1.0, None
-    cuts: list[set[frozenset[int]]] = [_first_cuts(laid) for laid in parts]
-    for attempt in range(ROUNDS):
-        progress.step(attempt / ROUNDS)
-        made = [
-            _whole(laid, scale, cut, progress) for laid, cut in zip(parts, cuts, strict=True)
-        ]
-        total = sum(len(grid.quads) for grid in made)
-        off = abs(np.log(max(total, 1) / asked))
-        if best is None or off < best[0]:
-            best = off, made
-        if off <= CLOSE:
-            break
-        scale *= float(np.clip(np.sqrt(asked / max(total, 1)), 0.5, 2.0))
-    return best[1]
-
-
-def _first_cuts(laid: LaidOut) -> set[frozenset[int]]:
-    """Arcs between two poles or ends of features always have a length."""
-    special = np.array([node.vertex >= 0 for node in laid.layout.nodes])
-    both = special[laid.layout.arc_node].all(axis=1)
-    return {frozenset([arc]) for arc in np.flatnonzero(both).tolist()}
-
-
-def _whole(
-    laid: LaidOut, scale: float, cuts: set[frozenset[int]], progress: Progress
-) -> Grids:
-    """Grids that merge nothing that must stay apart; `cuts` gathers what was forbidden."""
-    layout = laid.layout
-    for _ in range(MOST_CUTS):
-        grid = grids(layout, whole_lengths(layout, scale, cuts, 0, progress))
-        new = violations(layout, grid) - cuts
-        if not new and len(grid.quads):
-            if _conforms(grid, laid):
-                return grid
-            break
-        cuts |= new
-    # Where every arc has a length nothing is merged.
-    return grids(layout, whole_lengths(layout, scale, set(), 1, progress))
-
-
-def _conforms(grid: Grids, laid: LaidOut) -> bool:
-    quads = grid.merged[grid.quads]
-    found = conformity(quads, int(grid.merged.max()) + 1)
-    return found.manifold and found.characteristic == _characteristic(laid)
-
-
-def _characteristic(laid: LaidOut) -> int:
-    return int(laid.working.surface.euler_characteristic.sum())
-
-
-def _check(placed: Placement, laid: LaidOut, grid: Grids) -> None:
+def _check(placed: Placement, laid: LaidOut) -> None:
     """Nothing torn is ever returned."""
     found = conformity(placed.quads, len(placed.position))
-    if not found.manifold or found.characteristic != _characteristic(laid):
+    if not found.manifold or found.characteristic != characteristic(laid):
         raise RemeshError(
             "The quads do not join up on a piece of the mesh. Change the number of quads or the "
             "smoothness a little."

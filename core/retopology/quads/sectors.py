@@ -21,7 +21,7 @@ def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     inside = np.ones(len(corner), bool)
     inside[start[1:] - 1] = False
     rest = crosses.rest[previous(corner)]
-    rest = np.where(inside, rest - 2 * np.pi * np.rint(rest / (2 * np.pi)), 0.0)
+    rest = np.where(inside, rest, 0.0)
     total += np.add.reduceat(rest, start[:-1])
     # Both ends turn to the axes that they count as.
     total += _off_axis(crosses, first) - _off_axis(crosses, last)
@@ -37,14 +37,14 @@ def _off_axis(crosses: Crosses, edge: np.ndarray) -> np.ndarray:
     face, side = lower // 3, lower % 3
     angle = np.angle(crosses.corner[face, (side + 1) % 3] - crosses.corner[face, side])
     off = angle - QUARTER * np.rint(angle / QUARTER)
-    rest = crosses.rest[lower]
-    rest = rest - 2 * np.pi * np.rint(rest / (2 * np.pi))
-    return off + np.where(upper, rest, 0.0)
+    return off + np.where(upper, crosses.rest[lower], 0.0)
 
 
 def shut_corners(crosses: Crosses) -> np.ndarray:
-    """(n,) bool vertices with two features that run into each other along one direction."""
+    """(n,) bool vertices with two features that run into each other along one direction, or with
+    room for two quads only on both sides of a bend."""
     edge, turns = sector_turns(crosses)
     found = np.zeros(len(crosses.vertices), bool)
     found[crosses.tail[edge[turns < 1]]] = True
-    return found
+    total = np.bincount(crosses.tail[edge], weights=turns, minlength=len(found))
+    return found | (crosses.on_feature & ~crosses.border & (total < 3))

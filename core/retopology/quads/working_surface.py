@@ -19,6 +19,9 @@ from .subdivision import Triangles, freed, refined
 LONGEST, FEWEST = 1.0, 3000
 # Rounds of splitting: each halves the longest edges.
 ROUNDS = 12
+# Creases stand out of the spread of the angles between triangles by so many standard deviations,
+# which the lower quarter of the angles tells: of a normal distribution it ends at 0.32.
+OUTSTANDING, LOWER_QUARTER = 3.0, 0.3186
 # Features are at least this long, in lengths of quads.
 LEAST_FEATURE = 2.0
 
@@ -87,13 +90,24 @@ def features(
     """(e,) int64 one half-edge of each edge on a feature inside the surface."""
     found = [np.zeros(0, np.int64)]
     if settings.feature_angle < 180.0:
-        bent = bent_half_edges(surface, settings.feature_angle)
+        bent = bent_half_edges(surface, max(settings.feature_angle, _spread(surface)))
         found.append(long_chains(surface, bent, LEAST_FEATURE * size))
     if settings.align_sharp:
         marked = marked_half_edges(surface, sharp)
         found.append(marked[surface.twin[marked] >= 0])
     edges = np.concatenate(found)
     return np.unique(np.minimum(edges, surface.twin[edges]))
+
+
+def _spread(surface: Surface) -> float:
+    """Degrees beyond which an edge of a rough or coarse surface is a crease."""
+    inner = np.flatnonzero(np.arange(len(surface.twin)) < surface.twin)
+    if not len(inner):
+        return 0.0
+    normal, _ = surface.face_normal_area
+    cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return float(OUTSTANDING / LOWER_QUARTER * np.quantile(angle, 0.25))
 
 
 def _assembled(mesh: Triangles, whole: Surface) -> WorkingSurface:
