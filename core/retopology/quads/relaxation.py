@@ -8,14 +8,12 @@ the mean of what its quads want and back to the surface (after Bouaziz et al. 20
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...base.progress import Progress
-from .conformity import scaled_jacobian
 from .crosses import QUARTER
-from .projection import ClosestPoints
+from .guides import Guides, on_curve, vertex_normals
+from .mending import mend
 
 # A vertex goes this far towards what is wanted in a step.
 RATE = 0.7
@@ -24,40 +22,10 @@ RATE = 0.7
 TURNED, LEFT = 25.0, 40.0
 # How far sides are evened to the median, and the least part of it that a side may want.
 EVEN, LEAST_SIDE = 0.1, 0.175
+# Nearest that vertices on a curve come to the next, as a part of the gap around them.
+NEAREST = 0.2
 # Steps between two projections of all vertices.
 BETWEEN = 3
-# A quad is well enough above this least sine at its corners; rounds of mending those below.
-SOUND, MENDING = 0.15, 40
-
-
-@dataclass(frozen=True)
-class Guides:
-    """What holds and turns the vertices of a quad mesh.
-
-    Attributes
-    ----------
-    surface:
-        Where vertices are kept.
-    direction:
-        (m, 3) float64 unit directions to turn to in its triangles.
-    trust:
-        (m,) float64 0 to 1, how much to turn to them.
-    fixed:
-        (n,) bool vertices that do not move.
-    curve:
-        (n,) int64 polyline that a vertex slides along, -1 for none.
-    curves:
-        The polylines' starts and ends, (s, 3) each.
-    size:
-        (n,) float64 length that edges shall have around each vertex, or None for the median.
-    """
-
-    surface: ClosestPoints
-    direction: np.ndarray
-    trust: np.ndarray
-    fixed: np.ndarray
-    curve: np.ndarray
-    curves: dict[int, tuple[np.ndarray, np.ndarray]]
 
 
 def relaxed(
@@ -74,7 +42,6 @@ def relaxed(
     irregular = count != 4
     irregular &= guides.curve < 0
     inner[irregular[quads].any(axis=1)] = False
-    neighbours = _along_curves(quads, guides, n)
     free = ~guides.fixed & (guides.curve < 0)
     plane = None
     for step in range(steps):
@@ -83,11 +50,11 @@ def relaxed(
             plane = _planes(position, quads, guides)
         wanted = _wanted(position, quads, plane, inner)
         target = _mean(wanted, quads, count)
-        _move(position, target, free, neighbours, guides)
+        _move(position, target, free, guides)
         if step % BETWEEN == BETWEEN - 1 or step == steps - 1:
             _back(position, quads, free, guides)
-    _mend(position, quads, free, guides, neighbours, count, progress)
-    return position, guides.surface(position, _vertex_normals(position, quads))[0]
+    mend(position, quads, guides, progress)
+    return position, guides.surface(position, vertex_normals(position, quads))[0]
 
 
 def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np.ndarray, ...]:
@@ -146,91 +113,32 @@ def _mean(wanted: np.ndarray, quads: np.ndarray, count: np.ndarray) -> np.ndarra
     return np.stack(total, axis=1) / np.maximum(count, 1)[:, None]
 
 
-def _along_curves(quads: np.ndarray, guides: Guides, n: int) -> np.ndarray:
-    """(n, 2) the vertices before and after each one that slides along a curve, else -1."""
-    tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
-    tail, head = np.concatenate([tail, head]), np.concatenate([head, tail])
-    held = guides.curve >= 0
-    along = held[tail] & (guides.fixed | held)[head]
-    along &= (guides.curve[head] == guides.curve[tail]) | guides.fixed[head]
-    pairs = np.unique(np.column_stack([tail[along], head[along]]), axis=0)
-    number = np.bincount(pairs[:, 0], minlength=n)
-    result = np.full((n, 2), -1)
-    two = np.flatnonzero(number == 2)
-    keep = np.isin(pairs[:, 0], two)
-    result[two] = pairs[keep, 1].reshape(-1, 2)
-    return result
-
-
 def _move(
     position: np.ndarray,
     target: np.ndarray,
     free: np.ndarray,
-    neighbours: np.ndarray,
     guides: Guides,
 ) -> None:
     """One step of all vertices, in place; those on curves stay on them."""
-    sliding = np.flatnonzero((guides.curve >= 0) & ~guides.fixed & (neighbours[:, 0] >= 0))
-    between = position[neighbours[sliding]].mean(axis=1)
+    sliding = np.flatnonzero((guides.curve >= 0) & ~guides.fixed & (guides.beside >= 0).all(axis=1))
+    between = position[guides.beside[sliding]].mean(axis=1)
     wanted = 0.5 * target[sliding] + 0.5 * between
     position[free] += RATE * (target[free] - position[free])
     for curve in np.unique(guides.curve[sliding]):
         mine = guides.curve[sliding] == curve
         rows = sliding[mine]
-        position[rows] = _on_curve(
-            position[rows] + RATE * (wanted[mine] - position[rows]), *guides.curves[int(curve)]
-        )
-
-
-def _on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Closest points (p, 3) of a polyline with the given segments."""
-    along = end - start
-    square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip(((points[:, None] - start) * along).sum(axis=2) / square, 0.0, 1.0)
-    place = start + share[:, :, None] * along
-    nearest = ((place - points[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-    return place[np.arange(len(points)), nearest]
-
-
-def _vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(n, 3) normals of the quads around each vertex, weighted by area."""
-    at = position[quads]
-    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    flat = quads.ravel()
-    total = [
-        np.bincount(flat, np.repeat(normal[:, axis], 4), minlength=len(position))
-        for axis in range(3)
-    ]
-    return np.stack(total, axis=1)
+        polyline = guides.curves[int(curve)]
+        moved = on_curve(position[rows] + RATE * (wanted[mine] - position[rows]), *polyline)
+        # Nobody comes too near to the next along the curve.
+        ends = position[guides.beside[rows]]
+        apart = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        gap = np.linalg.norm(ends - moved[:, None], axis=2).min(axis=1)
+        close = gap < NEAREST * apart
+        moved[close] = on_curve(between[mine][close], *polyline)
+        position[rows] = moved
 
 
 def _back(position: np.ndarray, quads: np.ndarray, free: np.ndarray, guides: Guides) -> None:
     """Put the free vertices on the surface, in place."""
-    normals = _vertex_normals(position, quads)[free]
+    normals = vertex_normals(position, quads)[free]
     position[free] = guides.surface(position[free], normals)[1]
-
-
-def _mend(
-    position: np.ndarray,
-    quads: np.ndarray,
-    free: np.ndarray,
-    guides: Guides,
-    neighbours: np.ndarray,
-    count: np.ndarray,
-    progress: Progress,
-) -> None:
-    """Steps around quads that are folded or nearly so until there are none, in place."""
-    for _ in range(MENDING):
-        progress.step(1.0)
-        bad = scaled_jacobian(position, quads) < SOUND
-        if not bad.any():
-            return
-        near = np.zeros(len(position), bool)
-        near[quads[bad]] = True
-        for _ring in range(2):
-            near[quads[near[quads].any(axis=1)]] = True
-        plane = _planes(position, quads, guides)
-        wanted = _wanted(position, quads, plane, np.zeros(len(quads), bool))
-        target = np.where(near[:, None], _mean(wanted, quads, count), position)
-        _move(position, target, free & near, neighbours, guides)
-        _back(position, quads, free & near, guides)

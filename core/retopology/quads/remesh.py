@@ -19,21 +19,23 @@ from ...mesh.repair import clean
 from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
-from .conformity import conformity, scaled_jacobian
+from .conformity import conformity
 from .counting import characteristic, counted, first_cuts, whole_grids
 from .grids import Grids
 from .laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
 from .pieces import pieces
 from .placement import Placement, place
 from .projection import ClosestPoints
-from .relaxation import Guides, relaxed
+from .guides import Guides
+from .mending import oriented_quality
+from .relaxation import relaxed
 from .reporting import Report, reported
 from .result import QuadMesh
 from .settings import RemeshSettings
 from .working_surface import working_surface
 
 # How often a piece with folded quads is laid out anew, and the rings around them that give way.
-ATTEMPTS, RINGS = 4, 3
+ATTEMPTS, RINGS = 3, 3
 
 
 def remesh(
@@ -149,8 +151,11 @@ def _finished(
     for attempt in range(ATTEMPTS):
         placed = place(laid.map_, laid.layout, grid)
         _check(placed, laid)
-        position, triangle = _on_surface(placed, laid, settings, progress)
-        folds = scaled_jacobian(position, placed.quads) <= 0.0
+        guides = _guides(placed, laid)
+        position, triangle = relaxed(
+            placed.position, placed.quads, guides, settings.relaxation, progress
+        )
+        folds = oriented_quality(position, placed.quads, guides) <= 0.0
         folded = int(np.count_nonzero(folds))
         if best is None or folded < best.folded:
             best = _Finished(laid, grid, placed, position, triangle, folded)
@@ -222,9 +227,8 @@ def _check(placed: Placement, laid: LaidOut) -> None:
         )
 
 
-def _on_surface(
-    placed: Placement, laid: LaidOut, settings: RemeshSettings, progress: Progress
-) -> tuple[np.ndarray, np.ndarray]:
+def _guides(placed: Placement, laid: LaidOut) -> Guides:
+    """What holds the quads of a piece: poles are free, ends and corners of features are not."""
     surface = laid.working.surface
     crossed = laid.map_.crosses
     held = placed.vertex >= 0
@@ -237,15 +241,15 @@ def _on_surface(
         for number, track in enumerate(laid.layout.tracks)
         if track.feature
     }
-    guides = Guides(
+    return Guides(
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
         crossed.direction,
         np.ones(len(crossed.direction)),
         on,
         np.where(on, -1, placed.track),
+        placed.beside,
         curves,
     )
-    return relaxed(placed.position, placed.quads, guides, settings.relaxation, progress)
 
 
 def _joined(reports: list[Report], warnings: list[str], timings: dict[str, float]) -> QuadMesh:
