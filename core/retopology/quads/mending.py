@@ -17,6 +17,8 @@ from .guides import Guides, on_curve, vertex_normals
 SOUND = 0.2
 # What a quad misses of this counts in a move, and what a move must gain.
 WANTED, GAIN = 0.5, 1e-4
+# A side shorter than this part of the longest counts as none.
+LEAST_SIDE = 0.03
 # Rounds, and tries in each: so many directions at each of these parts of an edge.
 ROUNDS, DIRECTIONS = 60, 8
 REACHES = (0.6, 0.3, 0.12, 0.05, 0.015)
@@ -133,4 +135,8 @@ def _wanting(
     area = np.cross(at[:, :, 2] - at[:, :, 0], at[:, :, 3] - at[:, :, 1]) @ normal
     quality = quality.reshape(count, quads)
     quality = np.where(area < 0.0, -np.abs(quality) - 1e-6, quality)
+    # Corners that fall together are no way out.
+    side = np.linalg.norm(np.roll(at, -1, axis=2) - at, axis=3)
+    flat_side = side.min(axis=2) < LEAST_SIDE * side.max(axis=2)
+    quality = np.where(flat_side, np.minimum(quality, -1.0), quality)
     return (np.maximum(WANTED - quality, 0.0) ** 2).sum(axis=1)

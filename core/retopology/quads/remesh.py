@@ -232,7 +232,7 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
     surface = laid.working.surface
     crossed = laid.map_.crosses
     held = placed.vertex >= 0
-    on = np.where(held, crossed.on_feature[np.maximum(placed.vertex, 0)], False)
+    on = held & crossed.on_feature[np.maximum(placed.vertex, 0)]
     curves = {
         number: (
             surface.vertices[crossed.tail[track.chain]],
@@ -245,7 +245,8 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
         crossed.direction,
         np.ones(len(crossed.direction)),
-        on,
+        # Poles that were moved out of a zone do not slide back.
+        on | (held & laid.wishes.avoided.any()),
         np.where(on, -1, placed.track),
         placed.beside,
         curves,

@@ -71,7 +71,7 @@ def working_surface(
     mesh = Triangles(
         whole.vertices,
         whole.triangles.astype(np.int64),
-        _values(whole, curvature),
+        _values(whole, curvature, feature),
         whole.source_triangle,
         feature,
     )
@@ -126,8 +126,9 @@ def _assembled(mesh: Triangles, whole: Surface) -> WorkingSurface:
     return WorkingSurface(surface, field, feature, whole)
 
 
-def _values(whole: Surface, curvature: CurvatureField) -> np.ndarray:
-    """(n, 13) normals, shape operators and noise at the vertices of `whole`, in its unit."""
+def _values(whole: Surface, curvature: CurvatureField, feature: np.ndarray) -> np.ndarray:
+    """(n, 13) normals, shape operators and noise at the vertices of `whole`, in its unit; those
+    on creases have none, what was fitted across a crease says nothing."""
     rows = whole.source_vertex
     value = {item.name: getattr(curvature, item.name)[rows] for item in fields(CurvatureField)}
     tensor = sum(
@@ -136,6 +137,8 @@ def _values(whole: Surface, curvature: CurvatureField) -> np.ndarray:
         * np.nan_to_num(value[d])[:, None, :]
         for k, d in (("k1", "d1"), ("k2", "d2"))
     )
+    corners = whole.triangles.ravel()
+    tensor[corners[feature]] = 0.0
     noise = value["noise"][:, None] * whole.unit
     return np.hstack(
         [np.nan_to_num(value["normal"]), tensor.reshape(-1, 9) * whole.unit, noise]
