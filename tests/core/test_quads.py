@@ -189,6 +189,48 @@ def test_no_pole_is_left_in_a_zone():
     assert (made.vertices[made.pole >= 0][:, 0] < 1.6).all()
 
 
+@pytest.mark.parametrize("symmetry", ["y", "auto"])
+def test_symmetric_quads_are_their_own_image(symmetry):
+    vertices, triangles = ellipsoid(subdivisions=4).vertices, ellipsoid(subdivisions=4).triangles
+    settings = core.RemeshSettings(quads=600, symmetry=symmetry)
+    made = core.remesh(vertices, triangles, settings)
+    holds(vertices, triangles, made)
+    assert sorted(made.pole_valence) == [3] * 8
+    assert np.array_equal(np.bincount(made.pole_umbilic[made.pole_umbilic >= 0]), [2, 2, 2, 2])
+    assert abs(len(made.quads) / 600 - 1) < 0.1
+    if symmetry == "y":
+        image = {tuple(row) for row in (made.vertices * [1.0, -1.0, 1.0] + 0.0).tolist()}
+        assert image == {tuple(row) for row in (made.vertices + 0.0).tolist()}
+
+
+def test_a_surface_is_mirrored_where_it_is_open_and_where_it_is_not_symmetric():
+    open_ = cylinder()
+    made = core.remesh(
+        open_.vertices, open_.triangles, core.RemeshSettings(quads=300, symmetry="x")
+    )
+    assert holds(open_.vertices, open_.triangles, made).border.any()
+    vertices, triangles = bumpy(5)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=500, symmetry="z"))
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold and found.characteristic == 2 and not found.border.any()
+    far = vertices + [5.0, 0.0, 0.0]
+    with pytest.raises(core.RemeshError, match="plane"):
+        core.remesh(-far, triangles, core.RemeshSettings(symmetry="x"))
+
+
+def test_quads_are_denser_where_the_surface_bends():
+    mesh = ellipsoid(axes=(4.0, 1.5, 1.0), subdivisions=4)
+    settings = core.RemeshSettings(quads=600, adaptivity=1.0)
+    made = core.remesh(mesh.vertices, mesh.triangles, settings)
+    holds(mesh.vertices, mesh.triangles, made)
+    at = made.vertices[made.quads]
+    area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
+    tip = np.abs(at.mean(axis=1)[:, 0]) > 3.4
+    waist = np.abs(at.mean(axis=1)[:, 0]) < 1.0
+    assert np.median(area[tip]) < 0.6 * np.median(area[waist])
+    assert abs(len(made.quads) / 600 - 1) < 0.1
+
+
 def test_marked_edges_are_followed():
     mesh = torus()
     flat = np.abs(mesh.vertices[:, 2]) < 1e-9

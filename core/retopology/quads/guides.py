@@ -21,6 +21,8 @@ class Guides:
         (m, 3) float64 unit directions to turn to in its triangles.
     trust:
         (m,) float64 0 to 1, how much to turn to them.
+    size:
+        (m,) float64 what edges shall measure there against one another.
     fixed:
         (n,) bool vertices that do not move.
     curve:
@@ -34,6 +36,7 @@ class Guides:
     surface: ClosestPoints
     direction: np.ndarray
     trust: np.ndarray
+    size: np.ndarray
     fixed: np.ndarray
     curve: np.ndarray
     beside: np.ndarray

@@ -49,6 +49,8 @@ class Wishes:
         (m,) bool triangles where the curvature means nothing.
     avoided:
         (n,) bool vertices where no pole is wanted.
+    mirror:
+        (n,) bool vertices on the plane of symmetry.
     smoothed, dropped:
         How many places were smoothed and features left out so far.
     """
@@ -58,6 +60,7 @@ class Wishes:
     size: np.ndarray
     undirected: np.ndarray
     avoided: np.ndarray
+    mirror: np.ndarray
     smoothed: int = 0
     dropped: int = 0
 
@@ -173,8 +176,12 @@ def _crossed(
                 chosen |= least
                 dropped += 1
         if not chosen.any():
-            return cross, with_better_poles(crossed, wishes.avoided), wishes
+            return cross, _bettered(crossed, wishes), wishes
         wishes = replace(wishes, feature=wishes.feature & ~chosen, dropped=dropped)
+
+
+def _bettered(crossed: Crosses, wishes: Wishes) -> Crosses:
+    return with_better_poles(crossed, wishes.avoided, wishes.mirror)
 
 
 def _least(

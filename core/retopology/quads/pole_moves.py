@@ -16,7 +16,7 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from .crosses import QUARTER, Crosses, fans
-from .sectors import sector_turns
+from .sectors import least_turns, sector_turns
 
 # Opposite poles cancel when they are nearer than this, in lengths of quads; those that part go
 # so far, and partners are looked for this far away.
@@ -28,11 +28,18 @@ SMOOTHED, SETTLED, HELD = 1.5, 3.0, 100.0
 ROUNDS = 4
 
 
-def with_better_poles(crosses: Crosses, avoided: np.ndarray) -> Crosses:
+def with_better_poles(
+    crosses: Crosses, avoided: np.ndarray, mirror: np.ndarray | None = None
+) -> Crosses:
     """The crosses with close opposite poles cancelled, multiple ones parted, corners between
-    features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool."""
+    features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool.
+
+    Borders on vertices `mirror` (n,) bool are a plane of symmetry.
+    """
+    if mirror is None:
+        mirror = np.zeros(len(crosses.vertices), bool)
     for _ in range(ROUNDS):
-        moves = _Moves(crosses, avoided)
+        moves = _Moves(crosses, avoided, least_turns(crosses, mirror))
         moves.open_corners()
         moves.part()
         moves.cancel()
@@ -46,9 +53,10 @@ def with_better_poles(crosses: Crosses, avoided: np.ndarray) -> Crosses:
 class _Moves:
     """Matchings while poles are moved."""
 
-    def __init__(self, crosses: Crosses, avoided: np.ndarray) -> None:
+    def __init__(self, crosses: Crosses, avoided: np.ndarray, least: np.ndarray) -> None:
         self.crosses = crosses
         self.avoided = avoided
+        self.least = least
         self.matching = crosses.matching.copy()
         self.turns = crosses.quarter_turns.copy()
         self.free = ~crosses.border & ~crosses.on_feature
@@ -69,7 +77,7 @@ class _Moves:
 
     def open_corners(self) -> None:
         edge, turns = sector_turns(self.crosses)
-        for start in edge[turns < 1].tolist():
+        for start in edge[turns < self.least[edge]].tolist():
             corner, _ = fans(self.crosses.twin, self.crosses.feature, np.array([start]))
             # Edges within the sector: where all corners but the first begin.
             inside = corner[1:]

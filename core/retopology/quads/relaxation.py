@@ -58,7 +58,8 @@ def relaxed(
 
 
 def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np.ndarray, ...]:
-    """(q, 3) two axes along the directions of the surface under each quad, and (q,) the trust."""
+    """(q, 3) two axes along the directions of the surface under each quad, (q,) the trust in
+    them and the length that edges shall have."""
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     triangle, _ = guides.surface(at.mean(axis=1), normal)
@@ -66,14 +67,14 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     x = guides.direction[triangle]
     x = x - up * np.einsum("qc,qc->q", x, up)[:, None]
     x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
-    return x, np.cross(up, x), guides.trust[triangle]
+    return x, np.cross(up, x), guides.trust[triangle], guides.size[triangle]
 
 
 def _wanted(
     position: np.ndarray, quads: np.ndarray, plane: tuple[np.ndarray, ...], inner: np.ndarray
 ) -> np.ndarray:
     """(q, 4, 3) corners of the rectangle that each quad wants."""
-    x, y, trust = plane
+    x, y, trust, size = plane
     at = position[quads]
     centre = at.mean(axis=1, keepdims=True)
     off = at - centre
@@ -90,7 +91,7 @@ def _wanted(
     axis = axis * np.exp(-1j * off_axis * share)
     width = np.maximum((first * axis.conj()).real, 0.0)
     height = np.maximum((second * (1j * axis).conj()).real, 0.0)
-    typical = np.median(np.concatenate([width, height]))
+    typical = size * np.median(np.concatenate([width / size, height / size]))
     width, height = (
         np.maximum(side + EVEN * (typical - side), LEAST_SIDE * typical)
         for side in (width, height)

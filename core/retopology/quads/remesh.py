@@ -23,7 +23,7 @@ from .conformity import conformity
 from .counting import characteristic, counted, first_cuts, whole_grids
 from .grids import Grids
 from .laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
-from .pieces import pieces
+from .mirroring import ON, Plane, halved, mirrored, wanted_plane
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .guides import Guides
@@ -32,7 +32,9 @@ from .relaxation import relaxed
 from .reporting import Report, reported
 from .result import QuadMesh
 from .settings import RemeshSettings
-from .working_surface import working_surface
+from .sizes import sizes
+from .subdivision import pieces
+from .working_surface import prepared, working_surface
 
 # How often a piece with folded quads is laid out anew, and the rings around them that give way.
 ATTEMPTS, RINGS = 3, 3
@@ -82,26 +84,31 @@ def remesh(
     for region in detection.regions:
         undirected[region.triangles] = True
     parts: list[LaidOut] = []
-    surfaces = pieces(whole)
+    plane = wanted_plane(settings.symmetry, whole, detection, warnings)
+    mesh = prepared(whole, detection.curvature, settings, sharp, size / whole.unit)
+    if plane is not None:
+        offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
+        mesh = halved(mesh, plane.normal, offset)
+    cut = pieces(mesh)
     part = progress.part("Mapping the surface", 0.15, 0.7)
-    for number, surface in enumerate(surfaces):
-        mine = part.part(
-            "Mapping the surface", number / len(surfaces), (number + 1) / len(surfaces)
-        )
-        working = working_surface(
-            surface, detection.curvature, settings, sharp, size / surface.unit
-        )
+    for number, piece in enumerate(cut):
+        mine = part.part("Mapping the surface", number / len(cut), (number + 1) / len(cut))
+        working = working_surface(piece, whole, size / whole.unit)
+        surface = working.surface
         wishes = Wishes(
             smoothness=settings.smoothness,
             feature=working.feature,
-            size=np.full(len(working.surface.triangles), size / working.surface.unit),
-            undirected=undirected[working.surface.source_triangle],
-            avoided=_in_zone(working.surface, triangles, zone),
+            size=sizes(working, size / surface.unit, settings.adaptivity),
+            undirected=undirected[surface.source_triangle],
+            avoided=_in_zone(surface, triangles, zone),
+            mirror=_on_plane(surface, plane),
         )
         parts.append(laid_out(working, wishes, mine))
     clock.lap("map and layout")
     asked = _asked(whole, settings, size)
-    scale, made = counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
+    if plane is not None:
+        asked = max(1, asked // 2)
+    scale, whole_numbers = counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.8, 0.98)
     finished = [
@@ -112,7 +119,7 @@ def remesh(
             settings,
             part.part("Evening out", number / len(parts), (number + 1) / len(parts)),
         )
-        for number, (laid, grid) in enumerate(zip(parts, made, strict=True))
+        for number, (laid, grid) in enumerate(zip(parts, whole_numbers, strict=True))
     ]
     clock.lap("evening out")
     warnings += words([one.laid.wishes for one in finished], settings.smoothness)
@@ -128,7 +135,8 @@ def remesh(
     ]
     clock.lap("report")
     progress.step(1.0)
-    return _joined(reports, warnings, clock.seconds)
+    made = _joined(reports, warnings, clock.seconds)
+    return made if plane is None else mirrored(made, plane, detection.umbilics, size)
 
 
 @dataclass(frozen=True)
@@ -208,6 +216,14 @@ def _asked(whole: Surface, settings: RemeshSettings, size: float) -> int:
     return max(1, round(_area(whole) / size**2))
 
 
+def _on_plane(surface: Surface, plane: Plane | None) -> np.ndarray:
+    """(n,) bool border vertices on the plane of symmetry."""
+    if plane is None:
+        return np.zeros(len(surface.vertices), bool)
+    height = plane.height(surface.vertices * surface.unit + surface.origin)
+    return surface.border & (np.abs(height) <= ON * surface.unit)
+
+
 def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -> np.ndarray:
     """(n,) bool vertices of triangles that touch the zone."""
     found = np.zeros(len(surface.vertices), bool)
@@ -245,6 +261,7 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
         crossed.direction,
         np.ones(len(crossed.direction)),
+        crossed.size,
         # Poles that were moved out of a zone do not slide back.
         on | (held & laid.wishes.avoided.any()),
         np.where(on, -1, placed.track),

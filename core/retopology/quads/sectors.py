@@ -40,6 +40,19 @@ def _off_axis(crosses: Crosses, edge: np.ndarray) -> np.ndarray:
     return off + np.where(upper, crosses.rest[lower], 0.0)
 
 
+def least_turns(crosses: Crosses, mirror: np.ndarray) -> np.ndarray:
+    """(3 m,) int64 quarter turns that a sector starting at a half-edge must have: two where both
+    its ends are borders on the mirror plane, `mirror` (n,) bool, as the image doubles them."""
+    least = np.ones(len(crosses.twin), np.int64)
+    border = np.flatnonzero(crosses.twin < 0)
+    on = mirror[crosses.tail[border]] & mirror[crosses.head[border]]
+    arriving = np.zeros(len(crosses.vertices), bool)
+    arriving[crosses.head[border[on]]] = True
+    both = border[on][arriving[crosses.tail[border[on]]]]
+    least[both] = 2
+    return least
+
+
 def shut_corners(crosses: Crosses) -> np.ndarray:
     """(n,) bool vertices with two features that run into each other along one direction, or with
     room for two quads only on both sides of a bend."""

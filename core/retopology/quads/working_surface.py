@@ -49,14 +49,14 @@ class WorkingSurface:
     whole: Surface
 
 
-def working_surface(
+def prepared(
     whole: Surface,
     curvature: CurvatureField,
     settings: RemeshSettings,
     sharp: np.ndarray | None,
     size: float,
-) -> WorkingSurface:
-    """The surface to map, of a cleaned input and the curvature (input rows) at its vertices.
+) -> Triangles:
+    """A cleaned input as triangles with the curvature (input rows) at its vertices and features.
 
     Parameters
     ----------
@@ -68,14 +68,25 @@ def working_surface(
     feature = np.zeros(3 * len(whole.triangles), bool)
     edges = features(whole, settings, sharp, size)
     feature[edges] = feature[whole.twin[edges]] = True
-    mesh = Triangles(
+    return Triangles(
         whole.vertices,
         whole.triangles.astype(np.int64),
         _values(whole, curvature, feature),
         whole.source_triangle,
         feature,
     )
-    area = float(whole.face_normal_area[1].sum())
+
+
+def working_surface(mesh: Triangles, whole: Surface, size: float) -> WorkingSurface:
+    """The surface to map, of a connected piece of what was prepared, refined.
+
+    Parameters
+    ----------
+    size:
+        Length of a quad's edge, in the coordinates of `whole`.
+    """
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     # An equilateral triangle of side s has the area 0.43 s^2.
     longest = min(LONGEST * size, 1.5 * np.sqrt(area / FEWEST / 0.43))
     mesh = refined(mesh, longest, ROUNDS)
