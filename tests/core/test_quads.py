@@ -8,18 +8,18 @@ from surfaces import cylinder, ellipsoid, sphere, torus
 
 import core
 from core.mesh.repair import clean
-from core.retopology.quads.chains import long_chains
 from core.retopology.quads.conformity import conformity, scaled_jacobian
-from core.retopology.quads.crosses import crosses
-from core.retopology.quads.grids import grids, violations
-from core.retopology.quads.integers import whole_lengths
-from core.retopology.quads.motorcycle_graph import motorcycle_graph
-from core.retopology.quads.pole_moves import with_better_poles
-from core.retopology.quads.projection import ClosestPoints, closest_on
-from core.retopology.quads.seamless_map import SeamlessMap, determinant, pose
-from core.retopology.quads.seams import seams
-from core.retopology.quads.subdivision import Triangles, split_edges
-from core.retopology.quads.untangling import injective_map
+from core.retopology.quads.field.crosses import crosses
+from core.retopology.quads.field.pole_moves import with_better_poles
+from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
+from core.retopology.quads.layout.grids import grids, violations
+from core.retopology.quads.layout.integers import whole_lengths
+from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
+from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant, pose
+from core.retopology.quads.mapping.seams import seams
+from core.retopology.quads.mapping.untangling import injective_map
+from core.retopology.quads.surface.chains import long_chains
+from core.retopology.quads.surface.subdivision import Triangles, split_edges
 
 
 def cube(cuts=4):
@@ -153,7 +153,7 @@ def test_rough_surfaces_are_no_creases():
 
 def test_pieces_are_remeshed_each_for_itself():
     one, two = ellipsoid(subdivisions=3), torus()
-    far = two.vertices + [10.0, 0.0, 0.0]
+    far = two.vertices + np.array([10.0, 0.0, 0.0])
     vertices = np.concatenate([one.vertices, far])
     triangles = np.concatenate([one.triangles, two.triangles + len(one.vertices)])
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=800))
@@ -182,9 +182,7 @@ def test_edge_length_asks_for_the_number_of_quads():
 def test_no_pole_is_left_in_a_zone():
     mesh = ellipsoid(subdivisions=4)
     zone = mesh.vertices[:, 0] > 1.5
-    made = core.remesh(
-        mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), zone=zone
-    )
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), zone=zone)
     holds(mesh.vertices, mesh.triangles, made)
     assert (made.vertices[made.pole >= 0][:, 0] < 1.6).all()
 
@@ -213,7 +211,7 @@ def test_a_surface_is_mirrored_where_it_is_open_and_where_it_is_not_symmetric():
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=500, symmetry="z"))
     found = conformity(made.quads, len(made.vertices))
     assert found.manifold and found.characteristic == 2 and not found.border.any()
-    far = vertices + [5.0, 0.0, 0.0]
+    far = vertices + np.array([5.0, 0.0, 0.0])
     with pytest.raises(core.RemeshError, match="plane"):
         core.remesh(-far, triangles, core.RemeshSettings(symmetry="x"))
 
@@ -234,15 +232,14 @@ def test_quads_are_denser_where_the_surface_bends():
 def test_marked_edges_are_followed():
     mesh = torus()
     flat = np.abs(mesh.vertices[:, 2]) < 1e-9
-    flat &= np.linalg.norm(mesh.vertices[:, :2], axis=1) > np.linalg.norm(
-        mesh.vertices[:, :2], axis=1
-    ).mean()
+    flat &= (
+        np.linalg.norm(mesh.vertices[:, :2], axis=1)
+        > np.linalg.norm(mesh.vertices[:, :2], axis=1).mean()
+    )
     edges = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
     sharp = edges[flat[edges].all(axis=1)]
     assert len(sharp)
-    made = core.remesh(
-        mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), sharp=sharp
-    )
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), sharp=sharp)
     holds(mesh.vertices, mesh.triangles, made)
     assert made.feature.any()
     assert np.abs(made.vertices[made.feature][:, 2]).max() < 1e-9
@@ -281,9 +278,7 @@ def crossed():
     surface = guide.surface
     size = np.full(len(surface.triangles), 0.1)
     none = np.zeros(len(surface.twin), bool)
-    return crosses(
-        surface.vertices, surface.triangles, surface.twin, direction, size, none
-    )
+    return crosses(surface.vertices, surface.triangles, surface.twin, direction, size, none)
 
 
 def test_quarter_turns_sum_to_the_characteristic(crossed):
@@ -312,7 +307,9 @@ def test_map_is_seamless_and_injective(crossed):
 def test_layout_covers_the_surface(crossed):
     problem = pose(crossed)
     x, _ = injective_map(problem, core.Progress())
-    layout = motorcycle_graph(SeamlessMap(crossed, problem.seams, problem.places(x)), core.Progress())
+    layout = motorcycle_graph(
+        SeamlessMap(crossed, problem.seams, problem.places(x)), core.Progress()
+    )
     half = [part for rectangle in layout.rectangles for side in rectangle for part in side]
     assert sorted(half) == list(range(2 * len(layout.length)))
     for sides in layout.rectangles:
@@ -389,9 +386,7 @@ def test_stubs_and_tangles_are_no_features():
     surface, _ = clean(vertices, triangles)
     normal, _ = surface.face_normal_area
     half = np.flatnonzero(np.arange(len(surface.twin)) < surface.twin)
-    bent = half[
-        np.einsum("ec,ec->e", normal[half // 3], normal[surface.twin[half] // 3]) < 0.5
-    ]
+    bent = half[np.einsum("ec,ec->e", normal[half // 3], normal[surface.twin[half] // 3]) < 0.5]
     inside = half[~np.isin(half, bent)][:1]
     kept = long_chains(surface, np.sort(np.concatenate([bent, inside])), 1.0)
     assert np.array_equal(kept, bent)

@@ -20,21 +20,21 @@ from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from .conformity import conformity
-from .counting import characteristic, counted, first_cuts, whole_grids
-from .grids import Grids
-from .laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
-from .mirroring import ON, Plane, halved, mirrored, wanted_plane
-from .placement import Placement, place
-from .projection import ClosestPoints
-from .guides import Guides
-from .mending import oriented_quality
-from .relaxation import relaxed
-from .reporting import Report, reported
+from .finishing.guides import Guides
+from .finishing.mending import oriented_quality
+from .finishing.mirroring import ON, Plane, halved, mirrored, wanted_plane
+from .finishing.placement import Placement, place
+from .finishing.projection import ClosestPoints
+from .finishing.relaxation import relaxed
+from .finishing.reporting import Report, reported
+from .layout.counting import characteristic, counted, first_cuts, whole_grids
+from .layout.grids import Grids
+from .layout.laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
 from .result import QuadMesh
 from .settings import RemeshSettings
-from .sizes import sizes
-from .subdivision import pieces
-from .working_surface import prepared, working_surface
+from .surface.sizes import sizes
+from .surface.subdivision import pieces
+from .surface.working_surface import prepared, working_surface
 
 # How often a piece with folded quads is laid out anew, and the rings around them that give way.
 ATTEMPTS, RINGS = 3, 3

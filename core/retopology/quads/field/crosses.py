@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...mesh.half_edges import following, previous
+from ....mesh.half_edges import previous
 
 QUARTER = 0.5 * np.pi
 # 1, i, -1, -i: multiplication turns by so many right angles, exactly.

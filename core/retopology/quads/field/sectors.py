@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...mesh.half_edges import previous
+from ....mesh.half_edges import previous
 from .crosses import QUARTER, Crosses, fans
 
 

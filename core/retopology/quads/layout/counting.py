@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...base.progress import Progress
-from .conformity import conformity
+from ....base.progress import Progress
+from ..conformity import conformity
 from .grids import Grids, grids, violations
 from .integers import whole_lengths
 from .laying_out import LaidOut
@@ -16,9 +16,7 @@ CLOSE, ROUNDS = 0.03, 5
 MOST_CUTS = 12
 
 
-def counted(
-    parts: list[LaidOut], asked: int, progress: Progress
-) -> tuple[float, list[Grids]]:
+def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float, list[Grids]]:
     """Grids with about as many quads as asked for, and what lengths were multiplied with."""
     scale, best = 1.0, None
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
@@ -69,5 +67,3 @@ def _conforms(grid: Grids, laid: LaidOut) -> bool:
 
 def characteristic(laid: LaidOut) -> int:
     return int(laid.working.surface.euler_characteristic.sum())
-
-

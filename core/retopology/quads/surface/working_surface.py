@@ -6,13 +6,13 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ...curvature.field import CurvatureField, field_from_deviators
-from ...fields.transport import tangents
-from ...mesh.creases import bent_half_edges, marked_half_edges
-from ...mesh.repair import clean
-from ...mesh.surface import Surface
+from ....curvature.field import CurvatureField, field_from_deviators
+from ....fields.transport import tangents
+from ....mesh.creases import bent_half_edges, marked_half_edges
+from ....mesh.repair import clean
+from ....mesh.surface import Surface
+from ..settings import RemeshSettings
 from .chains import long_chains
-from .settings import RemeshSettings
 from .subdivision import Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted.
@@ -151,9 +151,7 @@ def _values(whole: Surface, curvature: CurvatureField, feature: np.ndarray) -> n
     corners = whole.triangles.ravel()
     tensor[corners[feature]] = 0.0
     noise = value["noise"][:, None] * whole.unit
-    return np.hstack(
-        [np.nan_to_num(value["normal"]), tensor.reshape(-1, 9) * whole.unit, noise]
-    )
+    return np.hstack([np.nan_to_num(value["normal"]), tensor.reshape(-1, 9) * whole.unit, noise])
 
 
 def _field(values: np.ndarray, unit: float) -> CurvatureField:

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...base.progress import Progress
-from .crosses import QUARTER
+from ....base.progress import Progress
+from ..field.crosses import QUARTER
 from .guides import Guides, on_curve, vertex_normals
 from .mending import mend
 
@@ -93,16 +93,11 @@ def _wanted(
     height = np.maximum((second * (1j * axis).conj()).real, 0.0)
     typical = size * np.median(np.concatenate([width / size, height / size]))
     width, height = (
-        np.maximum(side + EVEN * (typical - side), LEAST_SIDE * typical)
-        for side in (width, height)
+        np.maximum(side + EVEN * (typical - side), LEAST_SIDE * typical) for side in (width, height)
     )
     a, b = 0.5 * axis * width, 0.5j * axis * height
     corner = np.stack([-a - b, a - b, a + b, b - a], axis=1)
-    return (
-        centre
-        + corner.real[:, :, None] * x[:, None]
-        + corner.imag[:, :, None] * y[:, None]
-    )
+    return centre + corner.real[:, :, None] * x[:, None] + corner.imag[:, :, None] * y[:, None]
 
 
 def _mean(wanted: np.ndarray, quads: np.ndarray, count: np.ndarray) -> np.ndarray:

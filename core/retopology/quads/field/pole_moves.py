@@ -8,8 +8,6 @@ least squares, held where they were farther away (after Crane, Desbrun & Schroed
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -172,9 +170,7 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     one, two = half // 3, crosses.twin[half] // 3
     changed = half[matching[half] != crosses.matching[half]]
     # Near the moves crosses become as smooth as they can; elsewhere they only give way.
-    length = np.linalg.norm(
-        crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1
-    )
+    length = np.linalg.norm(crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1)
     length = length / crosses.size[np.arange(3 * m) // 3] + 1e-9
     graph = sparse.coo_array((length, (crosses.tail, crosses.head)), shape=(n, n)).tocsr()
     distance = csgraph.dijkstra(

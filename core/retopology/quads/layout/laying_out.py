@@ -10,20 +10,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...base.errors import RemeshError
-from ...base.progress import Progress
-from ...mesh.half_edges import following
-from ..cross_field import CrossField, cross_field
-from ..settings import GuidanceSettings
-from .chains import chains
-from .crosses import Crosses, crosses
-from .layout import Layout
+from ....base.errors import RemeshError
+from ....base.progress import Progress
+from ....mesh.half_edges import following
+from ...cross_field import CrossField, cross_field
+from ...settings import GuidanceSettings
+from ..field.crosses import Crosses, crosses
+from ..field.pole_moves import with_better_poles
+from ..field.sectors import shut_corners
+from ..mapping.seamless_map import SeamlessMap, pose
+from ..mapping.untangling import injective_map
+from ..surface.chains import chains
+from ..surface.working_surface import WorkingSurface
 from .motorcycle_graph import motorcycle_graph
-from .pole_moves import with_better_poles
-from .sectors import shut_corners
-from .seamless_map import SeamlessMap, pose
-from .untangling import injective_map
-from .working_surface import WorkingSurface
+from .rectangles import Layout
 
 # Rings around a fault in which the field is smoothed, and by how much they grow each time.
 SMOOTHED_RINGS = 4

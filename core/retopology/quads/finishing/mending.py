@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...base.progress import Progress
-from .conformity import scaled_jacobian
+from ....base.progress import Progress
+from ..conformity import scaled_jacobian
 from .guides import Guides, on_curve, vertex_normals
 
 # A quad is well enough above this least sine at its corners.
@@ -109,7 +109,9 @@ def _search(
     for row, vertex in enumerate(chosen.tolist()):
         mine = points[owner == row]
         around = quads[corner[start[vertex] : start[vertex + 1]] // 4]
-        before = _wanting(position[around][None], around == vertex, position[vertex][None], normal[row])
+        before = _wanting(
+            position[around][None], around == vertex, position[vertex][None], normal[row]
+        )
         after = _wanting(
             np.broadcast_to(position[around], (len(mine), *around.shape, 3)),
             around == vertex,

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...base.errors import GuidanceError, RemeshError
-from ...base.progress import Progress
-from ...mesh.surface import Surface
-from ...umbilics.result import Detection, Umbilics
-from ..mirror import find_mirror_plane
-from .conformity import conformity
-from .result import QuadMesh
-from .subdivision import Triangles, chosen, split_edges
+from ....base.errors import GuidanceError, RemeshError
+from ....base.progress import Progress
+from ....mesh.surface import Surface
+from ....umbilics.result import Detection, Umbilics
+from ...mirror import find_mirror_plane
+from ..conformity import conformity
+from ..result import QuadMesh
+from ..surface.subdivision import Triangles, chosen, split_edges
 
 # Vertices nearer to the plane than this part of a typical edge are put on it.
 NEAR = 0.02

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .crosses import TURNS
-from .grids import Grids
-from .layout import Layout
-from .seamless_map import SeamlessMap
-from .walking import barycentric, walk
+from ..field.crosses import TURNS
+from ..layout.grids import Grids
+from ..layout.rectangles import Layout
+from ..mapping.seamless_map import SeamlessMap
+from ..mapping.walking import barycentric, walk
 
 
 @dataclass(frozen=True)
@@ -226,9 +226,7 @@ def _merged(
     _fill(quads, position, triangle, has)
     track = np.where(has, track[chosen], -1)
     beside = _beside(layout, made, owner, track)
-    return Placement(
-        quads, position, triangle, np.where(has, vertex[chosen], -1), track, beside
-    )
+    return Placement(quads, position, triangle, np.where(has, vertex[chosen], -1), track, beside)
 
 
 def _beside(layout: Layout, made: Grids, owner: np.ndarray, track: np.ndarray) -> np.ndarray:
@@ -247,9 +245,7 @@ def _beside(layout: Layout, made: Grids, owner: np.ndarray, track: np.ndarray) -
     return beside
 
 
-def _fill(
-    quads: np.ndarray, position: np.ndarray, triangle: np.ndarray, has: np.ndarray
-) -> None:
+def _fill(quads: np.ndarray, position: np.ndarray, triangle: np.ndarray, has: np.ndarray) -> None:
     """Vertices without a place get the mean of their neighbours', in place."""
     has = has.copy()
     tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()

@@ -43,9 +43,7 @@ class Triangles:
         return np.linalg.norm(self.vertices[head] - self.vertices[tail], axis=1)
 
 
-def split_edges(
-    mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = None
-) -> Triangles:
+def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = None) -> Triangles:
     """The mesh with the marked edges (3 m,) split, both half-edges of each being marked.
 
     They are split in their middles, or at `share` (3 m,) of the way from tail to head.
