@@ -8,7 +8,7 @@ are laid out in the map, evened out and turned to the curvature on the surface.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from .conformity import conformity
-from .finishing.guides import Guides
-from .finishing.mending import oriented_quality
+from .finishing.guides import Guides, vertex_normals
+from .finishing.mending import mend, oriented_quality
 from .finishing.mirroring import ON, Plane, halved, mirrored, wanted_plane
 from .finishing.placement import Placement, place
 from .finishing.projection import ClosestPoints
@@ -93,7 +93,7 @@ def remesh(
     part = progress.part("Mapping the surface", 0.15, 0.7)
     for number, piece in enumerate(cut):
         mine = part.part("Mapping the surface", number / len(cut), (number + 1) / len(cut))
-        working = working_surface(piece, whole, size / whole.unit)
+        working = working_surface(piece, whole, size / whole.unit, mine)
         surface = working.surface
         wishes = Wishes(
             smoothness=settings.smoothness,
@@ -163,6 +163,8 @@ def _finished(
         position, triangle = relaxed(
             placed.position, placed.quads, guides, settings.relaxation, progress
         )
+        if laid.working.fine is not None:
+            position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
         folds = oriented_quality(position, placed.quads, guides) <= 0.0
         folded = int(np.count_nonzero(folds))
         if best is None or folded < best.folded:
@@ -181,6 +183,19 @@ def _finished(
             break
         grid = whole_grids(laid, scale, first_cuts(laid), progress)
     return best
+
+
+def _on_fine(
+    position: np.ndarray, quads: np.ndarray, guides: Guides, fine: Surface, progress: Progress
+) -> tuple[np.ndarray, Guides]:
+    """Positions (n, 3) on the surface that the mapped one was coarsened from."""
+    surface = ClosestPoints(fine.vertices, fine.triangles, fine.twin)
+    guides = replace(guides, surface=surface)
+    free = ~guides.fixed & (guides.curve < 0)
+    position = position.copy()
+    position[free] = surface(position[free], vertex_normals(position, quads)[free])[1]
+    mend(position, quads, guides, progress)
+    return position, guides
 
 
 class _Clock:

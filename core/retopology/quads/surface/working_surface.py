@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from ....base.progress import Progress
 from ....curvature.field import CurvatureField, field_from_deviators
 from ....fields.transport import tangents
 from ....mesh.creases import bent_half_edges, marked_half_edges
@@ -13,10 +14,13 @@ from ....mesh.repair import clean
 from ....mesh.surface import Surface
 from ..settings import RemeshSettings
 from .chains import long_chains
+from .decimation import SHARE, coarsened
 from .subdivision import Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted.
 LONGEST, FEWEST = 1.0, 3000
+# Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
+PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
 # Rounds of splitting: each halves the longest edges.
 ROUNDS = 12
 # Creases stand out of the spread of the angles between triangles by so many standard deviations,
@@ -39,14 +43,14 @@ class WorkingSurface:
         Shape operators at its vertices, in its coordinates.
     feature:
         (3 m,) bool half-edges on features, both of each edge, borders not among them.
-    whole:
-        The cleaned input that it was made from.
+    fine:
+        What it was coarsened from, in its coordinates; None where it was not.
     """
 
     surface: Surface
     field: CurvatureField
     feature: np.ndarray
-    whole: Surface
+    fine: Surface | None
 
 
 def prepared(
@@ -77,8 +81,11 @@ def prepared(
     )
 
 
-def working_surface(mesh: Triangles, whole: Surface, size: float) -> WorkingSurface:
-    """The surface to map, of a connected piece of what was prepared, refined.
+def working_surface(
+    mesh: Triangles, whole: Surface, size: float, progress: Progress
+) -> WorkingSurface:
+    """The surface to map, of a connected piece of what was prepared: coarser where that is finer
+    than a map needs, finer where it is coarser.
 
     Parameters
     ----------
@@ -87,12 +94,17 @@ def working_surface(mesh: Triangles, whole: Surface, size: float) -> WorkingSurf
     """
     a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    # An equilateral triangle of side s has the area 0.43 s^2.
-    longest = min(LONGEST * size, 1.5 * np.sqrt(area / FEWEST / 0.43))
+    most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
+    fine = None
+    if len(mesh.triangles) > SLACK * most:
+        fine = mesh
+        mesh = coarsened(mesh, most, progress)
+    longest = 1.5 * np.sqrt(area / SHARE / np.array([FEWEST, LIMIT]))
+    longest = max(min(LONGEST * size, longest[0]), longest[1])
     mesh = refined(mesh, longest, ROUNDS)
     surface, _ = clean(mesh.vertices, mesh.triangles)
     mesh = freed(replace(mesh, feature=mesh.feature | (surface.twin < 0)), surface.border)
-    return _assembled(mesh, whole)
+    return _assembled(mesh, whole, fine)
 
 
 def features(
@@ -121,7 +133,7 @@ def _spread(surface: Surface) -> float:
     return float(OUTSTANDING / LOWER_QUARTER * np.quantile(angle, 0.25))
 
 
-def _assembled(mesh: Triangles, whole: Surface) -> WorkingSurface:
+def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> WorkingSurface:
     surface, _ = clean(mesh.vertices, mesh.triangles)
     values = mesh.values[surface.source_vertex]
     feature = mesh.feature & (surface.twin >= 0)
@@ -134,7 +146,23 @@ def _assembled(mesh: Triangles, whole: Surface) -> WorkingSurface:
         unit=surface.unit * whole.unit,
     )
     field = _field(values, surface.unit / whole.unit)
-    return WorkingSurface(surface, field, feature, whole)
+    return WorkingSurface(surface, field, feature, _fine(fine, surface, whole))
+
+
+def _fine(mesh: Triangles | None, surface: Surface, whole: Surface) -> Surface | None:
+    """The finer surface in the coordinates of the one that is mapped."""
+    if mesh is None:
+        return None
+    fine, _ = clean(mesh.vertices, mesh.triangles)
+    place = fine.vertices * fine.unit + fine.origin
+    origin = (surface.origin - whole.origin) / whole.unit
+    return replace(
+        fine,
+        vertices=(place - origin) / (surface.unit / whole.unit),
+        source_triangle=mesh.source[fine.source_triangle],
+        origin=surface.origin,
+        unit=surface.unit,
+    )
 
 
 def _values(whole: Surface, curvature: CurvatureField, feature: np.ndarray) -> np.ndarray:
