@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,7 @@ def conformity(quads: np.ndarray, count: int) -> Conformity:
     single = edge[uses == 1]
     border[single // count] = border[single % count] = True
     corners = np.bincount(tail, minlength=count)
-    open_ends = np.bincount(
-        np.concatenate([single // count, single % count]), minlength=count
-    )
+    open_ends = np.bincount(np.concatenate([single // count, single % count]), minlength=count)
     ordered = np.sort(quads, axis=1)
     manifold = (
         not (np.diff(ordered, axis=1) == 0).any()
@@ -60,9 +60,6 @@ def conformity(quads: np.ndarray, count: int) -> Conformity:
 
 def _one_fan(quads: np.ndarray, count: int) -> bool:
     """Whether the quads at each vertex are joined across edges at it."""
-    from scipy import sparse
-    from scipy.sparse import csgraph
-
     m = quads.size
     tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
     key, back = tail * count + head, head * count + tail
@@ -71,9 +68,7 @@ def _one_fan(quads: np.ndarray, count: int) -> bool:
     twin = np.where(key[order][place] == back, order[place], -1)
     half = np.flatnonzero(twin >= 0)
     following = half - half % 4 + (half + 1) % 4
-    graph = sparse.coo_array(
-        (np.ones(len(half)), (following, twin[half])), shape=(m, m)
-    )
+    graph = sparse.coo_array((np.ones(len(half)), (following, twin[half])), shape=(m, m))
     fans, _ = csgraph.connected_components(graph, directed=False)
     return fans == np.count_nonzero(np.bincount(quads.ravel(), minlength=count))
 

@@ -8,6 +8,7 @@ are laid out in the map, evened out and turned to the curvature on the surface.
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,22 +20,24 @@ from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from .conformity import conformity
-from .grids import Grids, grids, violations
-from .integers import whole_lengths
-from .laying_out import LaidOut, laid_out
-from .pieces import pieces
-from .placement import Placement, place
-from .projection import ClosestPoints
-from .relaxation import Guides, relaxed
-from .reporting import Report, reported
+from .finishing.guides import Guides, vertex_normals
+from .finishing.mending import mend, oriented_quality
+from .finishing.mirroring import ON, Plane, halved, mirrored, wanted_plane
+from .finishing.placement import Placement, place
+from .finishing.projection import ClosestPoints
+from .finishing.relaxation import relaxed
+from .finishing.reporting import Report, reported
+from .layout.counting import characteristic, counted, first_cuts, whole_grids
+from .layout.grids import Grids
+from .layout.laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
 from .result import QuadMesh
 from .settings import RemeshSettings
-from .working_surface import working_surface
+from .surface.sizes import sizes
+from .surface.subdivision import pieces
+from .surface.working_surface import prepared, working_surface
 
-# The number of quads may be off by this part; rounds of asking for more or fewer.
-CLOSE, ROUNDS = 0.03, 5
-# Rounds of forbidding merges before every arc gets a length.
-MOST_CUTS = 12
+# How often a piece with folded quads is laid out anew, and the rings around them that give way.
+ATTEMPTS, RINGS = 3, 3
 
 
 def remesh(
@@ -81,40 +84,118 @@ def remesh(
     for region in detection.regions:
         undirected[region.triangles] = True
     parts: list[LaidOut] = []
-    surfaces = pieces(whole)
+    plane = wanted_plane(settings.symmetry, whole, detection, warnings)
+    mesh = prepared(whole, detection.curvature, settings, sharp, size / whole.unit)
+    if plane is not None:
+        offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
+        mesh = halved(mesh, plane.normal, offset)
+    cut = pieces(mesh)
     part = progress.part("Mapping the surface", 0.15, 0.7)
-    for number, surface in enumerate(surfaces):
-        mine = part.part(
-            "Mapping the surface", number / len(surfaces), (number + 1) / len(surfaces)
+    for number, piece in enumerate(cut):
+        mine = part.part("Mapping the surface", number / len(cut), (number + 1) / len(cut))
+        working = working_surface(piece, whole, size / whole.unit, mine)
+        surface = working.surface
+        wishes = Wishes(
+            smoothness=settings.smoothness,
+            feature=working.feature,
+            size=sizes(working, size / surface.unit, settings.adaptivity),
+            undirected=undirected[surface.source_triangle],
+            avoided=_in_zone(surface, triangles, zone),
+            mirror=_on_plane(surface, plane),
         )
-        working = working_surface(
-            surface, detection.curvature, settings, sharp, size / surface.unit
-        )
-        found = laid_out(
-            working,
-            settings,
-            np.full(len(working.surface.triangles), size / working.surface.unit),
-            undirected[working.surface.source_triangle],
-            _in_zone(working.surface, triangles, zone),
-            mine,
-        )
-        parts.append(found)
-        warnings += [sentence for sentence in found.warnings if sentence not in warnings]
+        parts.append(laid_out(working, wishes, mine))
     clock.lap("map and layout")
     asked = _asked(whole, settings, size)
-    made = _counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
+    if plane is not None:
+        asked = max(1, asked // 2)
+    scale, whole_numbers = counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.8, 0.98)
-    reports: list[Report] = []
-    for number, (laid, grid) in enumerate(zip(parts, made, strict=True)):
-        mine = part.part("Evening out", number / len(parts), (number + 1) / len(parts))
-        placed = place(laid.map_, laid.layout, grid)
-        _check(placed, laid, grid)
-        position, triangle = _on_surface(placed, laid, settings, mine)
-        reports.append(reported(laid, grid, placed, position, triangle, detection))
+    finished = [
+        _finished(
+            laid,
+            grid,
+            scale,
+            settings,
+            part.part("Evening out", number / len(parts), (number + 1) / len(parts)),
+        )
+        for number, (laid, grid) in enumerate(zip(parts, whole_numbers, strict=True))
+    ]
     clock.lap("evening out")
+    warnings += words([one.laid.wishes for one in finished], settings.smoothness)
+    folded = sum(one.folded for one in finished)
+    if folded:
+        warnings.append(
+            f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
+            f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
+        )
+    reports = [
+        reported(one.laid, one.grid, one.placed, one.position, one.triangle, detection)
+        for one in finished
+    ]
+    clock.lap("report")
     progress.step(1.0)
-    return _joined(reports, warnings, clock.seconds)
+    made = _joined(reports, warnings, clock.seconds)
+    return made if plane is None else mirrored(made, plane, detection.umbilics, size)
+
+
+@dataclass(frozen=True)
+class _Finished:
+    """The quads of a piece in their places, and how many of them are folded."""
+
+    laid: LaidOut
+    grid: Grids
+    placed: Placement
+    position: np.ndarray
+    triangle: np.ndarray
+    folded: int
+
+
+def _finished(
+    laid: LaidOut, grid: Grids, scale: float, settings: RemeshSettings, progress: Progress
+) -> _Finished:
+    """A piece evened out; where quads stay folded it is laid out anew with fewer wishes."""
+    best = None
+    for attempt in range(ATTEMPTS):
+        placed = place(laid.map_, laid.layout, grid)
+        _check(placed, laid)
+        guides = _guides(placed, laid)
+        position, triangle = relaxed(
+            placed.position, placed.quads, guides, settings.relaxation, progress
+        )
+        if laid.working.fine is not None:
+            position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
+        folds = oriented_quality(position, placed.quads, guides) <= 0.0
+        folded = int(np.count_nonzero(folds))
+        if best is None or folded < best.folded:
+            best = _Finished(laid, grid, placed, position, triangle, folded)
+        if not folded or attempt == ATTEMPTS - 1:
+            break
+        working = laid.working
+        corners = working.surface.triangles[triangle[placed.quads[folds]]]
+        near = np.zeros(len(working.surface.vertices), bool)
+        near[corners.ravel()] = True
+        near = grown(working.surface.triangles, near, RINGS * (1 + attempt))
+        wishes = gentler(working, laid.wishes, near, None, attempt)
+        try:
+            laid = laid_out(working, wishes, progress)
+        except RemeshError:
+            break
+        grid = whole_grids(laid, scale, first_cuts(laid), progress)
+    return best
+
+
+def _on_fine(
+    position: np.ndarray, quads: np.ndarray, guides: Guides, fine: Surface, progress: Progress
+) -> tuple[np.ndarray, Guides]:
+    """Positions (n, 3) on the surface that the mapped one was coarsened from."""
+    surface = ClosestPoints(fine.vertices, fine.triangles, fine.twin)
+    guides = replace(guides, surface=surface)
+    free = ~guides.fixed & (guides.curve < 0)
+    position = position.copy()
+    position[free] = surface(position[free], vertex_normals(position, quads)[free])[1]
+    mend(position, quads, guides, progress)
+    return position, guides
 
 
 class _Clock:
@@ -150,6 +231,14 @@ def _asked(whole: Surface, settings: RemeshSettings, size: float) -> int:
     return max(1, round(_area(whole) / size**2))
 
 
+def _on_plane(surface: Surface, plane: Plane | None) -> np.ndarray:
+    """(n,) bool border vertices on the plane of symmetry."""
+    if plane is None:
+        return np.zeros(len(surface.vertices), bool)
+    height = plane.height(surface.vertices * surface.unit + surface.origin)
+    return surface.border & (np.abs(height) <= ON * surface.unit)
+
+
 def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -> np.ndarray:
     """(n,) bool vertices of triangles that touch the zone."""
     found = np.zeros(len(surface.vertices), bool)
@@ -159,76 +248,22 @@ def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -
     return found
 
 
-def _counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
-    """Grids with about as many quads as asked for."""
-    scale, best = 1.0, None
-    cuts: list[set[frozenset[int]]] = [_first_cuts(laid) for laid in parts]
-    for attempt in range(ROUNDS):
-        progress.step(attempt / ROUNDS)
-        made = [
-            _whole(laid, scale, cut, progress) for laid, cut in zip(parts, cuts, strict=True)
-        ]
-        total = sum(len(grid.quads) for grid in made)
-        off = abs(np.log(max(total, 1) / asked))
-        if best is None or off < best[0]:
-            best = off, made
-        if off <= CLOSE:
-            break
-        scale *= float(np.clip(np.sqrt(asked / max(total, 1)), 0.5, 2.0))
-    return best[1]
-
-
-def _first_cuts(laid: LaidOut) -> set[frozenset[int]]:
-    """Arcs between two poles or ends of features always have a length."""
-    special = np.array([node.vertex >= 0 for node in laid.layout.nodes])
-    both = special[laid.layout.arc_node].all(axis=1)
-    return {frozenset([arc]) for arc in np.flatnonzero(both).tolist()}
-
-
-def _whole(
-    laid: LaidOut, scale: float, cuts: set[frozenset[int]], progress: Progress
-) -> Grids:
-    """Grids that merge nothing that must stay apart; `cuts` gathers what was forbidden."""
-    layout = laid.layout
-    for _ in range(MOST_CUTS):
-        grid = grids(layout, whole_lengths(layout, scale, cuts, 0, progress))
-        new = violations(layout, grid) - cuts
-        if not new and len(grid.quads):
-            if _conforms(grid, laid):
-                return grid
-            break
-        cuts |= new
-    # Where every arc has a length nothing is merged.
-    return grids(layout, whole_lengths(layout, scale, set(), 1, progress))
-
-
-def _conforms(grid: Grids, laid: LaidOut) -> bool:
-    quads = grid.merged[grid.quads]
-    found = conformity(quads, int(grid.merged.max()) + 1)
-    return found.manifold and found.characteristic == _characteristic(laid)
-
-
-def _characteristic(laid: LaidOut) -> int:
-    return int(laid.working.surface.euler_characteristic.sum())
-
-
-def _check(placed: Placement, laid: LaidOut, grid: Grids) -> None:
+def _check(placed: Placement, laid: LaidOut) -> None:
     """Nothing torn is ever returned."""
     found = conformity(placed.quads, len(placed.position))
-    if not found.manifold or found.characteristic != _characteristic(laid):
+    if not found.manifold or found.characteristic != characteristic(laid):
         raise RemeshError(
             "The quads do not join up on a piece of the mesh. Change the number of quads or the "
             "smoothness a little."
         )
 
 
-def _on_surface(
-    placed: Placement, laid: LaidOut, settings: RemeshSettings, progress: Progress
-) -> tuple[np.ndarray, np.ndarray]:
+def _guides(placed: Placement, laid: LaidOut) -> Guides:
+    """What holds the quads of a piece: poles are free, ends and corners of features are not."""
     surface = laid.working.surface
     crossed = laid.map_.crosses
     held = placed.vertex >= 0
-    on = np.where(held, crossed.on_feature[np.maximum(placed.vertex, 0)], False)
+    on = held & crossed.on_feature[np.maximum(placed.vertex, 0)]
     curves = {
         number: (
             surface.vertices[crossed.tail[track.chain]],
@@ -237,15 +272,17 @@ def _on_surface(
         for number, track in enumerate(laid.layout.tracks)
         if track.feature
     }
-    guides = Guides(
+    return Guides(
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
         crossed.direction,
         np.ones(len(crossed.direction)),
-        on,
+        crossed.size,
+        # Poles that were moved out of a zone do not slide back.
+        on | (held & laid.wishes.avoided.any()),
         np.where(on, -1, placed.track),
+        placed.beside,
         curves,
     )
-    return relaxed(placed.position, placed.quads, guides, settings.relaxation, progress)
 
 
 def _joined(reports: list[Report], warnings: list[str], timings: dict[str, float]) -> QuadMesh:

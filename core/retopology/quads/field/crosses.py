@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...mesh.half_edges import previous
+from ....mesh.half_edges import previous
 
 QUARTER = 0.5 * np.pi
 # 1, i, -1, -i: multiplication turns by so many right angles, exactly.
@@ -38,6 +38,9 @@ class Crosses:
     matching:
         (3 m,) int64 quarter turns that take coordinates in the triangle to those in the one
         across each half-edge; 0 on borders.
+    rest:
+        (3 m,) float64 what a cross turns across each half-edge beyond its matching, counted
+        through where it is more than a half turn.
     """
 
     vertices: np.ndarray
@@ -48,6 +51,7 @@ class Crosses:
     size: np.ndarray
     feature: np.ndarray
     matching: np.ndarray
+    rest: np.ndarray
 
     @cached_property
     def corner(self) -> np.ndarray:
@@ -97,11 +101,6 @@ class Crosses:
         return np.angle(back * out.conj()).ravel()
 
     @cached_property
-    def rest(self) -> np.ndarray:
-        """(3 m,) float64 what a cross turns across each half-edge beyond its matching."""
-        return _turn(self.corner, self.twin) - QUARTER * self.matching
-
-    @cached_property
     def quarter_turns(self) -> np.ndarray:
         """(n,) int64 quarter turns that the quads make about each inner vertex, 4 where regular.
 
@@ -110,8 +109,7 @@ class Crosses:
         count = len(self.vertices)
         total = np.bincount(self.tail, weights=self.corner_angle, minlength=count)
         # A half-edge that leaves a vertex is crossed clockwise around it.
-        rest = _wrapped(self.rest)
-        total -= np.bincount(self.tail[self.inner], weights=rest[self.inner], minlength=count)
+        total -= np.bincount(self.tail, weights=self.rest, minlength=count)
         return np.where(self.border, 4, np.rint(total / QUARTER).astype(np.int64))
 
     @cached_property
@@ -121,7 +119,16 @@ class Crosses:
 
     def matched(self, matching: np.ndarray) -> Crosses:
         """The same crosses with other matchings."""
-        return replace(self, matching=matching)
+        rest = self.rest + QUARTER * (self.matching - matching)
+        return replace(self, matching=matching, rest=rest)
+
+    def turned(self, angle: np.ndarray) -> Crosses:
+        """The crosses turned by angles (m,), their matchings as they are."""
+        other = np.cross(self.normal, self.direction)
+        direction = np.cos(angle)[:, None] * self.direction + np.sin(angle)[:, None] * other
+        rest = self.rest.copy()
+        rest[self.inner] += angle[self.inner // 3] - angle[self.twin[self.inner] // 3]
+        return replace(self, direction=direction, rest=rest)
 
 
 def crosses(
@@ -139,21 +146,16 @@ def crosses(
     direction = direction - normal * np.einsum("mc,mc->m", direction, normal)[:, None]
     direction /= np.maximum(np.linalg.norm(direction, axis=1), np.finfo(float).tiny)[:, None]
     twin = twin.astype(np.int64)
-    plain = Crosses(
-        vertices,
-        triangles.astype(np.int64),
-        twin,
-        direction,
-        normal,
-        size,
-        feature | (twin < 0),
-        np.zeros(len(twin), np.int64),
-    )
-    matching = np.zeros(len(twin), np.int64)
+    none, zero = np.zeros(len(twin), np.int64), np.zeros(len(twin))
+    feature = feature | (twin < 0)
+    triangles = triangles.astype(np.int64)
+    plain = Crosses(vertices, triangles, twin, direction, normal, size, feature, none, zero)
     lower = plain.inner[plain.inner < twin[plain.inner]]
-    matching[lower] = np.rint(_turn(plain.corner, twin)[lower] / QUARTER).astype(np.int64)
-    matching[twin[lower]] = -matching[lower]
-    return plain.matched(matching)
+    turn = _turn(plain.corner, twin)[lower]
+    rest, matching = zero.copy(), none.copy()
+    rest[lower], matching[lower] = turn, np.rint(turn / QUARTER).astype(np.int64)
+    rest[twin[lower]], matching[twin[lower]] = -rest[lower], -matching[lower]
+    return replace(plain, rest=rest).matched(matching)
 
 
 def fans(twin: np.ndarray, stop: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -196,7 +198,3 @@ def _turn(corner: np.ndarray, twin: np.ndarray) -> np.ndarray:
     inner = np.flatnonzero(twin >= 0)
     turn[inner] = np.angle(-edge[twin[inner]] * edge[inner].conj())
     return turn
-
-
-def _wrapped(angle: np.ndarray) -> np.ndarray:
-    return angle - 2.0 * np.pi * np.rint(angle / (2.0 * np.pi))

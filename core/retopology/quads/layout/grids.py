@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .layout import Layout
+from .rectangles import Layout
 
 # Violations of one kind that are cut at once.
 AT_ONCE = 200
@@ -119,9 +119,7 @@ def grids(layout: Layout, lengths: np.ndarray) -> Grids:
     none = np.zeros((0, 2), np.int64)
     pair = np.concatenate([none, *pairs]).astype(np.int64)
     reason = np.concatenate([none[:, 0], *reasons]).astype(np.int64)
-    graph = sparse.coo_array(
-        (np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(count, count)
-    )
+    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(count, count))
     _, merged = csgraph.connected_components(graph, directed=False)
     return Grids(
         lengths,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...mesh.half_edges import previous
+from ....mesh.half_edges import previous
 from .crosses import QUARTER, Crosses, fans
 
 
@@ -21,7 +21,7 @@ def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     inside = np.ones(len(corner), bool)
     inside[start[1:] - 1] = False
     rest = crosses.rest[previous(corner)]
-    rest = np.where(inside, rest - 2 * np.pi * np.rint(rest / (2 * np.pi)), 0.0)
+    rest = np.where(inside, rest, 0.0)
     total += np.add.reduceat(rest, start[:-1])
     # Both ends turn to the axes that they count as.
     total += _off_axis(crosses, first) - _off_axis(crosses, last)
@@ -37,14 +37,27 @@ def _off_axis(crosses: Crosses, edge: np.ndarray) -> np.ndarray:
     face, side = lower // 3, lower % 3
     angle = np.angle(crosses.corner[face, (side + 1) % 3] - crosses.corner[face, side])
     off = angle - QUARTER * np.rint(angle / QUARTER)
-    rest = crosses.rest[lower]
-    rest = rest - 2 * np.pi * np.rint(rest / (2 * np.pi))
-    return off + np.where(upper, rest, 0.0)
+    return off + np.where(upper, crosses.rest[lower], 0.0)
+
+
+def least_turns(crosses: Crosses, mirror: np.ndarray) -> np.ndarray:
+    """(3 m,) int64 quarter turns that a sector starting at a half-edge must have: two where both
+    its ends are borders on the mirror plane, `mirror` (n,) bool, as the image doubles them."""
+    least = np.ones(len(crosses.twin), np.int64)
+    border = np.flatnonzero(crosses.twin < 0)
+    on = mirror[crosses.tail[border]] & mirror[crosses.head[border]]
+    arriving = np.zeros(len(crosses.vertices), bool)
+    arriving[crosses.head[border[on]]] = True
+    both = border[on][arriving[crosses.tail[border[on]]]]
+    least[both] = 2
+    return least
 
 
 def shut_corners(crosses: Crosses) -> np.ndarray:
-    """(n,) bool vertices with two features that run into each other along one direction."""
+    """(n,) bool vertices with two features that run into each other along one direction, or with
+    room for two quads only on both sides of a bend."""
     edge, turns = sector_turns(crosses)
     found = np.zeros(len(crosses.vertices), bool)
     found[crosses.tail[edge[turns < 1]]] = True
-    return found
+    total = np.bincount(crosses.tail[edge], weights=turns, minlength=len(found))
+    return found | (crosses.on_feature & ~crosses.border & (total < 3))

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...base.progress import Progress
+from ....base.progress import Progress
 from .cones import cone_targets
 from .seamless_map import (
     FLIPPED,

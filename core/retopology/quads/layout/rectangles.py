@@ -7,6 +7,7 @@ The *arcs* are the pieces of tracks between nodes; half-arc 2 a runs along the t
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -92,7 +93,7 @@ def rectangles_of(tracks: list[Track], nodes: list[Node], characteristic: int) -
     leaving = [[-1] * len(node.quadrants) for node in nodes]
     for number, track in enumerate(tracks):
         visits = sorted(track.visits, key=lambda visit: visit[0])
-        for one, two in zip(visits, visits[1:], strict=False):
+        for one, two in pairwise(visits):
             arc = len(owner)
             owner.append(number)
             start.append(_distance(track, one[0]))

@@ -6,8 +6,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...mesh.half_edges import following
-from ...mesh.surface import Surface
+from ....mesh.half_edges import following
+from ....mesh.surface import Surface
 
 
 def chains(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

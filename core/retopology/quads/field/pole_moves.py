@@ -8,15 +8,13 @@ least squares, held where they were farther away (after Crane, Desbrun & Schroed
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from .crosses import QUARTER, Crosses, fans
-from .sectors import sector_turns
+from .sectors import least_turns, sector_turns
 
 # Opposite poles cancel when they are nearer than this, in lengths of quads; those that part go
 # so far, and partners are looked for this far away.
@@ -28,11 +26,18 @@ SMOOTHED, SETTLED, HELD = 1.5, 3.0, 100.0
 ROUNDS = 4
 
 
-def with_better_poles(crosses: Crosses, avoided: np.ndarray) -> Crosses:
+def with_better_poles(
+    crosses: Crosses, avoided: np.ndarray, mirror: np.ndarray | None = None
+) -> Crosses:
     """The crosses with close opposite poles cancelled, multiple ones parted, corners between
-    features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool."""
+    features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool.
+
+    Borders on vertices `mirror` (n,) bool are a plane of symmetry.
+    """
+    if mirror is None:
+        mirror = np.zeros(len(crosses.vertices), bool)
     for _ in range(ROUNDS):
-        moves = _Moves(crosses, avoided)
+        moves = _Moves(crosses, avoided, least_turns(crosses, mirror))
         moves.open_corners()
         moves.part()
         moves.cancel()
@@ -46,9 +51,10 @@ def with_better_poles(crosses: Crosses, avoided: np.ndarray) -> Crosses:
 class _Moves:
     """Matchings while poles are moved."""
 
-    def __init__(self, crosses: Crosses, avoided: np.ndarray) -> None:
+    def __init__(self, crosses: Crosses, avoided: np.ndarray, least: np.ndarray) -> None:
         self.crosses = crosses
         self.avoided = avoided
+        self.least = least
         self.matching = crosses.matching.copy()
         self.turns = crosses.quarter_turns.copy()
         self.free = ~crosses.border & ~crosses.on_feature
@@ -69,7 +75,7 @@ class _Moves:
 
     def open_corners(self) -> None:
         edge, turns = sector_turns(self.crosses)
-        for start in edge[turns < 1].tolist():
+        for start in edge[turns < self.least[edge]].tolist():
             corner, _ = fans(self.crosses.twin, self.crosses.feature, np.array([start]))
             # Edges within the sector: where all corners but the first begin.
             inside = corner[1:]
@@ -164,9 +170,7 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     one, two = half // 3, crosses.twin[half] // 3
     changed = half[matching[half] != crosses.matching[half]]
     # Near the moves crosses become as smooth as they can; elsewhere they only give way.
-    length = np.linalg.norm(
-        crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1
-    )
+    length = np.linalg.norm(crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1)
     length = length / crosses.size[np.arange(3 * m) // 3] + 1e-9
     graph = sparse.coo_array((length, (crosses.tail, crosses.head)), shape=(n, n)).tocsr()
     distance = csgraph.dijkstra(
@@ -176,7 +180,6 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     moved = crosses.matched(matching)
     jump = QUARTER * (crosses.matching - matching)[half]
     rest = np.where(near[one] & near[two], moved.rest[half], jump)
-    rest = rest - 2.0 * np.pi * np.rint(rest / (2.0 * np.pi))
     # |rest + phi_one - phi_two|^2 over the edges, and weight phi^2 over the triangles.
     row = np.arange(len(half))
     difference = sparse.coo_array(
@@ -189,9 +192,7 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     aligned = crosses.feature.reshape(-1, 3).any(axis=1)
     weight = np.where(aligned, HELD, weight)
     system = (difference.T @ difference + sparse.diags_array(weight)).tocsc()
-    phi = splu(system, permc_spec="MMD_AT_PLUS_A").solve(-(difference.T @ rest))
+    phi = splu(system).solve(-(difference.T @ rest))
     # Aligned triangles turn by less than makes another axis the nearest.
     phi = np.where(aligned, np.clip(phi, -0.25 * QUARTER, 0.25 * QUARTER), phi)
-    other = np.cross(crosses.normal, crosses.direction)
-    turned = np.cos(phi)[:, None] * crosses.direction + np.sin(phi)[:, None] * other
-    return replace(moved, direction=turned)
+    return moved.turned(phi)

@@ -6,19 +6,26 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ...curvature.field import CurvatureField, field_from_deviators
-from ...fields.transport import tangents
-from ...mesh.creases import bent_half_edges, marked_half_edges
-from ...mesh.repair import clean
-from ...mesh.surface import Surface
+from ....base.progress import Progress
+from ....curvature.field import CurvatureField, field_from_deviators
+from ....fields.transport import tangents
+from ....mesh.creases import bent_half_edges, marked_half_edges
+from ....mesh.repair import clean
+from ....mesh.surface import Surface
+from ..settings import RemeshSettings
 from .chains import long_chains
-from .settings import RemeshSettings
+from .decimation import SHARE, coarsened
 from .subdivision import Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted.
 LONGEST, FEWEST = 1.0, 3000
+# Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
+PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
 # Rounds of splitting: each halves the longest edges.
 ROUNDS = 12
+# Creases stand out of the spread of the angles between triangles by so many standard deviations,
+# which the lower quarter of the angles tells: of a normal distribution it ends at 0.32.
+OUTSTANDING, LOWER_QUARTER = 3.0, 0.3186
 # Features are at least this long, in lengths of quads.
 LEAST_FEATURE = 2.0
 
@@ -36,24 +43,24 @@ class WorkingSurface:
         Shape operators at its vertices, in its coordinates.
     feature:
         (3 m,) bool half-edges on features, both of each edge, borders not among them.
-    whole:
-        The cleaned input that it was made from.
+    fine:
+        What it was coarsened from, in its coordinates; None where it was not.
     """
 
     surface: Surface
     field: CurvatureField
     feature: np.ndarray
-    whole: Surface
+    fine: Surface | None
 
 
-def working_surface(
+def prepared(
     whole: Surface,
     curvature: CurvatureField,
     settings: RemeshSettings,
     sharp: np.ndarray | None,
     size: float,
-) -> WorkingSurface:
-    """The surface to map, of a cleaned input and the curvature (input rows) at its vertices.
+) -> Triangles:
+    """A cleaned input as triangles with the curvature (input rows) at its vertices and features.
 
     Parameters
     ----------
@@ -65,20 +72,39 @@ def working_surface(
     feature = np.zeros(3 * len(whole.triangles), bool)
     edges = features(whole, settings, sharp, size)
     feature[edges] = feature[whole.twin[edges]] = True
-    mesh = Triangles(
+    return Triangles(
         whole.vertices,
         whole.triangles.astype(np.int64),
-        _values(whole, curvature),
+        _values(whole, curvature, feature),
         whole.source_triangle,
         feature,
     )
-    area = float(whole.face_normal_area[1].sum())
-    # An equilateral triangle of side s has the area 0.43 s^2.
-    longest = min(LONGEST * size, 1.5 * np.sqrt(area / FEWEST / 0.43))
+
+
+def working_surface(
+    mesh: Triangles, whole: Surface, size: float, progress: Progress
+) -> WorkingSurface:
+    """The surface to map, of a connected piece of what was prepared: coarser where that is finer
+    than a map needs, finer where it is coarser.
+
+    Parameters
+    ----------
+    size:
+        Length of a quad's edge, in the coordinates of `whole`.
+    """
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
+    fine = None
+    if len(mesh.triangles) > SLACK * most:
+        fine = mesh
+        mesh = coarsened(mesh, most, progress)
+    longest = 1.5 * np.sqrt(area / SHARE / np.array([FEWEST, LIMIT]))
+    longest = max(min(LONGEST * size, longest[0]), longest[1])
     mesh = refined(mesh, longest, ROUNDS)
     surface, _ = clean(mesh.vertices, mesh.triangles)
     mesh = freed(replace(mesh, feature=mesh.feature | (surface.twin < 0)), surface.border)
-    return _assembled(mesh, whole)
+    return _assembled(mesh, whole, fine)
 
 
 def features(
@@ -87,7 +113,7 @@ def features(
     """(e,) int64 one half-edge of each edge on a feature inside the surface."""
     found = [np.zeros(0, np.int64)]
     if settings.feature_angle < 180.0:
-        bent = bent_half_edges(surface, settings.feature_angle)
+        bent = bent_half_edges(surface, max(settings.feature_angle, _spread(surface)))
         found.append(long_chains(surface, bent, LEAST_FEATURE * size))
     if settings.align_sharp:
         marked = marked_half_edges(surface, sharp)
@@ -96,7 +122,18 @@ def features(
     return np.unique(np.minimum(edges, surface.twin[edges]))
 
 
-def _assembled(mesh: Triangles, whole: Surface) -> WorkingSurface:
+def _spread(surface: Surface) -> float:
+    """Degrees beyond which an edge of a rough or coarse surface is a crease."""
+    inner = np.flatnonzero(np.arange(len(surface.twin)) < surface.twin)
+    if not len(inner):
+        return 0.0
+    normal, _ = surface.face_normal_area
+    cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return float(OUTSTANDING / LOWER_QUARTER * np.quantile(angle, 0.25))
+
+
+def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> WorkingSurface:
     surface, _ = clean(mesh.vertices, mesh.triangles)
     values = mesh.values[surface.source_vertex]
     feature = mesh.feature & (surface.twin >= 0)
@@ -109,11 +146,28 @@ def _assembled(mesh: Triangles, whole: Surface) -> WorkingSurface:
         unit=surface.unit * whole.unit,
     )
     field = _field(values, surface.unit / whole.unit)
-    return WorkingSurface(surface, field, feature, whole)
+    return WorkingSurface(surface, field, feature, _fine(fine, surface, whole))
 
 
-def _values(whole: Surface, curvature: CurvatureField) -> np.ndarray:
-    """(n, 13) normals, shape operators and noise at the vertices of `whole`, in its unit."""
+def _fine(mesh: Triangles | None, surface: Surface, whole: Surface) -> Surface | None:
+    """The finer surface in the coordinates of the one that is mapped."""
+    if mesh is None:
+        return None
+    fine, _ = clean(mesh.vertices, mesh.triangles)
+    place = fine.vertices * fine.unit + fine.origin
+    origin = (surface.origin - whole.origin) / whole.unit
+    return replace(
+        fine,
+        vertices=(place - origin) / (surface.unit / whole.unit),
+        source_triangle=mesh.source[fine.source_triangle],
+        origin=surface.origin,
+        unit=surface.unit,
+    )
+
+
+def _values(whole: Surface, curvature: CurvatureField, feature: np.ndarray) -> np.ndarray:
+    """(n, 13) normals, shape operators and noise at the vertices of `whole`, in its unit; those
+    on creases have none, what was fitted across a crease says nothing."""
     rows = whole.source_vertex
     value = {item.name: getattr(curvature, item.name)[rows] for item in fields(CurvatureField)}
     tensor = sum(
@@ -122,10 +176,10 @@ def _values(whole: Surface, curvature: CurvatureField) -> np.ndarray:
         * np.nan_to_num(value[d])[:, None, :]
         for k, d in (("k1", "d1"), ("k2", "d2"))
     )
+    corners = whole.triangles.ravel()
+    tensor[corners[feature]] = 0.0
     noise = value["noise"][:, None] * whole.unit
-    return np.hstack(
-        [np.nan_to_num(value["normal"]), tensor.reshape(-1, 9) * whole.unit, noise]
-    )
+    return np.hstack([np.nan_to_num(value["normal"]), tensor.reshape(-1, 9) * whole.unit, noise])
 
 
 def _field(values: np.ndarray, unit: float) -> CurvatureField:

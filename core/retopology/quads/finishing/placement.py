@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .crosses import TURNS
-from .grids import Grids
-from .layout import Layout
-from .seamless_map import SeamlessMap
-from .walking import barycentric, walk
+from ..field.crosses import TURNS
+from ..layout.grids import Grids
+from ..layout.rectangles import Layout
+from ..mapping.seamless_map import SeamlessMap
+from ..mapping.walking import barycentric, walk
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class Placement:
         others.
     track:
         (n,) int64 track of the feature that the vertex lies on, -1 for none.
+    beside:
+        (n, 2) int64 vertices before and after it along that track, -1 for none.
     """
 
     quads: np.ndarray
@@ -37,6 +39,7 @@ class Placement:
     triangle: np.ndarray
     vertex: np.ndarray
     track: np.ndarray
+    beside: np.ndarray
 
 
 class _Places:
@@ -71,7 +74,7 @@ def place(map_: SeamlessMap, layout: Layout, made: Grids) -> Placement:
             if layout.tracks[number].feature:
                 track[between] = number
     _inside(map_, layout, made, places)
-    return _merged(map_, made, places, vertex, track)
+    return _merged(map_, layout, made, places, vertex, track)
 
 
 def _on_track(
@@ -192,7 +195,12 @@ def _row_starts(
 
 
 def _merged(
-    map_: SeamlessMap, made: Grids, places: _Places, vertex: np.ndarray, track: np.ndarray
+    map_: SeamlessMap,
+    layout: Layout,
+    made: Grids,
+    places: _Places,
+    vertex: np.ndarray,
+    track: np.ndarray,
 ) -> Placement:
     """One place for vertices that are one: that of a pole or an end, else that on a feature."""
     used, corner = np.unique(made.merged[made.quads], return_inverse=True)
@@ -216,18 +224,28 @@ def _merged(
     position[has] = np.einsum("pk,pkc->pc", weight, corners)
     quads = corner.reshape(-1, 4).astype(np.int64)
     _fill(quads, position, triangle, has)
-    return Placement(
-        quads,
-        position,
-        triangle,
-        np.where(has, vertex[chosen], -1),
-        np.where(has, track[chosen], -1),
-    )
+    track = np.where(has, track[chosen], -1)
+    beside = _beside(layout, made, owner, track)
+    return Placement(quads, position, triangle, np.where(has, vertex[chosen], -1), track, beside)
 
 
-def _fill(
-    quads: np.ndarray, position: np.ndarray, triangle: np.ndarray, has: np.ndarray
-) -> None:
+def _beside(layout: Layout, made: Grids, owner: np.ndarray, track: np.ndarray) -> np.ndarray:
+    """(n, 2) the vertices before and after each one along its feature."""
+    beside = np.full((len(track), 2), -1)
+    along: dict[int, list[np.ndarray]] = {}
+    for arc, number in enumerate(layout.arc_track.tolist()):
+        if layout.tracks[number].feature:
+            along.setdefault(number, []).append(owner[made.arc_vertices[arc]])
+    for number, parts in along.items():
+        path = np.concatenate(parts)
+        path = path[np.concatenate([[True], np.diff(path) != 0])]
+        middle = np.flatnonzero(track[path[1:-1]] == number) + 1
+        beside[path[middle], 0] = path[middle - 1]
+        beside[path[middle], 1] = path[middle + 1]
+    return beside
+
+
+def _fill(quads: np.ndarray, position: np.ndarray, triangle: np.ndarray, has: np.ndarray) -> None:
     """Vertices without a place get the mean of their neighbours', in place."""
     has = has.copy()
     tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .crosses import QUARTER, TURNS, fans
+from ..field.crosses import QUARTER, TURNS, fans
 from .seamless_map import SeamlessProblem
 
 
-def cone_targets(
-    problem: SeamlessProblem, vertices: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def cone_targets(problem: SeamlessProblem, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Jacobians that open the fans of inner vertices (v,) to their quarter turns.
 
     The angles of a fan are stretched alike, its lengths stay, and the whole is turned to the

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...mesh.half_edges import following
-from .crosses import TURNS
+from ....mesh.half_edges import following
+from ..field.crosses import TURNS
 from .seamless_map import SeamlessMap
 
 # A place counts as inside a triangle down to this barycentric weight.

@@ -16,8 +16,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
-from ...mesh.half_edges import following
-from .crosses import QUARTER, TURNS, Crosses
+from ....mesh.half_edges import following
+from ..field.crosses import QUARTER, TURNS, Crosses
 from .seams import Seams, seams
 
 # Conditions that say the same twice would make the system singular: they may give by this much.

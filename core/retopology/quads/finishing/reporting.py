@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...base.progress import Progress
-from ...fields.planes import lay_out
-from ...umbilics.result import Detection
-from ..poles import UNATTACHED, plan_poles
-from .conformity import conformity
-from .crosses import QUARTER
-from .grids import Grids
-from .laying_out import LaidOut
+from ....base.progress import Progress
+from ....fields.planes import lay_out
+from ....umbilics.result import Detection
+from ...poles import UNATTACHED, plan_poles
+from ..conformity import conformity
+from ..field.crosses import QUARTER
+from ..layout.grids import Grids
+from ..layout.laying_out import LaidOut
 from .placement import Placement
 from .projection import ClosestPoints
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...mesh.half_edges import following
-from .crosses import QUARTER, Crosses
+from ....mesh.half_edges import following
+from ..field.crosses import QUARTER, Crosses
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,7 @@ def _combed(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     inner, twin = crosses.inner, crosses.twin
     m = len(crosses.triangles)
     # Breadth first, so that the cut that is left runs between the poles on short ways.
-    graph = sparse.coo_array(
-        (inner + 1, (inner // 3, twin[inner] // 3)), shape=(m, m)
-    ).tocsr()
+    graph = sparse.coo_array((inner + 1, (inner // 3, twin[inner] // 3)), shape=(m, m)).tocsr()
     order, parent = csgraph.breadth_first_order(graph, 0)
     child = order[1:]
     tree = np.asarray(graph[parent[child], child]).ravel().astype(np.int64) - 1

@@ -1,10 +1,12 @@
-"""Splitting marked edges of a triangle mesh in their middles."""
+"""Triangles on the way to be mapped: splitting marked edges, taking pieces apart."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 
 @dataclass(frozen=True)
@@ -41,20 +43,29 @@ class Triangles:
         return np.linalg.norm(self.vertices[head] - self.vertices[tail], axis=1)
 
 
-def split_edges(mesh: Triangles, marked: np.ndarray) -> Triangles:
-    """The mesh with the marked edges (3 m,) split, both half-edges of each being marked."""
+def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = None) -> Triangles:
+    """The mesh with the marked edges (3 m,) split, both half-edges of each being marked.
+
+    They are split in their middles, or at `share` (3 m,) of the way from tail to head.
+    """
     if not marked.any():
         return mesh
     n = len(mesh.vertices)
     tail, head = mesh.ends
     half = np.flatnonzero(marked)
     key = np.minimum(tail[half], head[half]) * n + np.maximum(tail[half], head[half])
-    edge, number = np.unique(key, return_inverse=True)
+    edge, first, number = np.unique(key, return_index=True, return_inverse=True)
     one, two = edge // n, edge % n
+    part = np.full((len(edge), 1), 0.5)
+    if share is not None:
+        part = share[half[first], None]
+        part = np.where(tail[half[first], None] == one[:, None], part, 1.0 - part)
     middle = np.full(len(marked), -1)
     middle[half] = n + number
-    vertices = np.concatenate([mesh.vertices, 0.5 * (mesh.vertices[one] + mesh.vertices[two])])
-    values = np.concatenate([mesh.values, 0.5 * (mesh.values[one] + mesh.values[two])])
+    vertices, values = (
+        np.concatenate([of, (1.0 - part) * of[one] + part * of[two]])
+        for of in (mesh.vertices, mesh.values)
+    )
     marks, middle = marked.reshape(-1, 3), middle.reshape(-1, 3)
     feature = mesh.feature.reshape(-1, 3)
     number_marked = marks.sum(axis=1)
@@ -141,3 +152,29 @@ def freed(mesh: Triangles, border: np.ndarray, rounds: int = 8) -> Triangles:
             break
         mesh = split_edges(mesh, marked)
     return mesh
+
+
+def chosen(mesh: Triangles, rows: np.ndarray) -> Triangles:
+    """The triangles `rows` (r,) int64 with the vertices that they use."""
+    used, corners = np.unique(mesh.triangles[rows], return_inverse=True)
+    return Triangles(
+        mesh.vertices[used],
+        corners.reshape(-1, 3).astype(np.int64),
+        mesh.values[used],
+        mesh.source[rows],
+        mesh.feature.reshape(-1, 3)[rows].ravel(),
+    )
+
+
+def pieces(mesh: Triangles) -> list[Triangles]:
+    """The connected pieces, in the order of their first triangles."""
+    n = len(mesh.vertices)
+    tail, head = mesh.ends
+    graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
+    count, label = csgraph.connected_components(graph, directed=False)
+    if count == 1:
+        return [mesh]
+    owner = label[mesh.triangles[:, 0]]
+    order = np.argsort(owner, kind="stable")
+    cuts = np.flatnonzero(np.diff(owner[order])) + 1
+    return [chosen(mesh, rows) for rows in np.split(order, cuts)]

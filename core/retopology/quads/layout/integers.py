@@ -16,8 +16,8 @@ from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.sparse import csgraph
 
-from ...base.progress import Progress
-from .layout import Layout
+from ....base.progress import Progress
+from .rectangles import Layout
 
 # Single arcs matter this much beside the widths of rectangles.
 ARC_WEIGHT = 0.1

@@ -13,11 +13,11 @@ import math
 
 import numpy as np
 
-from ...base.progress import Progress
-from ...mesh.half_edges import previous
-from .crosses import QUARTER, fans
-from .layout import Layout, Node, Track, rectangles_of
-from .seamless_map import SeamlessMap
+from ....base.progress import Progress
+from ....mesh.half_edges import previous
+from ..field.crosses import QUARTER, fans
+from ..mapping.seamless_map import SeamlessMap
+from .rectangles import Layout, Node, Track, rectangles_of
 
 DX, DY = (1.0, 0.0, -1.0, 0.0), (0.0, 1.0, 0.0, -1.0)
 # Tracks keep off vertices by this part of an edge.
@@ -366,7 +366,9 @@ class _Tracks:
                 # Parallel tracks cannot cross: round-off has put them in the wrong order.
                 self.sound = False
                 continue
-            way = (other[1][0] - start[0]) * DX[direction] + (other[1][1] - start[1]) * DY[direction]
+            way = (other[1][0] - start[0]) * DX[direction] + (other[1][1] - start[1]) * DY[
+                direction
+            ]
             way = min(max(way, 0.0), length)
             if best is None or way < best[0]:
                 best = way, host, segment, (min(one, two), max(one, two))
