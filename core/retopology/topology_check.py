@@ -16,7 +16,7 @@ from ..fields.planes import FaceFrames, in_plane
 from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
-from .quads.projection import ClosestPoints
+from .quads.finishing.projection import ClosestPoints
 
 REACH = 3.0
 """Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
