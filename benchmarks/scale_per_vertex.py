@@ -15,17 +15,19 @@ from unittest import mock
 import numpy as np
 from scipy.spatial import cKDTree
 
-from core import assembly, curvature, scale
-from core.curvature import Estimate
-from core.detection import CurvatureField
-from core.jets import Jets, fit_jets
-from core.location import Places
-from core.neighbourhoods import Neighbourhood, adjacency, by_size, grow, selection
-from core.normal_curvature import curvature_from_normals
-from core.progress import Progress
-from core.settings import Settings
-from core.surface import Surface
-from core.tangent import frame
+from core.base.progress import Progress
+from core.base.settings import Settings
+from core.curvature import estimate as curvature
+from core.curvature import scale
+from core.curvature.estimate import Estimate
+from core.curvature.field import CurvatureField
+from core.curvature.from_normals import curvature_from_normals
+from core.curvature.jets import Jets, fit_jets
+from core.fields.frames import frame
+from core.mesh.neighbourhoods import Neighbourhood, adjacency, by_size, grow, selection
+from core.mesh.surface import Surface
+from core.umbilics import assembly
+from core.umbilics.refine import Places
 
 PATCH_RINGS = 12
 """Rings of the patches; fewer leave so few independent fits that noise chooses the scale."""
@@ -54,8 +56,12 @@ class Patches:
     def __init__(self, surface: Surface, neighbourhood: Neighbourhood) -> None:
         n = len(surface.vertices)
         centres = np.random.default_rng(0).permutation(n)[: -(-n // EVERY)]
-        reach = grow(selection(centres[:, None], n), neighbourhood.graph, PATCH_RINGS)
-        self.blocks = list(by_size(reach, 1 << 22))
+        start = selection(centres[:, None], n)
+        self.blocks = [
+            (some[rows], members)
+            for some, reach in grow(start, neighbourhood.graph, PATCH_RINGS)
+            for rows, members in by_size(reach, 1 << 22)
+        ]
         self.count = len(centres)
         self.nearest = cKDTree(surface.vertices[centres]).query(surface.vertices)[1]
 
@@ -95,7 +101,7 @@ def _estimate(
 
     def fitted(candidate: Neighbourhood) -> Jets:
         return fit_jets(
-            surface, scale.starting_normals(surface, normals, candidate), candidate, quiet
+            surface, scale.starting_normals(surface, normals, candidate, quiet), candidate, quiet
         )
 
     some = [dataclasses.replace(base, focused=True), base]
@@ -129,14 +135,18 @@ def _estimate(
 
 
 def _change(
-    surface: Surface, field: CurvatureField, neighbourhoods: Neighbourhoods, vertices: np.ndarray
+    surface: Surface,
+    field: CurvatureField,
+    neighbourhoods: Neighbourhoods,
+    vertices: np.ndarray,
+    progress: Progress,
 ) -> np.ndarray:
     change = np.zeros(len(vertices))
     number = neighbourhoods.number[vertices]
     for one in np.unique(number):
         rows = number == one
         change[rows] = _change_of_scale(
-            surface, field, neighbourhoods.some[one], vertices[rows]
+            surface, field, neighbourhoods.some[one], vertices[rows], progress
         )
     return change
 

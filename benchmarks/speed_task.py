@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 import core
-from core.parallel import threads
+from core.base.parallel import threads
 
 from .peers.measurement import memory_mb
 

@@ -1,10 +1,6 @@
 """Umbilical points of triangle meshes: NumPy and SciPy only, no Blender."""
 
-from .comparison import MethodResult, compare, comparison_table
-from .cross_field import CrossField
-from .detection import KINDS, CurvatureField, Detection, Region, Umbilics
-from .edge_paths import edge_paths
-from .errors import (
+from .base.errors import (
     CancelledError,
     ChartError,
     FormatError,
@@ -13,19 +9,25 @@ from .errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .filtering import TRUSTED, Selection, filtered, kept_rows, select
-from .guidance import Guidance, Guide
-from .guidance_files import FILE_KINDS, Exported, write_guidance
-from .guidance_settings import GuidanceSettings
-from .keeping import pack, unpack
-from .lines import FAMILIES, Lines
-from .persistence import noise_multiple
-from .pipeline import USUAL_OPENING, detect
-from .poles import Poles
-from .progress import Progress
-from .settings import AUTO, Choice, Option, Settings, defaults, options
-from .surface_types import SURFACE_TYPES
-from .symmetry import MirrorPlane
+from .base.options import AUTO, Choice, Option
+from .base.progress import Progress
+from .base.settings import Settings, defaults, options
+from .curvature.field import CurvatureField
+from .curvature.surface_types import SURFACE_TYPES
+from .formats.guidance import FILE_KINDS, Exported, write_guidance
+from .retopology.cross_field import CrossField
+from .retopology.lines.edge_paths import edge_paths
+from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.mirror import MirrorPlane
+from .retopology.planner import Guidance, Guide
+from .retopology.poles import Poles
+from .retopology.settings import GuidanceSettings
+from .umbilics.compare import MethodResult, compare, comparison_table
+from .umbilics.detect import USUAL_OPENING, detect
+from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.persistence import noise_multiple
+from .umbilics.result import KINDS, Detection, Region, Umbilics
+from .umbilics.storage import pack, unpack
 
 __all__ = [
     "AUTO",

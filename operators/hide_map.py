@@ -2,8 +2,8 @@
 
 import bpy
 
-from . import maps, targets, view_shading
-from .workspace import object_mode
+from .scene import maps, targets, view_shading
+from .scene.modes import object_mode
 
 
 class UMBILICS_OT_hide_map(bpy.types.Operator):

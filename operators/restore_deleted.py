@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import changes, live, targets
+from .base import changes
+from .scene import filters, targets
 
 
 class UMBILICS_OT_restore_deleted(bpy.types.Operator):
@@ -22,7 +23,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     def execute(self, context):
         obj = context.view_layer.objects.active
         obj.umbilics.deleted = ""
-        live.apply(context, obj, live.used_filters(obj))
+        filters.apply(context, obj, filters.used_filters(obj))
         changes.notify("view", context)
         return {"FINISHED"}
 

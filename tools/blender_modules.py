@@ -76,9 +76,7 @@ def install(command: list[str], zip_file: Path, environment: dict[str, str]) -> 
         It cannot be installed, or SciPy is not the one of the zip.
     """
     script = TOOLS / "install_in_module.py"
-    output = run_quietly(
-        [*command, script, zip_file], f"install {zip_file.name}", env=environment
-    )
+    output = run_quietly([*command, script, zip_file], f"install {zip_file.name}", env=environment)
     return next(line for line in output.splitlines() if line.startswith("SciPy "))
 
 

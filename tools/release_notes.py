@@ -1,6 +1,6 @@
 """Print the notes of a release: the part of CHANGELOG.md on a version.
 
-    python3 tools/release_notes.py [VERSION]        without one, the manifest's
+python3 tools/release_notes.py [VERSION]        without one, the manifest's
 """
 
 import re

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FormatError
-from ..lines import FAMILIES, Lines
+from ..base.errors import FormatError
+from ..retopology.lines.polylines import FAMILIES, Lines
 from .text import numbers_of, read_text, rows_of, write_text
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FormatError
+from ..base.errors import FormatError
 from .text import numbers_of, read_text, rows_of, write_text
 
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..detection import Umbilics
-from ..errors import FormatError
-from ..poles import Poles
+from ..base.errors import FormatError
+from ..retopology.poles import Poles
+from ..umbilics.result import Umbilics
 from .text import read_text, write_text
 
 Table = dict[str, list]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FormatError
+from ..base.errors import FormatError
 from .text import check_count, counts_of, numbers_of, read_text, rows_of, write_text
 
 

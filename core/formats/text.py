@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import FormatError
+from ..base.errors import FormatError
 
 # Seventeen digits bring every double back unchanged.
 NUMBER = "%.17g"

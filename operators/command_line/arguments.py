@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 
 from ... import core
-from ..properties import GIVEN_NAMES
+from ..data.properties import GIVEN_NAMES
 from . import guidance
 from .batch import Plan, PlanError
 from .batch.plan import tasks_for

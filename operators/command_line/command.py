@@ -7,9 +7,10 @@ import sys
 import bpy
 
 from ... import core
-from .. import engine, properties
-from ..errors import FileError
-from ..words import outcome
+from ..base.errors import FileError
+from ..base.words import outcome
+from ..data import properties
+from ..jobs import detect
 from . import arguments, batch, guidance, importers, mesh_file, panels, picture, report
 
 DONE, FAILED = 0, 1
@@ -55,10 +56,10 @@ def _one_file(request: arguments.Request, file: str | None, base: str, outputs: 
     for obj in _wanted(opened.objects, request.objects, file):
         label = obj.name if file is None else f"{file}: {obj.name}"
         try:
-            inputs = engine.gather(obj, request.settings, request.given_names, request.compare)
-            results = engine.compare(inputs) if request.compare else ()
-            detection = results[0].detection if results else engine.compute(inputs)
-            engine.write(bpy.context, inputs, engine.found(inputs, detection))
+            inputs = detect.gather(obj, request.settings, request.given_names, request.compare)
+            results = detect.compare(inputs) if request.compare else ()
+            detection = results[0].detection if results else detect.compute(inputs)
+            detect.write(bpy.context, inputs, detect.found(inputs, detection))
             said = []
             if request.guidance is not None:
                 said = guidance.write(request.guidance, file, inputs, detection, opened.to_file)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ... import core
-from .. import engine
+from ..jobs import detect
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
 
@@ -62,7 +62,7 @@ def request_of(
 def write(
     request: GuidanceRequest,
     file: str | None,
-    inputs: engine.Inputs,
+    inputs: detect.Inputs,
     detection: core.Detection,
     to_file: np.ndarray,
 ) -> list[str]:

@@ -13,8 +13,8 @@ import bmesh
 import bpy
 import numpy as np
 
-from ..errors import FileError
-from ..mesh_data import positions
+from ..base.errors import FileError
+from ..mesh.read import positions
 
 _UPRIGHT = np.eye(3)
 # glTF has y up by definition; Blender's importer turns (x, y, z) into (x, -z, y).

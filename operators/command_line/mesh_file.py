@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ... import core
-from ..engine import Inputs
-from ..errors import FileError
+from ..base.errors import FileError
+from ..jobs.detect import Inputs
 
 _VERTEX = [
     *((name, "<f8") for name in ("x", "y", "z")),
@@ -54,9 +54,7 @@ def write(path: Path, found: list[tuple[Inputs, core.Detection]], to_file: np.nd
 def _vertices(inputs: Inputs, detection: core.Detection, to_file: np.ndarray) -> np.ndarray:
     field = detection.curvature
     rows = np.empty(len(inputs.arrays.vertices), dtype=_VERTEX)
-    position, d1, d2 = (
-        array @ to_file.T for array in (inputs.arrays.vertices, field.d1, field.d2)
-    )
+    position, d1, d2 = (array @ to_file.T for array in (inputs.arrays.vertices, field.d1, field.d2))
     for axis, name in enumerate("xyz"):
         rows[name] = position[:, axis]
         rows[f"d1{name}"] = d1[:, axis]

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ... import core
-from ..engine import Inputs
-from ..mesh_data import MeshArrays, from_triangles
-from ..preferences import KIND_COLOURS
+from ..data.preferences import KIND_COLOURS
+from ..jobs.detect import Inputs
+from ..mesh.build import from_triangles
+from ..mesh.read import MeshArrays
 from .picture_parts import caption, glyph_mesh, glyph_size, kinds_below, stroke_mesh
 from .stage import Stage, View, save_pixels
 

@@ -6,12 +6,13 @@ import bpy
 import numpy as np
 
 from ... import core
-from ..engine import Inputs
-from ..glyphs import OUTLINES, prisms
-from ..mesh_data import MeshArrays, from_triangles, unit
-from ..preferences import KIND_COLOURS
-from ..results import frames_of
-from ..words import outcome
+from ..base.words import outcome
+from ..data.preferences import KIND_COLOURS
+from ..drawing.glyphs import OUTLINES, prisms
+from ..jobs.detect import Inputs
+from ..mesh.build import from_triangles
+from ..mesh.read import MeshArrays, unit_vectors
+from ..scene.empties import frames_of
 from .stage import Stage, View
 
 # A glyph's size as a fraction of the mesh's, and how many fit before they are drawn smaller.
@@ -52,7 +53,7 @@ def stroke_mesh(arrays: MeshArrays, field: core.CurvatureField) -> bpy.types.Mes
     gap = np.nan_to_num(field.gap)
     weight = np.clip(gap[rows] / max(_FAINT * float(np.median(gap[known])), 1e-300), 0.15, 1.0)
     normal, along = field.normal[rows], field.d1[rows]
-    across = unit(np.cross(normal, along)) * (0.035 * step)
+    across = unit_vectors(np.cross(normal, along)) * (0.035 * step)
     along = along * (0.42 * step * weight)[:, None]
     middle = arrays.vertices[rows] + 0.06 * step * normal
     corners = np.stack(

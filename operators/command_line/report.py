@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 
 from ... import core
-from ..engine import Inputs
-from ..errors import FileError
+from ..base.errors import FileError
+from ..jobs.detect import Inputs
 
 SCHEMA = 1
 

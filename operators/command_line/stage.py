@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..errors import FileError
+from ..base.errors import FileError
 from .importers import quiet
 
 _BACKGROUND = (0.93, 0.935, 0.945)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import bpy
 import numpy as np
 
-from ...core import point_layers
-from .. import guidance_results, mesh_data
+from .layers import layers
 from .shapes import SOFT, Places, Shape, repeated, strips
 
 # A direction counts fully where the gap is this part of its median, and nothing at a fifth of it.
@@ -46,39 +44,10 @@ class Strokes:
     cell: float
 
 
-def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
-    """Places, d1, d2 (n, 3) and gap (n,) at the vertices; None where there is nothing to draw."""
-    if obj.mode != "OBJECT":
-        return None
-    names = ("umbilics_d1", "umbilics_d2", "umbilics_gap")
-    found = [mesh_data.read_result(obj.data, name) for name in names]
-    if any(values is None for values in found):
-        return None
-    return mesh_data.positions(obj.data), *found
-
-
-def read_cross(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
-    """As `read_field`, of the smoothed cross field; the gap is 1, since it means the same
-    everywhere."""
-    if obj.mode != "OBJECT":
-        return None
-    name = "umbilics_cross"
-    d1 = mesh_data.read_result(obj.data, name, guidance_results.ATTRIBUTES)
-    if d1 is None:
-        return None
-    # The arms are at right angles in the world, not in the space of a stretched object.
-    matrix = np.array(obj.matrix_world)[:3, :3]
-    back = np.linalg.inv(matrix)
-    normal = mesh_data.unit(mesh_data.vertex_normals(obj.data) @ back)
-    across = np.cross(normal, mesh_data.unit(d1 @ matrix.T))
-    d2 = mesh_data.unit(across @ back.T).astype(np.float32)
-    return mesh_data.positions(obj.data), d1, d2, np.ones(len(d1), np.float32)
-
-
 def arranged(places: np.ndarray, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray) -> Strokes:
     """Arrange what was read; touches arrays only, so that any thread may do it."""
     known = np.flatnonzero(d1.any(axis=1))
-    layered = point_layers.layers(places[known])
+    layered = layers(places[known])
     order = known[np.concatenate(layered.rows)]
     typical = float(np.median(gap[known])) if len(known) else 0.0
     ratio = gap[order] / (_CLEAR_GAP * typical) if typical > 0.0 else np.ones(len(order))

@@ -9,11 +9,11 @@ from benchmarks.accuracy import measure
 from benchmarks.cases import GRADED, make
 from benchmarks.scale import CONSTANT, EVERYWHERE, HALF, summary, table
 from benchmarks.scale_per_vertex import Neighbourhoods, scale_per_vertex
-from core import curvature
-from core.cleaning import clean
-from core.neighbourhoods import Neighbourhood
-from core.progress import Progress
-from core.settings import Settings
+from core.base.progress import Progress
+from core.base.settings import Settings
+from core.curvature import estimate as curvature
+from core.mesh.neighbourhoods import Neighbourhood
+from core.mesh.repair import clean
 
 
 def test_each_half_gets_its_own_scale():

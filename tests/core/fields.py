@@ -6,8 +6,8 @@ import numpy as np
 from surfaces import AnalyticSurface, grid_points
 
 from core import CurvatureField
-from core.cleaning import clean
-from core.surface import Surface
+from core.mesh.repair import clean
+from core.mesh.surface import Surface
 
 
 def surface_of(mesh: AnalyticSurface) -> Surface:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import core
-from core.cleaning import clean
+from core.mesh.repair import clean
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -46,9 +46,13 @@ def test_inconsistent_windings_are_turned_to_the_majority():
     triangles[::5] = triangles[::5, ::-1]
     surface, warnings = clean(mesh.vertices, triangles)
     assert any("wound against" in text for text in warnings)
-    volume = np.einsum("ij,ij->", surface.vertices[surface.triangles[:, 0]], np.cross(
-        surface.vertices[surface.triangles[:, 1]], surface.vertices[surface.triangles[:, 2]]
-    ))
+    volume = np.einsum(
+        "ij,ij->",
+        surface.vertices[surface.triangles[:, 0]],
+        np.cross(
+            surface.vertices[surface.triangles[:, 1]], surface.vertices[surface.triangles[:, 2]]
+        ),
+    )
     assert volume > 0
     assert_manifold(surface)
 
@@ -59,8 +63,12 @@ def test_moebius_strip_is_cut_and_named_one_sided():
     across = np.array([-0.3, 0.0, 0.3])
     radius = 1 + across[None] * np.cos(turn / 2)[:, None]
     points = np.stack(
-        [radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None],
-         across[None] * np.sin(turn / 2)[:, None]], axis=2,
+        [
+            radius * np.cos(turn)[:, None],
+            radius * np.sin(turn)[:, None],
+            across[None] * np.sin(turn / 2)[:, None],
+        ],
+        axis=2,
     ).reshape(-1, 3)
     triangles = []
     for i in range(count):

@@ -2,7 +2,7 @@ import numpy as np
 from surfaces import ellipsoid, seed_patch
 
 import core
-from core.comparison import compare, comparison_table, table, within_edges
+from core.umbilics.compare import compare, comparison_table, table, within_edges
 
 
 def test_the_patch_by_all_three() -> None:

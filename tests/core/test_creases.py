@@ -4,8 +4,8 @@ import numpy as np
 import surfaces
 
 import core
-from core.cleaning import clean
-from core.creases import bent_half_edges, marked_half_edges
+from core.mesh.creases import bent_half_edges, marked_half_edges
+from core.mesh.repair import clean
 
 
 def edges_of(triangles):

@@ -8,14 +8,14 @@ from scipy.sparse.linalg import spsolve
 from surfaces import cylinder, ellipsoid, icosphere, noisy, plane, quartic, sphere, torus
 
 import core
-from core.cleaning import clean
-from core.cross_field import cross_field
-from core.face_field import face_field_singularities
-from core.features import feature_half_edges, is_convex
-from core.guidance_settings import GuidanceSettings
-from core.multigrid import solve
-from core.progress import Progress
-from core.triangle_planes import lay_out
+from core.base.progress import Progress
+from core.fields.face_index import face_field_singularities
+from core.fields.multigrid import solve
+from core.fields.planes import lay_out
+from core.mesh.repair import clean
+from core.retopology.cross_field import cross_field
+from core.retopology.features import feature_half_edges, is_convex
+from core.retopology.settings import GuidanceSettings
 
 
 def made(mesh, **settings):
@@ -173,7 +173,7 @@ def test_marks_on_all_edges_are_no_features():
 def test_face_field_has_the_same_sum_at_vertices():
     mesh = ellipsoid(subdivisions=4)
     surface, field, cross = made(mesh)
-    planes = lay_out(surface, field, Progress())
+    planes = lay_out(surface, field.lines, Progress())
     vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
     assert quarters.sum() == 8
     assert (quarters == 1).all() and len(vertex) == 8

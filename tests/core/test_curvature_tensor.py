@@ -7,17 +7,17 @@ from surfaces import ellipsoid, noisy, paraboloid, renumbered, seed_patch
 
 import core
 from core import CurvatureField
-from core.cleaning import clean
-from core.curvature_tensor import (
+from core.curvature.from_normals import curvature_from_normals
+from core.fields.transport import tangents
+from core.mesh.normals import vertex_normals
+from core.mesh.repair import clean
+from core.umbilics.curvature_tensor import (
     detect_by_curvature_tensor,
     unfolded_along_seams,
     unfolded_by_uv,
     zeros_in_triangles,
 )
-from core.interpolation import zero_crossing
-from core.normal_curvature import curvature_from_normals
-from core.normals import vertex_normals
-from core.transport import tangents
+from core.umbilics.shape_operators import zero_crossing
 
 NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
 

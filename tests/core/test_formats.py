@@ -8,7 +8,7 @@ from surfaces import ellipsoid
 
 import core
 from core import formats
-from core.errors import FormatError
+from core.base.errors import FormatError
 from core.formats.points import poles_table, umbilics_table
 
 RANDOM = np.random.default_rng(5)

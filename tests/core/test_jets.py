@@ -8,12 +8,12 @@ import surfaces
 from fields import surface_of
 
 import core
-from core.cleaning import clean
-from core.jets import fit_jets
-from core.neighbourhoods import Neighbourhood, adjacency
-from core.normals import vertex_normals
-from core.progress import Progress
-from core.scale import choose
+from core.base.progress import Progress
+from core.curvature.jets import fit_jets
+from core.curvature.scale import choose
+from core.mesh.neighbourhoods import Neighbourhood, adjacency
+from core.mesh.normals import vertex_normals
+from core.mesh.repair import clean
 
 
 def neighbourhood_of(surface) -> Neighbourhood:

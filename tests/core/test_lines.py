@@ -7,12 +7,12 @@ from scipy.spatial import cKDTree
 from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 
 import core
-from core.lines import points_of
-from core.progress import Progress
-from core.separatrices import unwound
-from core.streamlines import AUTO_SPACING
-from core.tracing import BORDER, LIMIT, Starts, trace
-from core.triangle_planes import lay_out
+from core.base.progress import Progress
+from core.fields.planes import lay_out
+from core.retopology.lines.polylines import points_of
+from core.retopology.lines.separatrices import unwound
+from core.retopology.lines.streamlines import AUTO_SPACING
+from core.retopology.lines.tracing import BORDER, LIMIT, Starts, trace
 
 
 def guided(mesh):
@@ -58,7 +58,7 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     """Over a length of 3 all stay within half an edge, nine of ten within a fifth."""
     mesh = ellipsoid(subdivisions=subdivisions)
     surface = surface_of(mesh)
-    planes = lay_out(surface, exact_field(mesh, surface), Progress())
+    planes = lay_out(surface, exact_field(mesh, surface).lines, Progress())
     count = 60
     triangle = np.random.default_rng(3).integers(0, len(surface.triangles), count)
     z = planes.corner[triangle].mean(axis=1)
@@ -172,7 +172,7 @@ def test_closed_lines_close_without_a_kink(mesh):
 def test_lines_end_at_borders_and_limits():
     mesh = cylinder()
     surface = surface_of(mesh)
-    planes = lay_out(surface, exact_field(mesh, surface), Progress())
+    planes = lay_out(surface, exact_field(mesh, surface).lines, Progress())
     triangle = np.arange(0, len(surface.triangles), 97)
     z = planes.corner[triangle].mean(axis=1)
     along = np.sqrt(-planes.deviator(triangle, z))
@@ -259,7 +259,7 @@ def test_a_line_without_end_is_cut_where_it_winds():
     """On a square whose lines are spirals: a turn of radius r lies 2 pi r tan(0.03) inside."""
     surface, place = flat_surface(cells=81)
     angle = np.angle(place) + 0.5 * np.pi + 0.03
-    planes = lay_out(surface, field_on_plane(np.exp(2j * angle)), Progress())
+    planes = lay_out(surface, field_on_plane(np.exp(2j * angle)).lines, Progress())
     middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
     triangle = np.linalg.norm(middle - (0.5, 0.0, 0.0), axis=1).argmin(keepdims=True)
     z = planes.corner[triangle].mean(axis=1)

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from surfaces import random_points
 
-from core.cleaning import clean
-from core.merge_tree import label_roots, merge_tree
-from core.surface import Surface
+from core.mesh.repair import clean
+from core.mesh.surface import Surface
+from core.umbilics.merge_tree import label_roots, merge_tree
 
 
 class _Sets:

@@ -15,8 +15,8 @@ from surfaces import (
     torus,
 )
 
-from core.normal_curvature import curvature_from_normals
-from core.normals import vertex_normals
+from core.curvature.from_normals import curvature_from_normals
+from core.mesh.normals import vertex_normals
 
 
 def test_a_sphere_has_the_curvature_of_its_radius() -> None:

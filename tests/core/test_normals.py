@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from surfaces import cylinder, ellipsoid, noisy, plane, similar, sphere
 
-from core.cleaning import clean
-from core.normals import smooth_normals, vertex_normals
+from core.mesh.normals import smooth_normals, vertex_normals
+from core.mesh.repair import clean
 
 
 def test_exact_on_a_sphere() -> None:

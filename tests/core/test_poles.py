@@ -5,7 +5,7 @@ import pytest
 from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
-from core.edge_paths import edge_paths
+from core.retopology.lines.edge_paths import edge_paths
 
 
 def planned(mesh, zone=None, detection_settings=None, **settings):

@@ -21,11 +21,11 @@ from surfaces import (
 )
 
 import core
-from core.cleaning import clean
-from core.field_noise import field_noise
-from core.regions import PLANAR, SPHERICAL, RegionMap, describe_regions, find_regions
-from core.surface import Surface
-from core.tolerances import REGION_SIZE
+from core.curvature.noise import field_noise
+from core.curvature.tolerances import REGION_SIZE
+from core.mesh.repair import clean
+from core.mesh.surface import Surface
+from core.umbilics.regions import PLANAR, SPHERICAL, RegionMap, describe_regions, find_regions
 
 
 def _surface(surface) -> Surface:

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from surfaces import cylinder, ellipsoid, paraboloid, plane, saddle, similar
 
-from core.surface_types import SURFACE_TYPES, surface_types, typical_curvature
+from core.curvature.surface_types import SURFACE_TYPES, surface_types, typical_curvature
 
 
 @pytest.mark.parametrize(

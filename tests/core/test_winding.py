@@ -7,8 +7,8 @@ from fields import exact_field, surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.progress import Progress
-from core.winding import certified_index
+from core.base.progress import Progress
+from core.fields.winding import certified_index
 
 
 def test_exact_directions_give_the_true_umbilics():

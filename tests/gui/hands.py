@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import os
 import subprocess
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import bpy
 import numpy as np
+
+# Seconds between two looks of a scenario at the window.
+_TICK = 0.05
+# Seconds after which what is waited for will not come, however busy the machine is.
+PATIENCE = 300.0
 
 
 def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
@@ -24,13 +30,25 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
     # Blender's jumps of the mouse, which let a drag go on past the edge, are not followed here.
     bpy.context.preferences.inputs.use_mouse_continuous = False
     steps = scenario()
+    left = 0.0
+    before = time.monotonic()
 
     # Without a window manager nobody gives the window the keys.
     bpy.app.timers.register(_take_keyboard, first_interval=0.5 * first)
 
     def step() -> float | None:
+        """Give Blender the seconds that the scenario wants, in its own time: a window that is late
+        for its timers, because the machine is busy, has not had them yet."""
+        nonlocal left, before
+        now = time.monotonic()
+        waited, before = now - before, now
+        left -= min(waited, _TICK) if _hand is None or _hand.poll() is not None else 0.0
+        if left > 1e-9:
+            return min(left, _TICK)
         try:
-            return next(steps)
+            left = next(steps)
+            before = time.monotonic()
+            return min(left, _TICK)
         except StopIteration:
             os._exit(0)
         except BaseException:
@@ -93,9 +111,7 @@ def click(x: int, y: int, count: int = 1, button: int = 1) -> None:
     _xdotool("mousemove", x - 3, y, "sleep", 0.3, "mousemove", x, y, "sleep", 0.3, *presses)
 
 
-def insist(
-    done: Callable[[], bool], place: tuple[int, int], count: int = 1
-) -> Iterator[float]:
+def insist(done: Callable[[], bool], place: tuple[int, int], count: int = 1) -> Iterator[float]:
     """Click until it has the wanted effect: a busy virtual screen loses a click now and then."""
     for _ in range(4):
         click(*place, count=count)

@@ -98,7 +98,7 @@ def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library
     bpy.ops.wm.save_mainfile()
     obj = way(library)
     assert obj.umbilics.detected
-    live = addon.operators.live
+    live = addon.operators.scene.filters
     assert len(live.shown_rows(obj, bpy.context.scene)) == 4
     assert obj not in live.with_results(bpy.context)
     assert bpy.ops.umbilics.copy_coordinates.poll()

@@ -9,7 +9,7 @@ from scene_building import add_ellipsoid, census, empties
 def reasons(addon):
     def ask(obj):
         bpy.context.view_layer.update()
-        return " ".join(addon.operators.stale.reasons(bpy.context, obj))
+        return " ".join(addon.operators.scene.staleness.reasons(bpy.context, obj))
 
     return ask
 
@@ -53,7 +53,7 @@ def test_filters_are_no_reason_to_detect_again(addon, reasons):
     first, second = detected(), detected()
     bpy.context.scene.umbilics.opening = 2
     assert reasons(second) == reasons(first) == ""
-    stale = addon.operators.stale
+    stale = addon.operators.scene.staleness
     assert stale.filters_differ(bpy.context, first)
     assert not stale.filters_differ(bpy.context, second)
     bpy.context.scene.umbilics.opening = 5

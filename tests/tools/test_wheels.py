@@ -1,6 +1,5 @@
 """The SciPy wheels that ship: pinned, one for each platform and Python, and never wrong ones."""
 
-
 import pytest
 import scipy_wheels
 

@@ -9,8 +9,8 @@ import numpy as np
 from surfaces import ellipsoid, seed_patch
 
 import core
-from core.cleaning import clean
-from core.curvature_tensor import unfolded_along_seams
+from core.mesh.repair import clean
+from core.umbilics.curvature_tensor import unfolded_along_seams
 
 from . import plots
 from .page import Page, number

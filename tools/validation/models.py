@@ -10,8 +10,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 import core
-from core.cleaning import clean
-from core.curvature_tensor import unfolded_along_seams
+from core.mesh.repair import clean
+from core.umbilics.curvature_tensor import unfolded_along_seams
 
 from . import pictures, symmetry
 from .page import Page, number

@@ -12,8 +12,8 @@ from bl_ext.user_default.umbilics.operators.command_line.panels import Panel, vi
 from surfaces import AnalyticSurface
 
 import core
-from core.cleaning import clean
-from core.opening import opened_elliptic_part
+from core.curvature.elliptic_part import opened_elliptic_part
+from core.mesh.repair import clean
 
 __all__ = ["Panel", "arrays_of", "by_index", "from_above", "panels", "read", "view_of", "write"]
 

@@ -8,11 +8,11 @@ import numpy as np
 from surfaces import AnalyticSurface
 
 import core
-from core.cleaning import clean
-from core.interpolation import zero_crossing
-from core.normal_curvature import curvature_from_normals
-from core.normals import vertex_normals
-from core.surface import Surface
+from core.curvature.from_normals import curvature_from_normals
+from core.mesh.normals import vertex_normals
+from core.mesh.repair import clean
+from core.mesh.surface import Surface
+from core.umbilics.shape_operators import zero_crossing
 
 RAW = core.Settings(curvature="given", persistence=0.0, regions=False)
 """A method alone: operators as they are, nothing cancelled, nothing merged."""

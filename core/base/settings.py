@@ -1,0 +1,165 @@
+"""The settings of a detection: the one definition that every front end reads."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import InvalidSettingsError
+from .options import AUTO, Choice, Option, check, setting
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to detect and how; validated on construction.
+
+    Raises
+    ------
+    InvalidSettingsError
+        A value is of the wrong type, out of bounds or not among the choices.
+    """
+
+    method: str = setting(
+        "S",
+        label="Method",
+        help="How umbilics are found",
+        kind="choice",
+        choices=(
+            Choice("S", "Shape operators", "Interpolate shape operators inside each triangle"),
+            Choice("I", "Index", "Turn of the principal directions around each vertex"),
+            Choice(
+                "C",
+                "Curvature tensor",
+                "Interpolate the curvature tensor over a conformal unfolding (needs seams)",
+            ),
+        ),
+    )
+    parametrization: str = setting(
+        "conformal",
+        label="Parametrization",
+        help="How a shape operator is laid into the plane of a triangle (method S)",
+        kind="choice",
+        choices=(
+            Choice("conformal", "Conformal", "Rotate the tangent plane into the triangle"),
+            Choice("projection", "Projection", "Project the tangent plane along the normal"),
+        ),
+    )
+    charts: str = setting(
+        "seams",
+        label="Charts",
+        help="What cuts the mesh into the pieces that method C unfolds",
+        kind="choice",
+        choices=(
+            Choice("seams", "Seams", "Unfold the pieces between marked seams"),
+            Choice("islands", "UV islands", "Unfold the islands of the active UV map anew"),
+            Choice("uv", "UV map", "Use the active UV map as it is"),
+        ),
+    )
+    curvature: str = setting(
+        "jets",
+        label="Curvature",
+        help="Where the shape operators at the vertices come from",
+        kind="choice",
+        choices=(
+            Choice("jets", "Jets", "Fit a cubic height function around each vertex"),
+            Choice("normals", "Normals", "Differences of vertex normals across each face"),
+            Choice("given", "Attributes", "Read them from the mesh's own attributes"),
+        ),
+    )
+    scale: float | str = setting(
+        AUTO,
+        label="Scale",
+        help="Radius of the fitted neighbourhood; automatic grows it where there is noise",
+        kind="number",
+        minimum=0.0,
+        automatic=True,
+        manual=2.0,
+    )
+    scale_unit: str = setting(
+        "rings",
+        label="Scale Unit",
+        help="What the scale is measured in",
+        kind="choice",
+        choices=(
+            Choice("rings", "Rings", "Rings of neighbouring vertices"),
+            Choice("length", "Length", "Scene units"),
+        ),
+    )
+    crease_angle: float = setting(
+        180.0,
+        label="Crease Angle",
+        help="Edges sharper than this are not fitted across; 180 fits across all edges",
+        kind="number",
+        minimum=0.0,
+        maximum=180.0,
+        unit="degrees",
+    )
+    crease_marks: bool = setting(
+        True,
+        label="Sharp Edges",
+        help="Edges marked sharp are not fitted across; ignored where more than a fifth of all "
+        "edges are marked, as some importers leave them",
+        kind="flag",
+    )
+    normal_smoothing: int = setting(
+        0,
+        label="Normal Smoothing",
+        help="Passes of a linear filter over the vertex normals before shape operators are "
+        "taken from them",
+        kind="count",
+        minimum=0,
+        maximum=1000,
+    )
+    opening: int = setting(
+        0,
+        label="Opening",
+        help="Erosions, then dilations, of the elliptic part; umbilics outside it are dropped. "
+        "0 is off, 2 is the usual strength",
+        kind="count",
+        minimum=0,
+        maximum=100,
+    )
+    flatness: float = setting(
+        0.01,
+        label="Flatness",
+        help="Curvatures below this fraction of the mesh's typical curvature count as zero "
+        "when surface types are told apart",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    persistence: float | str = setting(
+        AUTO,
+        label="Persistence",
+        help="Umbilics that cancel below this gap of the principal curvatures are dropped in "
+        "pairs; automatic takes it from the noise, 0 keeps all",
+        kind="number",
+        minimum=0.0,
+        automatic=True,
+        manual=0.0,
+        unit="1 / length",
+    )
+    regions: bool = setting(
+        True,
+        label="Regions",
+        help="Report spherical and flat areas as one region each instead of many points",
+        kind="flag",
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.normal_smoothing and self.curvature == "given":
+            raise InvalidSettingsError(
+                "Normal smoothing needs shape operators from jets or normals, not given ones."
+            )
+
+
+def options(of: type = Settings) -> dict[str, Option]:
+    """The option of every setting, by the setting's name, in the order they are shown."""
+    return {item.name: item.metadata["option"] for item in dataclasses.fields(of)}
+
+
+def defaults(of: type = Settings) -> dict[str, Any]:
+    """The default of every setting, by name."""
+    return {item.name: item.default for item in dataclasses.fields(of)}

@@ -1,0 +1,1 @@
+"""Shape operators at the vertices, their scale and their noise."""

@@ -1,0 +1,210 @@
+"""Shape operators at the vertices, from whichever source the settings name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.errors import InvalidMeshError
+from ..base.options import AUTO
+from ..base.progress import Progress
+from ..base.settings import Settings
+from ..mesh.creases import bent_half_edges, marked_half_edges
+from ..mesh.half_edges import following
+from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
+from ..mesh.normals import smooth_normals, vertex_normals
+from ..mesh.surface import Surface
+from .field import CurvatureField
+from .from_normals import curvature_from_normals
+from .jets import fit_jets
+from .scale import choose, starting_normals
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Shape operators of a `Surface`, in its own coordinates.
+
+    Attributes
+    ----------
+    field:
+        Curvatures, directions, normals and noise at its n vertices.
+    radius:
+        (n,) float64 root mean square distance of what each was fitted to.
+    determined:
+        (n,) bool, False where the jet was not determined and normals had to do.
+    neighbourhood:
+        What the jets were fitted to; None for curvature "normals" and "given".
+    residual:
+        Median standard deviation of the heights about the fits, in length; NaN without jets.
+    """
+
+    field: CurvatureField
+    radius: np.ndarray
+    determined: np.ndarray
+    neighbourhood: Neighbourhood | None
+    residual: float
+
+
+def estimate(
+    surface: Surface,
+    settings: Settings,
+    given: CurvatureField | None,
+    sharp: np.ndarray | None,
+    progress: Progress,
+) -> Estimate:
+    """Shape operators by `settings.curvature`.
+
+    Parameters
+    ----------
+    surface:
+        The surface; n vertices.
+    given:
+        The user's own operators at the input's vertices, for curvature "given"; its `normal`
+        and `noise` are not read.
+    sharp:
+        (s, 2) pairs of input vertices whose edges are not fitted across, or None.
+
+    Raises
+    ------
+    InvalidMeshError
+        Curvature "given" without operators, or with ones that do not fit the mesh.
+    """
+    if settings.curvature == "given":
+        return _given(surface, given)
+    if settings.curvature == "normals" or settings.normal_smoothing:
+        passes = settings.normal_smoothing
+        normals = smooth_normals(surface, vertex_normals(surface), passes, progress)
+        return _from_normals(surface, normals)
+    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress)
+
+
+def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
+    field = curvature_from_normals(surface, normals)
+    return Estimate(field, _edge_length(surface), np.ones(len(normals), bool), None, float("nan"))
+
+
+def _from_jets(
+    surface: Surface,
+    normals: np.ndarray,
+    settings: Settings,
+    sharp: np.ndarray | None,
+    progress: Progress,
+) -> Estimate:
+    walls = _walls(surface, settings, sharp)
+    neighbourhood = Neighbourhood(surface, adjacency(surface), walls)
+    part = progress.part("Choosing the scale", 0, 0.1)
+    if settings.scale == AUTO:
+        neighbourhood, start = choose(surface, normals, neighbourhood, part)
+    else:
+        neighbourhood = _scaled(neighbourhood, surface, settings)
+        start = starting_normals(surface, normals, neighbourhood, part)
+    jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
+    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
+    if not jets.determined.all():
+        field = _filled(field, curvature_from_normals(surface, normals), jets.determined)
+    return Estimate(
+        field, jets.radius, jets.determined, neighbourhood, float(np.median(jets.residual))
+    )
+
+
+def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
+    if settings.scale_unit == "length":
+        length = settings.scale / surface.unit
+        edges = _edge_length(surface)
+        # Doubles leave edges without a length, which say nothing of how far a ring reaches.
+        edge = float(np.median(edges[edges > 0])) if edges.any() else 1.0
+        rings = round(min(max(length / edge, 2.0), MOST_RINGS))
+        return Neighbourhood(
+            surface,
+            neighbourhood.graph,
+            neighbourhood.walls,
+            rings=rings,
+            reach=length,
+            focused=False,
+        )
+    rings = max(2, round(settings.scale))
+    if rings > MOST_RINGS:
+        # Beyond the mesh there is only the mesh.
+        rings = min(rings, max(rings_across(surface), 2))
+    return Neighbourhood(
+        surface, neighbourhood.graph, neighbourhood.walls, rings=rings, focused=rings == 2
+    )
+
+
+def _walls(surface: Surface, settings: Settings, sharp: np.ndarray | None) -> np.ndarray | None:
+    """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
+    found = []
+    if settings.crease_angle < 180.0:
+        found.append(bent_half_edges(surface, settings.crease_angle))
+    if settings.crease_marks:
+        found.append(marked_half_edges(surface, sharp))
+    creased = np.concatenate(found) if found else np.zeros(0, np.int64)
+    walls = np.zeros(len(surface.vertices), bool)
+    for end in (creased, following(creased)):
+        walls[surface.triangles.ravel()[end]] = True
+    return walls if walls.any() else None
+
+
+def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
+    if given is None:
+        raise InvalidMeshError(
+            "Curvature 'given' needs principal curvatures and directions at the vertices: "
+            "store them as attributes, or choose jets."
+        )
+    n = int(surface.source_vertex.max()) + 1
+    arrays = {}
+    for name, width in (("k1", 1), ("k2", 1), ("d1", 3), ("d2", 3)):
+        array = np.asarray(getattr(given, name), np.float64)
+        if len(array) < n or array.size != len(array) * width:
+            raise InvalidMeshError(
+                f"The given {name} must have {width} number{'s' * (width > 1)} for each vertex."
+            )
+        arrays[name] = array[surface.source_vertex]
+        if not np.isfinite(arrays[name]).all():
+            raise InvalidMeshError(f"The given {name} holds values that are not finite.")
+    k1, k2 = (arrays[name].ravel() * surface.unit for name in ("k1", "k2"))
+    d1, d2 = _unit(arrays["d1"]), arrays["d2"]
+    normal = np.cross(d1, d2)
+    size = np.linalg.norm(normal, axis=1)
+    surface_normal = vertex_normals(surface)
+    # Directions come without a sign; the frame must agree with the surface's outward side.
+    inward = np.einsum("nc,nc->n", normal, surface_normal) < 0
+    normal = np.where(inward[:, None], -normal, normal)
+    vague = size < 1e-6
+    normal = np.where(vague[:, None], surface_normal, normal / np.where(vague, 1, size)[:, None])
+    d1 = _unit(d1 - np.einsum("nc,nc->n", d1, normal)[:, None] * normal)
+    swapped = k2 > k1
+    d2 = np.cross(normal, d1)
+    d1 = np.where(swapped[:, None], d2, d1)
+    field = CurvatureField(
+        np.maximum(k1, k2),
+        np.minimum(k1, k2),
+        d1,
+        np.cross(normal, d1),
+        normal,
+        np.full(len(k1), np.nan),
+    )
+    return Estimate(field, _edge_length(surface), ~vague, None, float("nan"))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def _filled(field: CurvatureField, other: CurvatureField, keep: np.ndarray) -> CurvatureField:
+    """`field` where `keep` (n,), else `other`."""
+    merged = {
+        name: np.where(keep[:, None] if value.ndim == 2 else keep, value, getattr(other, name))
+        for name, value in vars(field).items()
+    }
+    return CurvatureField(**merged)
+
+
+def _edge_length(surface: Surface) -> np.ndarray:
+    """(n,) mean length of the edges at each vertex."""
+    valence = np.diff(surface.neighbour_start)
+    owner = np.repeat(np.arange(len(valence)), valence)
+    offset = surface.vertices[surface.neighbours] - surface.vertices[owner]
+    return np.bincount(owner, weights=np.linalg.norm(offset, axis=1)) / valence

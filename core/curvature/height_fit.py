@@ -1,0 +1,226 @@
+"""Weighted least squares of height functions, many small fits at a time.
+
+A block of b fits with s samples each is held as (s, b) arrays, one per coordinate, so that
+every operation runs along b. The normal equations are assembled from the moments of the
+samples and eliminated in place, all fits together (Cazals & Pouget 2005 fit the same jets by
+one SVD each; the scaled coordinates keep the normal equations well conditioned here).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from ..base.buffers import Workspace
+
+# A pivot this far below its diagonal entry means that the samples do not determine the term:
+# the moments carry about 1e-16 of relative error, so smaller ones are round-off.
+RANK_TOLERANCE = 1e-11
+
+
+@dataclass(frozen=True)
+class HeightFit:
+    """Polynomial heights z(x, y) = sum c_ab x^a y^b over b fits.
+
+    Attributes
+    ----------
+    coefficients:
+        {(a, b): (b,) float64} for a + b <= degree, in the units of the samples.
+    residual:
+        (b,) float64 weighted standard deviation of the residuals, same unit as z.
+    gap_error:
+        (b,) float64 root mean square error that the residual leaves in the deviator
+        2 (c20 - c02) + 2i c11.
+    determined:
+        (b,) bool, False where the samples do not determine every coefficient.
+    """
+
+    coefficients: dict[tuple[int, int], np.ndarray]
+    residual: np.ndarray
+    gap_error: np.ndarray
+    determined: np.ndarray
+
+
+@cache
+def _monomials(degree: int) -> list[tuple[int, int]]:
+    """Exponents (a, b) of x^a y^b, degree after degree."""
+    return [(total - b, b) for total in range(degree + 1) for b in range(total + 1)]
+
+
+def _terms(degree: int) -> list[tuple[int, int]]:
+    """Exponents with the quadratic terms last: their Schur complement is their covariance."""
+    quadratic = [(2, 0), (1, 1), (0, 2)]
+    return [term for term in _monomials(degree) if term not in quadratic] + quadratic
+
+
+def sum_count(degree: int) -> int:
+    """Rows of the sums that a fit of this degree needs, see `sum_samples`."""
+    return len(_monomials(2 * degree)) + len(_monomials(degree)) + 1
+
+
+@cache
+def _system_rows(degree: int) -> np.ndarray:
+    """(t, t + 1) rows of the sums that make up the normal equations of the t terms."""
+    low, steps = _monomials(degree), range(1, degree + 1)
+    # As `sum_samples` multiplies them: all by 1, the highest by powers of x, the rest by y^degree.
+    moments = low + [(degree + k - b, b) for k in steps for b in range(degree)]
+    moments += [(a, degree + b) for a, b in low[1:]]
+    moment = {exponents: row for row, exponents in enumerate(moments)}
+    lifted = {exponents: row for row, exponents in enumerate(low, len(moments))}
+    terms = _terms(degree)
+    return np.array(
+        [[moment[a + c, b + d] for c, d in terms] + [lifted[a, b]] for a, b in terms], np.int32
+    )
+
+
+def fit_heights(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, weights: np.ndarray | None, degree: int
+) -> HeightFit:
+    """Fit z as a polynomial of the given degree (>= 2) to each column of samples (s, b).
+
+    The parameters are those of `sum_samples`.
+    """
+    samples, fits = x.shape
+    sums, workspace = np.empty((sum_count(degree), fits)), Workspace()
+    sum_samples(x, y, z, weights, degree, sums, workspace)
+    return solve_heights(sums, np.full(fits, samples), degree, workspace)
+
+
+def sum_samples(
+    x: np.ndarray,
+    y: np.ndarray,
+    z: np.ndarray,
+    weights: np.ndarray | None,
+    degree: int,
+    sums: np.ndarray,
+    workspace: Workspace,
+) -> None:
+    """What fits of a degree need to know of their samples.
+
+    Parameters
+    ----------
+    x, y, z:
+        (s, b) float64 samples; x and y should be of order 1.
+    weights:
+        (s, b) float64 weight of each sample, or None for equal ones.
+    degree:
+        Degree of the polynomial, at least 2.
+    sums:
+        (r, b) float64 takes the weighted sums of x^a y^b for a + b <= 2 degree, of z x^a y^b
+        for a + b <= degree, and of z^2, in the order of `_system_rows`. r is `sum_count`.
+    workspace:
+        Buffers to work in, for calls in a loop.
+    """
+    monomials = workspace.array("monomials", len(_monomials(degree)), *x.shape)
+    monomials[0] = 1.0
+    pure, end = [], 1  # rows of the powers of x
+    for total in range(1, degree + 1):
+        pure.append(end)
+        np.multiply(monomials[end - total : end], x, out=monomials[end : end + total])
+        np.multiply(monomials[end - 1], y, out=monomials[end + total])
+        end += total + 1
+    highest = monomials[-degree - 1 :]
+    # Few products with many sums each: threads meet at the interpreter lock between calls.
+    products = [(monomials[0], monomials)]
+    products += [(monomials[row], highest[:-1]) for row in pure]
+    products += [(highest[-1], monomials[1:]), (z, monomials)]
+    begin = 0
+    for left, right in products:
+        if weights is not None:
+            left = np.multiply(weights, left, out=workspace.array("left", *x.shape))
+        np.einsum("sb,qsb->qb", left, right, out=sums[begin : begin + len(right)])
+        begin += len(right)
+    np.einsum("sb,sb->b", left, z, out=sums[begin])
+
+
+def solve_heights(
+    sums: np.ndarray, samples: np.ndarray, degree: int, workspace: Workspace
+) -> HeightFit:
+    """The fits of a degree from `sums` (r, b) over their `samples` (b,), see `sum_samples`."""
+    terms = _terms(degree)
+    size, first = len(terms), len(terms) - 3
+    diagonal = np.arange(size)
+    with np.errstate(all="ignore"):  # undetermined columns may overflow; they are zeroed below
+        system, pivots, floor = _eliminated(sums, degree, workspace)
+        covariance, determined = _inverse_of_last(system[first:, first:size], floor[first:])
+        determined &= (system[diagonal[:first], diagonal[:first]] > floor[:first]).all(axis=0)
+        determined &= samples >= size
+        solution = np.empty((size, sums.shape[1]))
+        right = system[:, size]
+        np.einsum("ijb,jb->ib", covariance, right[first:], out=solution[first:])
+        explained = np.einsum("ib,ib->b", right[first:], solution[first:])
+        explained += np.einsum("ib,ib,ib->b", right[:first], right[:first], 1.0 / pivots)
+        for row in range(first - 1, -1, -1):
+            known = np.einsum("jb,jb->b", system[row, row + 1 : size], solution[row + 1 :])
+            np.divide(right[row] - known, pivots[row], out=solution[row])
+
+        # Round-off leaves about 1e-16 of the squared heights; below that nothing is known.
+        total, square = sums[0], sums[-1]
+        freedom = np.maximum(samples - size, 1) / samples
+        variance = np.maximum(square - explained, 1e-16 * square) / (total * freedom)
+        spread = covariance[0, 0] + covariance[2, 2] - 2 * covariance[0, 2] + covariance[1, 1]
+        gap_error = 2 * np.sqrt(np.maximum(spread, 0) * variance * total / samples)
+    if not determined.all():
+        for values in (solution, variance, gap_error):
+            values[..., ~determined] = 0.0
+    return HeightFit(
+        {term: solution[row] for row, term in enumerate(terms)},
+        np.sqrt(variance),
+        gap_error,
+        determined,
+    )
+
+
+def _eliminated(
+    sums: np.ndarray, degree: int, workspace: Workspace
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normal equations of t terms with all but the last three unknowns eliminated.
+
+    Returns
+    -------
+    system:
+        (t, t + 1, b), the result in the upper triangles.
+    pivots:
+        (t - 3, b), at least the floor: weak ones must not divide by zero.
+    floor:
+        (t, b) what a pivot must exceed.
+    """
+    rows = _system_rows(degree)
+    size, first, fits = len(rows), len(rows) - 3, sums.shape[1]
+    system = workspace.array("system", size, size + 1, fits)
+    pivots, floor = np.empty((first, fits)), np.empty((size, fits))
+    # Row by row, each with all rows above it in one call: fewer passes than pivot by pivot.
+    for row, above in enumerate(min(row, first) for row in range(size)):
+        upper, factor = system[row, row:], system[row, :above]
+        np.take(sums, rows[row, row:], axis=0, out=upper, mode="clip")
+        np.maximum(RANK_TOLERANCE * upper[0], np.finfo(float).tiny, out=floor[row])
+        np.divide(system[:above, row], pivots[:above], out=factor)
+        change = workspace.array("change", len(upper), fits)
+        upper -= np.einsum("rb,rqb->qb", factor, system[:above, row:], out=change)
+        if row < first:
+            np.maximum(upper[0], floor[row], out=pivots[row])
+    return system, pivots, floor
+
+
+def _inverse_of_last(q: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverse (3, 3, b) of the Schur complements q (3, 3, b) of the three quadratic terms, and
+    (b,) whether they have one; only the upper triangles are read."""
+    cofactor = {
+        (0, 0): q[1, 1] * q[2, 2] - q[1, 2] ** 2,
+        (0, 1): q[0, 2] * q[1, 2] - q[0, 1] * q[2, 2],
+        (0, 2): q[0, 1] * q[1, 2] - q[0, 2] * q[1, 1],
+        (1, 1): q[0, 0] * q[2, 2] - q[0, 2] ** 2,
+        (1, 2): q[0, 1] * q[0, 2] - q[0, 0] * q[1, 2],
+        (2, 2): q[0, 0] * q[1, 1] - q[0, 1] ** 2,
+    }
+    determinant = q[0, 0] * cofactor[0, 0] + q[0, 1] * cofactor[0, 1] + q[0, 2] * cofactor[0, 2]
+    regular = determinant > floor[0] * floor[1] * floor[2]
+    for k in range(3):
+        regular &= q[k, k] > floor[k]
+    inverse = np.empty(q.shape)
+    for (i, j), value in cofactor.items():
+        np.divide(value, determinant, out=inverse[i, j])
+        inverse[j, i] = inverse[i, j]
+    return inverse, regular

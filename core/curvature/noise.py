@@ -1,0 +1,65 @@
+"""Noise of shape operators that come without an error estimate, from how neighbours differ."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from ..mesh.surface import Surface
+from .tolerances import DISCRETIZATION, FIELD_REACH, NEIGHBOUR_SHARE, SINGLE_PRECISION
+
+# Directed edges per block: some ten arrays of this length at a time.
+_BLOCK = 1 << 18
+
+
+def field_noise(
+    surface: Surface, k1: np.ndarray, k2: np.ndarray, d1: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Estimated standard error of the gap at each vertex, and the radius it was averaged over.
+
+    The deviator at a vertex is compared with the mean of its neighbours', carried to it by the
+    smallest rotations: what is smooth changes little, what is noise does not. Added to it is
+    the error that a mesh of this fineness leaves in any curvature.
+
+    Parameters
+    ----------
+    surface:
+        The surface, n vertices.
+    k1, k2:
+        (n,) principal curvatures in the coordinates of the surface.
+    d1, normal:
+        (n, 3) unit first principal directions and normals.
+
+    Returns
+    -------
+    noise, radius:
+        (n,) float64, in 1 / length and length of the surface's coordinates.
+    """
+    n = len(surface.vertices)
+    start, neighbours = surface.neighbour_start, surface.neighbours
+    valence = np.diff(start)
+    gap = k1 - k2
+    direction = d1 + 1j * np.cross(normal, d1)
+    difference, edge = np.empty(n), np.empty(n)
+    # Whole fans to a block.
+    ends = np.unique(np.searchsorted(start, np.arange(0, start[-1] + _BLOCK, _BLOCK)).clip(0, n))
+    for first, last in pairwise(ends):
+        other = neighbours[start[first] : start[last]]
+        own = np.repeat(np.arange(first, last), valence[first:last])
+        # conj(m) . m' turns one frame into the other, up to a positive factor.
+        turn = np.einsum("ij,ij->i", direction[own].conj(), direction[other])
+        size = np.abs(turn)
+        turn = np.divide(turn, size, out=np.ones_like(turn), where=size > 0)
+        carried = gap[other] * turn**2
+        length = np.linalg.norm(surface.vertices[other] - surface.vertices[own], axis=1)
+        place = start[first:last] - start[first]
+        count = valence[first:last]
+        mean = np.add.reduceat(carried, place) / count
+        difference[first:last] = np.abs(gap[first:last] - mean)
+        edge[first:last] = np.add.reduceat(length, place) / count
+    square = difference**2
+    around = (np.add.reduceat(square[neighbours], start[:-1]) + square) / (valence + 1)
+    largest = np.maximum(np.abs(k1), np.abs(k2))
+    coarse = DISCRETIZATION * largest * (edge * largest) ** 2 + SINGLE_PRECISION * largest
+    return NEIGHBOUR_SHARE * np.sqrt(around + coarse**2), FIELD_REACH * edge

@@ -1,0 +1,1 @@
+"""Direction fields on a surface: frames, transport, winding, planes of the triangles."""

@@ -1,0 +1,37 @@
+"""Carrying tangent vectors between tangent planes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .frames import frame
+
+# Normals closer to opposite than this have no unique smallest rotation between them.
+_OPPOSITE = 1e-12
+
+
+def tangents(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit tangents (n, 3) with e1 x e2 = normal for unit normals (n, 3)."""
+    e1, e2 = frame(normals.T)
+    return np.ascontiguousarray(e1.T), np.ascontiguousarray(e2.T)
+
+
+def carried(vectors: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Tangent vectors at unit normals `source`, turned by the smallest rotation to `target`.
+
+    All arguments and the result are (n, 3). For v perpendicular to the source normal s the
+    rotation s -> t gives v - (s + t) (v.t) / (1 + s.t). Between opposite normals it is not
+    unique; v itself is returned then, which is tangent to both.
+    """
+    cosine = np.einsum("ij,ij->i", source, target)
+    along = np.einsum("ij,ij->i", vectors, target) / np.maximum(1.0 + cosine, _OPPOSITE)
+    return vectors - (source + target) * along[:, None]
+
+
+def doubled_angle(
+    vectors: np.ndarray, e1: np.ndarray, e2: np.ndarray, length: np.ndarray | float = 1.0
+) -> np.ndarray:
+    """(n,) complex: unit tangents (n, 3) in the frames e1, e2 with their angle doubled, times
+    `length`; the deviator of an operator with this direction and that gap."""
+    unit = np.einsum("ij,ij->i", vectors, e1) + 1j * np.einsum("ij,ij->i", vectors, e2)
+    return length * unit**2

@@ -1,0 +1,191 @@
+"""Everything that can be exported of a guidance, in one call, for front ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import FormatError
+from ..base.progress import Progress
+from ..retopology.lines.polylines import Lines
+from ..retopology.planner import Guidance, Guide
+from .curves import write_curves
+from .dmat import write_dmat
+from .mesh import write_mesh
+from .points import poles_table, umbilics_table, write_points_csv, write_points_json
+from .rawfield import write_rawfield
+from .rosy import write_rosy
+from .sharp import write_sharp
+from .sing import write_sing
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """One kind of file: its ending after the common name, and what it is for."""
+
+    ending: str
+    label: str
+    help: str
+
+
+FILE_KINDS = {
+    "mesh": FileKind(".obj", "Triangles", "The triangles that the field files belong to (.obj)"),
+    "rosy": FileKind(".rosy", "RoSy", "One direction of each face's cross, for QuadWild (.rosy)"),
+    "rawfield": FileKind(
+        ".rawfield", "Raw Field", "All four directions of each face's cross, for Directional"
+    ),
+    "sing": FileKind(".sing", "Singularities", "Singular vertices of the field, for Directional"),
+    "dmat": FileKind(".dmat", "DMAT", "One direction of each face's cross, for libigl"),
+    "sharp": FileKind(".sharp", "Sharp Features", "Creases and borders, for QuadWild (.sharp)"),
+    "lines": FileKind("-lines.obj", "Lines", "Lines of curvature as polylines (.obj)"),
+    "separatrices": FileKind("-separatrices.obj", "Separatrices", "As polylines (.obj)"),
+    "csv": FileKind("-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)"),
+    "json": FileKind("-poles.json", "JSON", "Poles and umbilics in one file (.json)"),
+}
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What there is to write; lines may be None where their kind is not asked for."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    guide: Guide
+    guidance: Guidance
+    lines: Lines | None = None
+    separatrices: Lines | None = None
+
+
+def write_guidance(
+    stem: Path,
+    kinds: list[str],
+    data: Exported,
+    to_file: np.ndarray | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write the files of the given kinds, named after `stem`; their paths.
+
+    Parameters
+    ----------
+    stem:
+        Path without ending; its folder is made if it is missing.
+    kinds:
+        Keys of `FILE_KINDS`.
+    to_file:
+        (3, 3) float64 rotation from the coordinates of the mesh to those of the file.
+    progress:
+        Told before each file; files that were written before it is cancelled stay.
+
+    Raises
+    ------
+    FormatError
+        A file cannot be written.
+    """
+    progress = progress or Progress()
+    turn = np.eye(3) if to_file is None else np.asarray(to_file, float)
+    stem = Path(stem)
+    try:
+        stem.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FormatError(f"{stem.parent}: cannot be made ({error.strerror}).") from error
+    written = []
+    for number, kind in enumerate(kinds):
+        progress.step(number / len(kinds))
+        path = stem.with_name(stem.name + FILE_KINDS[kind].ending)
+        _WRITERS[kind](path, data, turn)
+        written.append(path)
+    progress.step(1.0)
+    return written
+
+
+def _crosses(data: Exported) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) direction of every triangle, also of those that were left out, and normals."""
+    a, b, c = (data.vertices[data.triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    known = np.isfinite(data.guidance.face_direction).all(axis=1, keepdims=True)
+    edge = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1, keepdims=True), 1e-300)
+    # A reader stops at a NaN; a triangle that was left out gets the direction of its side.
+    edge[~(np.linalg.norm(edge, axis=1) > 0.5)] = (1.0, 0.0, 0.0)
+    direction = np.where(known, np.nan_to_num(data.guidance.face_direction), edge)
+    return direction, normal
+
+
+def _mesh(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_mesh(path, data.vertices @ turn.T, data.triangles)
+
+
+def _rosy(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_rosy(path, _crosses(data)[0] @ turn.T)
+
+
+def _dmat(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_dmat(path, _crosses(data)[0] @ turn.T)
+
+
+def _rawfield(path: Path, data: Exported, turn: np.ndarray) -> None:
+    one, normal = _crosses(data)
+    two = np.cross(normal, one)
+    write_rawfield(path, np.stack([one, two, -one, -two], axis=1) @ turn.T)
+
+
+def _sing(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_sing(path, *data.guide.singular_vertices(data.guidance))
+
+
+def _sharp(path: Path, data: Exported, turn: np.ndarray) -> None:
+    guidance = data.guidance
+    write_sharp(path, guidance.feature_convex, guidance.feature_triangle, guidance.feature_side)
+
+
+def _turned(lines: Lines | None, turn: np.ndarray) -> Lines:
+    if lines is None:
+        raise FormatError("There are no lines to write.")
+    return replace(lines, position=lines.position @ turn.T, normal=lines.normal @ turn.T)
+
+
+def _lines(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_curves(path, _turned(data.lines, turn))
+
+
+def _separatrices(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_curves(path, _turned(data.separatrices, turn))
+
+
+def _tables(data: Exported, turn: np.ndarray) -> dict:
+    poles, umbilics = data.guidance.poles, data.guide.detection.umbilics
+    return {
+        "poles": poles_table(
+            replace(poles, position=poles.position @ turn.T, normal=poles.normal @ turn.T)
+        ),
+        "umbilics": umbilics_table(
+            replace(umbilics, position=umbilics.position @ turn.T, normal=umbilics.normal @ turn.T)
+        ),
+    }
+
+
+def _csv(path: Path, data: Exported, turn: np.ndarray) -> None:
+    tables = _tables(data, turn)
+    write_points_csv(path, tables["poles"])
+    name = path.name.replace("-poles.csv", "-umbilics.csv")
+    write_points_csv(path.with_name(name), tables["umbilics"])
+
+
+def _json(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_points_json(path, _tables(data, turn))
+
+
+_WRITERS = {
+    "mesh": _mesh,
+    "rosy": _rosy,
+    "rawfield": _rawfield,
+    "sing": _sing,
+    "dmat": _dmat,
+    "sharp": _sharp,
+    "lines": _lines,
+    "separatrices": _separatrices,
+    "csv": _csv,
+    "json": _json,
+}

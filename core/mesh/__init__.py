@@ -1,0 +1,1 @@
+"""The surface: repair, half-edges, neighbourhoods, normals, creases, charts."""

@@ -1,0 +1,277 @@
+"""Which vertices lie around each vertex: rings grown by sparse products, in blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..base.progress import Progress
+from .surface import Surface
+
+# A cubic has ten coefficients; half as many samples again keep the fit from chasing noise.
+FEWEST_SAMPLES = 15
+# A length that spans more rings than this is beyond what a cubic describes.
+MOST_RINGS = 24
+# Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
+# with eight rings around them, 200 MB at most.
+MOST_GATHERED = 1 << 25
+
+
+def adjacency(surface: Surface) -> sparse.csr_array:
+    """The (n, n) one-ring graph of the surface, ones where two vertices share an edge."""
+    n = len(surface.vertices)
+    ones = np.ones(len(surface.neighbours), np.int32)
+    return sparse.csr_array((ones, surface.neighbours, surface.neighbour_start), shape=(n, n))
+
+
+def rings_across(surface: Surface) -> int:
+    """Rings that hold the whole of every component, from any vertex of it: no more than twice
+    as many as from one."""
+    n = len(surface.vertices)
+    _, first = np.unique(surface.component, return_index=True)
+    hops = csgraph.dijkstra(adjacency(surface), indices=first, unweighted=True, min_only=True)
+    return min(2 * int(hops.max()), n)
+
+
+def grow(
+    reach: sparse.csr_array, graph: sparse.csr_array, rings: int, progress: Progress | None = None
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """Each row of `reach` lists vertices; add those within `rings` edges of them, all once.
+
+    On a surface every edge has a triangle, so a walk of exactly that many edges (two or more)
+    reaches the nearer vertices too. It ends where rows have all that they can reach.
+
+    Yields
+    ------
+    rows:
+        (r,) rows of `reach`, ascending: all at once unless they become too long for that.
+    grown:
+        (r, n) what they have become.
+    """
+    return _grown_rows(reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress)
+
+
+def _grown_rows(
+    reach: sparse.csr_array,
+    further: Callable[[sparse.csr_array], sparse.csr_array],
+    degree: np.ndarray,
+    rings: int,
+    progress: Progress | None,
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """As `grow`, each ring by `further`, which gathers `degree` (n,) vertices at each vertex."""
+    most = int(degree.max(initial=0)) + 1
+    parts = [(np.arange(reach.shape[0]), reach, rings)]
+    while parts:
+        rows, reach, left = parts.pop()
+        while left:
+            if progress is not None:
+                progress.ask()
+            if len(rows) > 1 and reach.nnz * most > MOST_GATHERED:
+                ends = np.append(0, np.cumsum(degree[reach.indices] + 1.0))[reach.indptr]
+                if ends[-1] > MOST_GATHERED:
+                    half = int(np.clip(np.searchsorted(ends, ends[-1] / 2), 1, len(rows) - 1))
+                    parts.append((rows[half:], reach[half:], left))
+                    rows, reach = rows[:half], reach[:half]
+                    continue
+            larger = further(reach)
+            larger.data[:] = 1
+            left = left - 1 if larger.nnz > reach.nnz else 0
+            reach = larger
+        yield rows, reach
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """What the height function at a vertex is fitted to.
+
+    Attributes
+    ----------
+    surface:
+        The surface; n vertices.
+    graph:
+        (n, n) its one-ring graph.
+    walls:
+        (n,) bool, vertices on creases: they are samples, but no ring grows past them; None
+        where there are no creases.
+    rings:
+        Rings of neighbours, at least 2; more where these hold too few vertices.
+    reach:
+        Length that the rings must cover and samples beyond it are left out; None for none.
+    focused:
+        Weigh near samples more: least bias, for clean meshes. Equal weights hold noise best.
+    stretch:
+        Length over width of the triangles. Above 1 as many samples as the rings of an even mesh
+        hold, the nearest of more rings, stand for the rings, which would be as stretched.
+    """
+
+    surface: Surface
+    graph: sparse.csr_array
+    walls: np.ndarray | None = None
+    rings: int = 2
+    reach: float | None = None
+    focused: bool = True
+    stretch: float = 1.0
+
+    def around_triangles(
+        self, corners: np.ndarray, rings: int, most: int, progress: Progress | None = None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`."""
+        start = selection(corners, self.graph.shape[0])
+        for some, reach in self._around(start, self._grown(rings), progress):
+            for rows, members in by_size(reach, most):
+                rows = some[rows]
+                if self.stretch > 1.0:
+                    points = self.surface.vertices[corners[rows]].mean(axis=1)
+                    members = self._nearest(members, points, rings)
+                yield rows, members
+
+    def _grown(self, rings: int) -> int:
+        """Rings that hold the nearest samples of as many rings of an even mesh."""
+        if self.stretch <= 1.0:
+            return rings
+        # A tenth of a ring more would not be worth the whole of one.
+        return int(np.ceil(rings * np.sqrt(self.stretch) - 0.1))
+
+    def _around(
+        self, start: sparse.csr_array, rings: int, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """Rows of `start` grown by rings, stopping at walls; as from `grow`."""
+        if self.walls is None:
+            return grow(start, self.graph, rings, progress)
+        passable = sparse.diags_array((~self.walls).astype(np.int32), dtype=np.int32)
+        through = (passable @ self.graph).tocsr()
+        # A wall vertex still sees its own ring, on both of its sides.
+        reach = (start + start @ self.graph).tocsr()
+        degree = np.diff(self.graph.indptr)
+        return _grown_rows(
+            reach, lambda rows: (rows + rows @ through).tocsr(), degree, rings - 1, progress
+        )
+
+    def blocks(
+        self, centres: np.ndarray, most: int, progress: Progress | None = None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """The samples of each of the vertices `centres`, in blocks of equal size.
+
+        Yields
+        ------
+        rows:
+            (b,) rows of `centres`, with b * s <= `most` (at least one row).
+        members:
+            (s, b) intp samples of each.
+        """
+        pending = np.arange(len(centres))
+        count = self.rings
+        sizes = np.zeros(len(centres), int)
+        # Small neighbourhoods grow ring by ring until they suffice or hold a whole component.
+        while len(pending):
+            short = []
+            for some, reach in self._ring_rows(centres[pending], self._grown(count), progress):
+                asked = pending[some]
+                grown = np.diff(reach.indptr)
+                if self.stretch > 1.0:
+                    grown = np.minimum(grown, _even_count(count))
+                ready = (grown >= FEWEST_SAMPLES) | (grown == sizes[asked])
+                if self.reach is not None:
+                    reach, covered = self._within_reach(reach, centres[asked])
+                    ready &= covered | (grown == sizes[asked]) | (count >= MOST_RINGS)
+                if ready.all():
+                    enough, chosen = reach, asked
+                else:
+                    enough, chosen = reach[ready], asked[ready]
+                    short.append(asked[~ready])
+                    sizes[short[-1]] = grown[~ready]
+                for rows, members in by_size(enough, most):
+                    rows = chosen[rows]
+                    if self.stretch > 1.0:
+                        points = self.surface.vertices[centres[rows]]
+                        members = self._nearest(members, points, count)
+                    yield rows, members
+            pending = np.concatenate(short) if short else pending[:0]
+            count += 1
+
+    def _ring_rows(
+        self, centres: np.ndarray, count: int, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        if self.walls is None:
+            return grow(self.graph[centres], self.graph, count - 1, progress)
+        return self._around(selection(centres[:, None], self.graph.shape[0]), count, progress)
+
+    def _within_reach(
+        self, reach: sparse.csr_array, centres: np.ndarray
+    ) -> tuple[sparse.csr_array, np.ndarray]:
+        """Samples within the length `reach` (but not fewer than needed), and whether the rings
+        went as far as that."""
+        points = self.surface.vertices
+        row = np.repeat(np.arange(len(centres)), np.diff(reach.indptr))
+        distance = np.sqrt(_squares(points, reach.indices, points[centres[row]]))
+        # One key for row and distance: several times faster to sort than two.
+        largest = distance.max(initial=np.finfo(float).tiny)
+        order = np.argsort(row + distance / (1.001 * largest))
+        rank = np.arange(len(row)) - reach.indptr[row]
+        distance, members = distance[order], reach.indices[order]
+        covered = distance[reach.indptr[1:] - 1] >= self.reach
+        keep = (distance <= self.reach) | (rank < FEWEST_SAMPLES)
+        start = np.append(0, np.cumsum(keep))[reach.indptr]
+        ones = np.ones(int(start[-1]), np.int32)
+        return sparse.csr_array((ones, members[keep], start), shape=reach.shape), covered
+
+    def _nearest(self, members: np.ndarray, points: np.ndarray, rings: int) -> np.ndarray:
+        """Of the samples (s, b) as many as so many rings of an even mesh hold, those nearest to
+        the points (b, 3)."""
+        count = _even_count(rings)
+        if len(members) <= count:
+            return members
+        square = _squares(self.surface.vertices, members.T, points[:, None])
+        nearest = np.argpartition(square, count - 1, axis=1)[:, :count]
+        return np.ascontiguousarray(np.take_along_axis(members, nearest.T, axis=0))
+
+
+def _even_count(rings: int) -> int:
+    """Vertices of so many rings where six edges meet, the middle one among them."""
+    return 1 + 3 * rings * (rings + 1)
+
+
+def _squares(vertices: np.ndarray, members: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Squared distances of vertices from points, shape (..., 3)."""
+    square = np.zeros(members.shape)
+    for vertex, point in zip(vertices.T, np.moveaxis(points, -1, 0), strict=True):
+        square += (vertex[members] - point) ** 2
+    return square
+
+
+def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:
+    """(r, count) matrix whose rows hold ones at the vertices (r, s) named in each row."""
+    rows, size = vertices.shape
+    return sparse.csr_array(
+        (np.ones(vertices.size, np.int32), vertices.ravel(), size * np.arange(rows + 1)),
+        shape=(rows, count),
+    )
+
+
+def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The rows of `reach`, gathered into blocks of equal size.
+
+    Yields
+    ------
+    rows:
+        (b,) rows of `reach`, with b * size <= `most` (at least one row).
+    members:
+        (size, b) intp vertices of each row.
+    """
+    sizes = np.diff(reach.indptr)
+    order = np.argsort(sizes, kind="stable")
+    ends = np.cumsum(np.bincount(sizes)) if len(sizes) else np.zeros(0, int)
+    begin = 0
+    for size, end in enumerate(ends):
+        step = max(most // max(size, 1), 1)
+        for low in range(begin, end, step):
+            rows = order[low : min(low + step, end)]
+            if size:
+                # NumPy gathers by its own integers several times faster than by others.
+                slots = reach.indptr[rows] + np.arange(size, dtype=np.intp)[:, None]
+                yield rows, reach.indices[slots].astype(np.intp)
+        begin = end

@@ -1,0 +1,83 @@
+"""Vertex normals from the triangles around each vertex, and their smoothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from ..base.progress import Progress
+from .surface import Surface
+
+
+def vertex_normals(surface: Surface) -> np.ndarray:
+    """(n, 3) unit outward normals, the cross products of a corner's sides a, b weighted by
+    1 / (|a|^2 |b|^2), which is exact for vertices on a sphere (Max 1999).
+
+    Long slivers hardly count, so that normals stand upright at a ragged border. Where the
+    weighted sum vanishes, the normal of the largest triangle around the vertex.
+    """
+    normal, area = surface.face_normal_area
+    ab, bc, ca = surface.side_squares
+    m, n = len(surface.triangles), len(surface.vertices)
+    # Area / (|a|^2 |b|^2) by the side across from the corner. Where a side has no length the
+    # triangle is degenerate, and nothing is known of its normal.
+    scale = ab * bc
+    scale *= ca
+    np.divide(area, scale, out=scale, where=scale > 0)
+    weights = np.empty((m, 3))
+    for corner, across in enumerate((bc, ca, ab)):
+        np.multiply(scale, across, out=weights[:, corner])
+    starts = np.arange(0, 3 * m + 1, 3, dtype=np.int32)
+    corners = sparse.csc_array((weights.ravel(), surface.triangles.ravel(), starts), shape=(n, m))
+    return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
+
+
+def _unit_or_largest_face(surface: Surface, total: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Sums of normals (n, 3) made unit; where they cancel (against `scale`, (n,)) the normal of
+    the largest triangle around the vertex."""
+    length = np.sqrt(np.einsum("nc,nc->n", total, total))
+    lost = ~(length > 1e-9 * scale)
+    total /= np.where(lost, 1.0, length)[:, None]
+    if lost.any():
+        total[lost] = _largest_face_normal(surface)[lost]
+    return total
+
+
+def _largest_face_normal(surface: Surface) -> np.ndarray:
+    normal, area = surface.face_normal_area
+    order = np.argsort(area, kind="stable")
+    result = np.zeros((len(surface.vertices), 3))
+    result[:, 2] = 1.0  # a vertex of degenerate triangles only; any unit vector will do
+    sound = order[area[order] > 0]
+    # Assigned in rising order of area, so that the largest triangle's normal stays.
+    result[surface.triangles[sound].ravel()] = np.repeat(normal[sound], 3, axis=0)
+    return result
+
+
+def smooth_normals(
+    surface: Surface, normals: np.ndarray, passes: int, progress: Progress | None = None
+) -> np.ndarray:
+    """`passes` of a linear filter over unit normals (n, 3): the paper's normal smoothing.
+
+    Each pass replaces a normal by the mean over the vertex and its one-ring, weighted by the
+    area around each vertex so that crowded vertices do not count more, and makes it unit
+    length again. A normal whose mean vanishes is kept.
+    """
+    n = len(surface.vertices)
+    if passes <= 0:
+        return normals.copy()
+    area = np.bincount(
+        surface.triangles.ravel(), np.repeat(surface.face_normal_area[1], 3), minlength=n
+    )
+    ring = sparse.csr_array(
+        (area[surface.neighbours], surface.neighbours, surface.neighbour_start), shape=(n, n)
+    )
+    floor = 1e-9 * (area + ring.sum(axis=1))
+    for _ in range(passes):
+        if progress is not None:
+            progress.ask()
+        mean = ring @ normals + area[:, None] * normals
+        length = np.linalg.norm(mean, axis=1)
+        kept = ~(length > floor)
+        normals = np.where(kept[:, None], normals, mean / np.where(kept, 1.0, length)[:, None])
+    return normals

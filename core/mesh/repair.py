@@ -1,0 +1,320 @@
+"""From any triangle soup to an oriented manifold `Surface`, with a word on what was mended."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..base.errors import InvalidMeshError
+from .half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
+from .surface import Surface
+
+
+def clean(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Surface, list[str]]:
+    """The surface that a triangle mesh describes, and warnings about what was changed.
+
+    Triangles with repeated corners or corners that are not finite, and copies of a triangle,
+    are left out. Windings are made to agree. Sheets that meet at an edge of three or more
+    triangles or at a pinched vertex are separated. A clean manifold passes through untouched.
+
+    Parameters
+    ----------
+    vertices:
+        (n, 3) real positions.
+    triangles:
+        (m, 3) integer corners.
+
+    Raises
+    ------
+    InvalidMeshError
+        Wrong shapes or types, corners out of range, or no usable triangle.
+    """
+    vertices, triangles = _checked(vertices, triangles)
+    warnings: list[str] = []
+    rows = _usable(vertices, triangles, warnings)
+    corners = triangles[rows] if len(rows) < len(triangles) else triangles
+    source = np.arange(len(vertices))
+
+    links = link(corners, len(vertices))
+    if links is None:
+        kept, corners, source = _separate(corners, len(vertices), warnings)
+        rows = rows[kept]
+        links = link(corners, len(source))
+    corners, source, links = _split_fans(corners, source, links, warnings)
+    surface = _assemble(vertices, corners, rows, source, links)
+    _warn_about_geometry(surface, warnings)
+    return surface, warnings
+
+
+def _checked(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        vertices = np.asarray(vertices, np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidMeshError("The vertices must be numbers, three to a vertex.") from error
+    triangles = np.asarray(triangles)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InvalidMeshError(f"The vertices must have shape (n, 3), not {vertices.shape}.")
+    if triangles.size == 0:
+        raise InvalidMeshError("The mesh has no faces: umbilics need a surface.")
+    if triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise InvalidMeshError(f"The triangles must have shape (m, 3), not {triangles.shape}.")
+    if triangles.dtype.kind not in "iu":
+        raise InvalidMeshError("The triangles must be whole numbers: rows of the vertices.")
+    low, high = int(triangles.min()), int(triangles.max())
+    if low < 0 or high >= len(vertices):
+        raise InvalidMeshError(
+            f"The triangles name vertices {low} to {high}, but there are {len(vertices)}."
+        )
+    if 3 * len(triangles) >= np.iinfo(np.int32).max:
+        raise InvalidMeshError("The mesh has more than 700 million triangles: split it.")
+    return vertices, triangles.astype(np.int32, copy=False)
+
+
+def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) -> np.ndarray:
+    """Rows of the triangles with three different, finite corners."""
+    a, b, c = triangles.T
+    good = (a != b) & (b != c) & (c != a)
+    if not good.all():
+        warnings.append(
+            f"{_count(len(good) - np.count_nonzero(good), 'triangle')} with repeated corners "
+            "left out."
+        )
+    if not np.isfinite(vertices).all():
+        finite = np.isfinite(vertices).all(axis=1)[triangles].all(axis=1)
+        broken = np.count_nonzero(good & ~finite)
+        if broken:
+            warnings.append(
+                f"{_count(broken, 'triangle')} left out: their corners are not finite numbers. "
+                "Delete or repair those vertices."
+            )
+        good &= finite
+    if not good.any():
+        raise InvalidMeshError("No face of the mesh has three different, finite corners.")
+    return np.flatnonzero(good)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _separate(
+    corners: np.ndarray, vertex_count: int, warnings: list[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Turn windings to agree and take sheets apart at edges that are not manifold.
+
+    Returns
+    -------
+    kept, corners, source:
+        Rows kept, their new corners, and the old vertex of each new one; every directed edge
+        then occurs once.
+    """
+    _, first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    kept = np.sort(first)
+    copies = len(corners) - len(kept)
+    if copies:
+        warnings.append(
+            f"{_count(copies, 'duplicate triangle')} left out. Merge by Distance and Delete "
+            "Loose mend this in the mesh."
+        )
+    corners = corners[kept]
+    edge, count = _undirected_edges(corners, vertex_count)
+    crowded = int(np.count_nonzero(count > 2))
+    if crowded:
+        warnings.append(
+            f"{_count(crowded, 'edge')} with three or more triangles: the sheets that meet "
+            "there were taken apart and end at that edge."
+        )
+    corners = _oriented(corners, edge, count, warnings)
+    source = np.arange(vertex_count)
+    while True:
+        corners, origin = _split_across(corners, len(source))
+        source = source[origin]
+        extra = _later_copies(corners, len(source))
+        if not extra.any():
+            return kept, corners, source
+        # A slit of a single edge cannot be opened: its second triangle is given up.
+        warnings.append(
+            f"{_count(int(extra.sum()), 'triangle')} left out where sheets could not be told apart."
+        )
+        kept, corners = kept[~extra], corners[~extra]
+
+
+def _undirected_edges(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """(3 m,) number of the undirected edge of each half-edge, and the half-edges on each."""
+    tails = corners.ravel().astype(np.int64)
+    heads = corners[:, [1, 2, 0]].ravel()
+    keys = np.minimum(tails, heads) * vertex_count + np.maximum(tails, heads)
+    _, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
+    return edge, count
+
+
+def _pairs(edge: np.ndarray, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The two half-edges on each edge that `usable` names (each such edge has exactly two)."""
+    members = np.flatnonzero(usable[edge])
+    members = members[np.argsort(edge[members], kind="stable")]
+    return members[::2], members[1::2]
+
+
+def _oriented(
+    corners: np.ndarray, edge: np.ndarray, count: np.ndarray, warnings: list[str]
+) -> np.ndarray:
+    """Wind the triangles of each piece the way that most of them already are."""
+    m = len(corners)
+    first, second = _pairs(edge, count == 2)
+    tails = corners.ravel()
+    agree = tails[first] != tails[second]
+    left, right = first // 3, second // 3
+    # Each triangle stands twice, as it is and turned; two neighbours whose windings agree are
+    # joined like with like. A piece is orientable when its two copies stay apart.
+    shift = np.where(agree, 0, m)
+    rows = np.concatenate([left, left + m])
+    columns = np.concatenate([right + shift, right + m - shift])
+    graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * m, 2 * m))
+    sheets, label = csgraph.connected_components(graph, directed=False)
+    as_is, turned = label[:m], label[m:]
+    votes = np.bincount(as_is, minlength=sheets)
+    turn = (as_is != turned) & (
+        (votes[turned] > votes[as_is]) | ((votes[turned] == votes[as_is]) & (turned < as_is))
+    )
+    flipped = int(turn.sum())
+    if flipped:
+        warnings.append(
+            f"{_count(flipped, 'triangle')} wound against the others: turned for the analysis. "
+            "Recalculate Outside mends this in the mesh."
+        )
+    if (as_is == turned).any():
+        warnings.append(
+            "A piece of the mesh is one-sided (like a Moebius strip): it was cut where its two "
+            "sides meet, and its indices are not tied to its topology."
+        )
+    corners = corners.copy()
+    corners[turn] = corners[turn][:, [0, 2, 1]]
+    return corners
+
+
+def _split_across(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Give each fan of triangles, joined across edges with two consistent ones, its vertex."""
+    edge, count = _undirected_edges(corners, vertex_count)
+    first, second = _pairs(edge, count == 2)
+    tails = corners.ravel()
+    agree = tails[first] != tails[second]
+    first, second = first[agree], second[agree]
+
+    # Across a shared edge the tail of one half-edge is the head of the other.
+    rows = np.concatenate([first, following(first)])
+    columns = np.concatenate([following(second), second])
+    size = corners.size
+    graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(size, size))
+    _, label = csgraph.connected_components(graph, directed=False)
+    return _relabelled(corners, label)
+
+
+def _relabelled(corners: np.ndarray, label: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """New corners (m, 3) numbered by label, in the order of their old vertices, and those."""
+    old = corners.ravel()
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    order = np.argsort(old[first], kind="stable")
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    return rank[inverse].reshape(-1, 3), old[first][order].astype(np.int64)
+
+
+def _later_copies(corners: np.ndarray, vertex_count: int) -> np.ndarray:
+    """(m,) bool, triangles that hold a directed edge which an earlier triangle already has."""
+    keys = corners.ravel().astype(np.int64) * vertex_count + corners[:, [1, 2, 0]].ravel()
+    _, first = np.unique(keys, return_index=True)
+    later = np.ones(len(keys), bool)
+    later[first] = False
+    return later.reshape(-1, 3).any(axis=1)
+
+
+def _split_fans(
+    corners: np.ndarray, source: np.ndarray, links: HalfEdges, warnings: list[str]
+) -> tuple[np.ndarray, np.ndarray, HalfEdges]:
+    """Take pinched vertices, where several fans touch, apart; also drops unused vertices."""
+    used = links.corner_count > 0
+    is_pinched = has_pinched_vertex(corners, links)
+    if not is_pinched and used.all():
+        return corners, source, links
+    if is_pinched:
+        labels = fan_labels(links.twin)
+        half_edges = np.arange(len(labels), dtype=labels.dtype)
+        fans = int(np.count_nonzero((labels == half_edges) | (labels == half_edges - len(labels))))
+        pinched = fans - int(np.count_nonzero(used))
+        warnings.append(
+            f"{_count(pinched, 'pinched vertex').replace('vertexs', 'vertices')}: the sheets "
+            "that touch there were taken apart."
+        )
+        corners, origin = _relabelled(corners, labels)
+    else:
+        origin = np.flatnonzero(used)
+        rank = np.cumsum(used, dtype=np.int32) - np.int32(1)
+        corners = rank[corners]
+    source = source[origin]
+    return corners, source, link(corners, len(source))
+
+
+def _assemble(
+    vertices: np.ndarray,
+    corners: np.ndarray,
+    rows: np.ndarray,
+    source: np.ndarray,
+    links: HalfEdges,
+) -> Surface:
+    points = vertices[source]
+    # By columns: several times faster than along the first axis of (n, 3).
+    low = np.array([column.min() for column in points.T])
+    high = np.array([column.max() for column in points.T])
+    # Halves first: the sum of two huge coordinates would overflow.
+    origin = 0.5 * low + 0.5 * high
+    unit = float((0.5 * high - 0.5 * low).max())
+    if unit == 0.0:
+        raise InvalidMeshError("All faces of the mesh lie in one point: there is no surface.")
+    points -= origin
+    points /= unit
+    border = np.zeros(len(source), bool)
+    open_edges = np.flatnonzero(links.twin < 0)
+    border[corners.ravel()[open_edges]] = True
+    border[corners.ravel()[following(open_edges)]] = True
+    return Surface(
+        vertices=points,
+        triangles=corners,
+        source_vertex=source,
+        source_triangle=rows,
+        twin=links.twin,
+        neighbour_start=links.neighbour_start,
+        neighbours=links.neighbours,
+        border=border,
+        component=_components(links),
+        origin=origin,
+        unit=unit,
+    )
+
+
+def _components(links: HalfEdges) -> np.ndarray:
+    """(n,) int32 connected component of each vertex."""
+    count = len(links.neighbour_start) - 1
+    graph = sparse.csr_array(
+        (np.ones(len(links.neighbours)), links.neighbours, links.neighbour_start),
+        shape=(count, count),
+    )
+    reached = csgraph.breadth_first_order(graph, 0, return_predecessors=False)
+    if len(reached) == count:  # most meshes are one piece, which this tells four times faster
+        return np.zeros(count, np.int32)
+    return csgraph.connected_components(graph, directed=False)[1]
+
+
+def _warn_about_geometry(surface: Surface, warnings: list[str]) -> None:
+    _, areas = surface.face_normal_area
+    flat = int(np.count_nonzero(areas <= np.finfo(float).eps ** 2))
+    if flat:
+        warnings.append(
+            f"{_count(flat, 'triangle')} without area: their neighbourhood is less certain."
+        )
+    inward = int(np.count_nonzero(surface.closed & (surface.volume < 0)))
+    if inward:
+        warnings.append(
+            f"The normals of {_count(inward, 'closed piece')} point inwards, so curvatures have "
+            "the opposite sign there. Recalculate Outside mends this in the mesh."
+        )

@@ -1,0 +1,146 @@
+"""The surface as it is analysed: a clean oriented manifold made of the input mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..base.parallel import run
+from ..base.progress import Progress
+
+# Triangles per block: long enough that handing over the interpreter lock costs little.
+BLOCK = 32768
+
+
+@dataclass(frozen=True)
+class Surface:
+    """An oriented triangle manifold, possibly with border and several components.
+
+    Every edge has one or two triangles, every vertex one fan of triangles, windings agree.
+    `core.cleaning` makes it from any input; isolated vertices are not part of it.
+
+    Attributes
+    ----------
+    vertices:
+        (n, 3) float64 positions, moved and scaled to a unit box (see `origin` and `unit`).
+    triangles:
+        (m, 3) int32 corners, outward winding.
+    source_vertex, source_triangle:
+        (n,), (m,) int64 rows of the input that each vertex and triangle came from. A vertex of
+        the input where sheets only touch appears once for each sheet.
+    twin:
+        (3 m,) int32 the half-edge that shares the edge from corner k to k + 1 of triangle t,
+        for half-edge 3 t + k; -1 on a border.
+    neighbour_start, neighbours:
+        (n + 1,) and (e,) int32: the one-ring of vertex i is
+        neighbours[neighbour_start[i]:neighbour_start[i + 1]], ascending.
+    border:
+        (n,) bool, True at vertices on an open border.
+    component:
+        (n,) int32 connected component of each vertex.
+    origin, unit:
+        (3,) float64 and float: input position = vertices * unit + origin.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    source_vertex: np.ndarray
+    source_triangle: np.ndarray
+    twin: np.ndarray
+    neighbour_start: np.ndarray
+    neighbours: np.ndarray
+    border: np.ndarray
+    component: np.ndarray
+    origin: np.ndarray
+    unit: float
+
+    @cached_property
+    def _faces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(m, 3) unit normals, (m,) areas, (3, m) squared lengths of the sides ab, bc, ca and
+        (m,) signed volumes of the tetrahedra from the origin to the triangles."""
+        m = len(self.triangles)
+        normals, areas = np.empty((m, 3)), np.empty(m)
+        squares, volumes = np.empty((3, m)), np.empty(m)
+
+        coordinates = np.ascontiguousarray(self.vertices.T)
+
+        def block(first: int) -> None:
+            rows = slice(first, first + BLOCK)
+            corners = np.take(coordinates, self.triangles[rows].T, axis=1)
+            sides = corners[:, [1, 2, 0]] - corners
+            np.einsum("ckr,ckr->kr", sides, sides, out=squares[:, rows])
+            (ax, bx, _), (ay, by, _), (az, bz, _) = sides
+            cross = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+            np.einsum("cr,cr->r", corners[:, 0], cross / 6.0, out=volumes[rows])
+            length = np.sqrt(np.einsum("cr,cr->r", cross, cross))
+            np.multiply(0.5, length, out=areas[rows])
+            np.divide(cross.T, np.maximum(length, np.finfo(float).tiny)[:, None], out=normals[rows])
+
+        run(block, range(0, m, BLOCK), Progress())
+        return normals, areas, squares, volumes
+
+    @property
+    def face_normal_area(self) -> tuple[np.ndarray, np.ndarray]:
+        """(m, 3) unit normals of the triangles and (m,) their areas."""
+        return self._faces[:2]
+
+    @property
+    def side_squares(self) -> np.ndarray:
+        """(3, m) squared lengths of the sides ab, bc and ca of the triangles abc."""
+        return self._faces[2]
+
+    @cached_property
+    def least_height(self) -> np.ndarray:
+        """(m,) the smallest of the three heights of each triangle."""
+        longest = np.sqrt(self.side_squares.max(axis=0))
+        return 2.0 * self._faces[1] / np.maximum(longest, np.finfo(float).tiny)
+
+    @cached_property
+    def volume(self) -> np.ndarray:
+        """(components,) volume within each closed component, negative with normals inwards."""
+        volumes = self._faces[3]
+        if self.component_count == 1:
+            return volumes.sum(keepdims=True)
+        return self.by_component(slice(None), volumes)
+
+    def near_border(self, rings: int) -> np.ndarray:
+        """(n,) bool, True at vertices within so many edges of a border."""
+        near = self.border
+        if near.any():
+            owner = np.repeat(np.arange(len(near)), np.diff(self.neighbour_start))
+            for _ in range(rings):
+                near = near.copy()
+                near[owner[near[self.neighbours]]] = True
+        return near
+
+    @cached_property
+    def component_count(self) -> int:
+        """How many connected components there are."""
+        return int(self.component.max()) + 1 if len(self.component) else 0
+
+    def by_component(self, triangles: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+        """(components,) number of the given triangles in each component, or sum of weights."""
+        owner = self.component[self.triangles[triangles, 0]]
+        return np.bincount(owner, weights=weights, minlength=self.component_count)
+
+    @cached_property
+    def euler_characteristic(self) -> np.ndarray:
+        """(components,) int64 V - E + F of each component."""
+        vertices = np.bincount(self.component, minlength=self.component_count)
+        if self.component_count == 1:
+            faces = np.array([len(self.triangles)])
+        else:
+            faces = self.by_component(slice(None))
+        on_border = self.by_component(np.flatnonzero(self.twin < 0) // 3)
+        # Every inner edge is two half-edges, every border edge one.
+        edges = (3 * faces + on_border) // 2
+        return vertices - edges + faces
+
+    @cached_property
+    def closed(self) -> np.ndarray:
+        """(components,) bool, True where a component has no border."""
+        closed = np.ones(self.component_count, bool)
+        closed[self.component[self.border]] = False
+        return closed

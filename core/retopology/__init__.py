@@ -1,0 +1,1 @@
+"""From umbilics to a plan for a quad mesh."""

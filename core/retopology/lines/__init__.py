@@ -1,0 +1,1 @@
+"""Lines of curvature: tracing, even spacing, separatrices."""

@@ -1,0 +1,158 @@
+"""The chord of a line through one triangle: where it leaves, by the midpoint rule.
+
+Points are complex numbers in the planes of their triangles, see `FaceFrames`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...fields.planes import FaceFrames
+
+# Cosine of the largest turn from one triangle to the next; a line of curvature that turns more
+# has lost its way at a place where the mesh does not resolve the directions.
+LEAST_COSINE = 0.5
+# Lines keep this share of an edge away from its ends, where there would be no triangle beyond.
+MARGIN = 1e-6
+# A direction that leaves by the edge it came in by runs along that edge, this steeply inwards.
+INWARD = 1e-3
+
+
+@dataclass(frozen=True)
+class Chords:
+    """The chords of r lines, each in the triangle that the line is in.
+
+    Attributes
+    ----------
+    triangle:
+        (r,) int64 the triangles.
+    z:
+        (r,) complex128 where the chords end.
+    direction:
+        (r,) complex128 of modulus 1, their directions.
+    length:
+        (r,) float64 their lengths.
+    side, share:
+        (r,) int the sides they run towards, and (r,) float64 how far along the side they meet it.
+    inside:
+        (r,) bool, True where a chord ends before the side.
+    turned:
+        (r,) bool, True where the field turns so sharply that there is no chord: its length is 0.
+    """
+
+    triangle: np.ndarray
+    z: np.ndarray
+    direction: np.ndarray
+    length: np.ndarray
+    side: np.ndarray
+    share: np.ndarray
+    inside: np.ndarray
+    turned: np.ndarray
+
+
+def next_chords(
+    planes: FaceFrames,
+    triangle: np.ndarray,
+    corner: np.ndarray,
+    z: np.ndarray,
+    direction: np.ndarray,
+    entry: np.ndarray,
+    sign: np.ndarray,
+    straight: np.ndarray,
+    longest: np.ndarray,
+) -> Chords:
+    """The next chords of r lines.
+
+    Parameters
+    ----------
+    triangle, corner, z:
+        (r,) the triangles, (r, 3) complex128 their corners and (r,) complex128 the places in them.
+    direction:
+        (r,) complex128 of modulus 1: of the two directions of the line field the nearer is taken.
+    entry:
+        (r,) int side that the line came in by, -1 for none.
+    sign:
+        (r,) float64 1 for lines of the larger curvature, -1 for those of the smaller.
+    straight:
+        (r,) float64 length over which `direction` is kept rather than the field followed.
+    longest:
+        (r,) float64 the most that a chord may be long.
+    """
+    rows = np.arange(len(triangle))
+    edge, height = _edges(corner, z, entry, rows)
+    field = planes.value[triangle], planes.along[triangle], planes.across[triangle]
+    geodesic = straight > 0
+    some_geodesic = geodesic.any()
+    first = _root(field, z, sign, direction)
+    if some_geodesic:
+        first = np.where(geodesic, direction, first)
+    half, _ = _exit(edge, height, first, rows)
+    middle = _root(field, z + 0.5 * half * first, sign, first)
+    if some_geodesic:
+        middle = np.where(geodesic, direction, middle)
+    middle = _inwards(edge, entry, middle, rows)
+    distance, side = _exit(edge, height, middle, rows)
+    turned = (middle * direction.conj()).real < LEAST_COSINE
+    step = np.minimum(distance, longest)
+    if some_geodesic:
+        step = np.where(geodesic, np.minimum(step, straight), step)
+    step[turned] = 0.0
+    step = np.maximum(step, 0.0)
+    inside = step < distance
+    moved = z + step * middle
+    out = edge[rows, side]
+    here = corner[rows, side]
+    share = ((moved - here) * out).real / np.maximum(np.abs(out) ** 2, 1e-300)
+    share = np.minimum(np.maximum(share, MARGIN), 1.0 - MARGIN)
+    landed = np.where(inside, moved, here + share * out.conj())
+    return Chords(triangle, landed, middle, step, side, share, inside, turned)
+
+
+def _edges(
+    corner: np.ndarray, z: np.ndarray, entry: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Conjugates (r, 3) of the edges of triangles, and twice the areas (r, 3) from them to z;
+    infinite for the edge that a line came in by."""
+    edge = (corner[:, (1, 2, 0)] - corner).conj()
+    height = np.maximum((edge * (z[:, None] - corner)).imag, 0.0)
+    came = entry >= 0
+    height[rows[came], entry[came]] = np.inf
+    return edge, height
+
+
+def _root(field: tuple, z: np.ndarray, sign: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """The direction of the line field at z that is nearer to `near`; `near` at its zeros."""
+    value, along, across = field
+    root = np.sqrt(sign * (value + along * z + across * z.conj()))
+    size = np.abs(root)
+    root /= np.copysign(size, (root * near.conj()).real)
+    if not size.all():
+        root = np.where(size > 0, root, near)
+    return root
+
+
+def _inwards(
+    edge: np.ndarray, entry: np.ndarray, direction: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    """The directions, but along the edge that a line came in by where it would leave by it."""
+    inner = edge[rows, entry]
+    along = direction * (inner / np.maximum(np.abs(inner), 1e-300))
+    back = np.flatnonzero((along.imag < INWARD) & (entry >= 0))
+    if len(back):
+        inner = inner[back].conj() / np.maximum(np.abs(inner[back]), 1e-300)
+        steep = np.where(along[back].real >= 0, np.exp(1j * INWARD), -np.exp(-1j * INWARD))
+        direction[back] = steep * inner
+    return direction
+
+
+def _exit(
+    edge: np.ndarray, height: np.ndarray, direction: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distance (r,) to the edge by which a ray leaves its triangle, and that edge."""
+    rate = (edge * direction[:, None]).imag
+    distance = np.where(rate < 0, height / -rate, np.inf)
+    side = distance.argmin(axis=1)
+    distance = distance[rows, side]
+    return np.where(distance < np.inf, distance, 0.0), side

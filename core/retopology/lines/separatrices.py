@@ -1,0 +1,232 @@
+"""Separatrices: the lines of curvature that run into an umbilic, the skeleton of a layout."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...base.options import AUTO
+from ...base.parallel import threads
+from ...base.progress import Progress
+from ...fields.planes import FaceFrames, in_plane, places
+from ...mesh.surface import Surface
+from ...umbilics.result import Umbilics
+from ..settings import GuidanceSettings
+from .polylines import Lines, lines_from, points_of, sparse_rows
+from .streamlines import spacing_of
+from .tracing import LIMIT, MET, OBSTACLE, Starts, Traces, trace
+
+# Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
+# between vertices is not resolved.
+STRAIGHT = 1.5
+# A separatrix ends at an umbilic that it passes within this many edges, or its uncertainty.
+CAPTURE = 2.0
+# It may come back to its own umbilic once it has gone this many of those reaches.
+LEAVE = 4.0
+# Automatic limit of the length, in roots of the area.
+AUTO_LIMIT = 4.0
+# A separatrix without end is cut where it comes back beside itself nearer than this many spacings
+# of the lines of curvature.
+BESIDE = 0.5
+# Points are left out as long as this many edges lie between two.
+DETAIL = 1.0
+
+
+def separatrices(
+    surface: Surface,
+    planes: FaceFrames,
+    umbilics: Umbilics,
+    settings: GuidanceSettings,
+    progress: Progress,
+    undirected: np.ndarray | None = None,
+    around: np.ndarray | None = None,
+) -> Lines:
+    """The separatrices of umbilics, both families: one each for a lemon, three each otherwise.
+
+    A line of the larger curvature leaves along every direction of `Umbilics.separatrix`, one of
+    the smaller curvature along its opposite. Each ends at another umbilic, a border, a region or
+    the limit of its length; where the limit is automatic, one that comes to it ends where it began
+    to run beside itself, in a spiral that adds nothing to a layout. `Lines.source` and
+    `Lines.target` are rows of `umbilics`.
+
+    Parameters
+    ----------
+    umbilics:
+        k umbilics in input rows and coordinates.
+    undirected:
+        (m,) bool triangles of regions without directions.
+    around:
+        (m,) the `discs`, if they are known.
+    """
+    inner = _triangle_rows(surface, umbilics.triangle)
+    point, ray = np.nonzero(np.isfinite(umbilics.separatrix).all(axis=2))
+    keep = inner[point] >= 0
+    point, ray = point[keep], ray[keep]
+    tangent = umbilics.separatrix[point, ray]
+    # The smaller curvature's separatrices run the other way.
+    tangent = np.concatenate([tangent, -tangent])
+    family = np.repeat([0, 1], len(point))
+    point = np.concatenate([point, point])
+    edge = _edge_lengths(surface, inner)
+    reach = _reach(surface, umbilics, edge)
+    obstacle = discs(surface, umbilics) if around is None else around
+    free = obstacle < 0
+    if undirected is not None:
+        obstacle = np.where(free & undirected, len(umbilics), obstacle)
+    triangle = inner[point]
+    z = places(planes, triangle, umbilics.barycentric[point])
+    starts = Starts(
+        triangle,
+        z + 1e-6 * (planes.corner[triangle].mean(axis=1) - z),
+        in_plane(surface, triangle, tangent),
+        family,
+        STRAIGHT * edge[point],
+        point,
+        LEAVE * reach[point],
+    )
+    limit = np.full(len(point), length_limit(surface, settings))
+    traces = trace(surface, planes, starts, limit, obstacle, progress)
+    if settings.length_limit in (AUTO, 0.0):
+        traces = unwound(surface, planes, traces, BESIDE * spacing_of(surface, settings))
+    target = np.where(
+        (traces.end == OBSTACLE) & (traces.obstacle < len(umbilics)), traces.obstacle, -1
+    )
+    return _lines(surface, planes, umbilics, inner, traces, family, point, target)
+
+
+def unwound(surface: Surface, planes: FaceFrames, traces: Traces, apart: float) -> Traces:
+    """Those lines that come to their limit only as far as they do not come nearer to themselves
+    than `apart`; the others as they are."""
+    count = len(traces.end)
+    rows = sparse_rows(traces, 0.5 * apart)
+    line = np.repeat(np.arange(count), np.diff(traces.start))
+    points = points_of(surface, planes, traces.triangle[rows], traces.z[rows])
+    normal = surface.face_normal_area[0][traces.triangle[rows]]
+    arc = traces.travelled[rows]
+    first = np.searchsorted(line[rows], np.arange(count + 1))
+    cut = np.full(count, np.inf)
+    for number in np.flatnonzero(traces.end == LIMIT):
+        own = slice(first[number], first[number + 1])
+        pairs = cKDTree(points[own]).query_pairs(apart, output_type="ndarray") + first[number]
+        one, two = pairs.T
+        # Neither neighbours along the line nor the two sides of a thin sheet.
+        beside = np.abs(arc[one] - arc[two]) > 4.0 * apart
+        beside &= np.einsum("pc,pc->p", normal[one], normal[two]) > 0.0
+        cut[number] = np.maximum(arc[one], arc[two])[beside].min(initial=np.inf)
+    keep = traces.travelled <= cut[line]
+    wound = np.isfinite(cut)
+    return replace(
+        traces,
+        start=np.concatenate([[0], np.cumsum(np.bincount(line[keep], minlength=count))]),
+        triangle=traces.triangle[keep],
+        z=traces.z[keep],
+        travelled=traces.travelled[keep],
+        end=np.where(wound, MET, traces.end).astype(np.int8),
+        obstacle=np.where(wound, -1, traces.obstacle),
+    )
+
+
+def length_limit(surface: Surface, settings: GuidanceSettings) -> float:
+    """Longest separatrix in the coordinates of the surface."""
+    if settings.length_limit == AUTO or settings.length_limit == 0.0:
+        return AUTO_LIMIT * float(np.sqrt(surface.face_normal_area[1].sum()))
+    return float(settings.length_limit) / surface.unit
+
+
+def _triangle_rows(surface: Surface, triangles: np.ndarray) -> np.ndarray:
+    """(k,) rows of the surface's triangles that input triangles became, -1 for none."""
+    row = np.full(int(max(surface.source_triangle.max(), triangles.max(initial=0))) + 1, -1)
+    row[surface.source_triangle] = np.arange(len(surface.source_triangle))
+    return row[triangles]
+
+
+def _edge_lengths(surface: Surface, rows: np.ndarray) -> np.ndarray:
+    """(k,) mean edge of the given triangles."""
+    corner = surface.vertices[surface.triangles[rows]]
+    return np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
+
+
+def _reach(surface: Surface, umbilics: Umbilics, edge: np.ndarray) -> np.ndarray:
+    """(k,) how near to an umbilic a line has arrived at it, by the edges (k,) around it."""
+    error = np.nan_to_num(umbilics.uncertainty, nan=0.0, posinf=0.0) / surface.unit
+    return np.clip(error, CAPTURE * edge, 2.0 * CAPTURE * edge)
+
+
+def discs(surface: Surface, umbilics: Umbilics) -> np.ndarray:
+    """(m,) int64 umbilic, of k in input rows, that each triangle is within reach of; -1: none."""
+    rows = _triangle_rows(surface, umbilics.triangle)
+    reach = _reach(surface, umbilics, _edge_lengths(surface, rows))
+    obstacle = np.full(len(surface.triangles), -1, np.int64)
+    normal, _ = surface.face_normal_area
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    place = (umbilics.position - surface.origin) / surface.unit
+    # A tree of the few umbilics finds at once which of all the triangles are worth a tree.
+    bound = float(reach.max(initial=0.0)) * (1.0 + 1e-9)
+    far, _ = cKDTree(place).query(middle, distance_upper_bound=bound, workers=threads())
+    some = np.flatnonzero(np.isfinite(far))
+    near = cKDTree(middle[some]).query_ball_point(place, reach)
+    nearest = np.full(len(obstacle), np.inf)
+    for number, found in enumerate(near):
+        if rows[number] < 0:
+            continue
+        found = some[np.asarray(found, np.int64)]
+        # Not the other side of a thin sheet.
+        found = found[normal[found] @ normal[rows[number]] > 0.0]
+        distance = np.linalg.norm(middle[found] - place[number], axis=1)
+        closer = distance < nearest[found]
+        nearest[found[closer]] = distance[closer]
+        obstacle[found[closer]] = number
+        obstacle[rows[number]] = number
+        nearest[rows[number]] = 0.0
+    return obstacle
+
+
+def _lines(
+    surface: Surface,
+    planes: FaceFrames,
+    umbilics: Umbilics,
+    inner: np.ndarray,
+    traces: Traces,
+    family: np.ndarray,
+    point: np.ndarray,
+    target: np.ndarray,
+) -> Lines:
+    count = len(family)
+    detail = DETAIL * float(np.median(_edge_lengths(surface, inner))) if len(inner) else 1.0
+    rows = sparse_rows(traces, detail)
+    line = np.repeat(np.arange(count), np.diff(traces.start))[rows]
+    # One more point for each line that reaches an umbilic: the umbilic itself.
+    reached = np.flatnonzero(target >= 0)
+    at = inner[target[reached]]
+    triangle = np.concatenate([traces.triangle[rows], at])
+    z = np.concatenate([traces.z[rows], places(planes, at, umbilics.barycentric[target[reached]])])
+    line = np.concatenate([line, reached])
+    order = np.argsort(line, kind="stable")
+    made = lines_from(
+        surface, planes, line[order], triangle[order], z[order], family, np.zeros(count, bool)
+    )
+    return Lines(**{**vars(made), "source": point, "target": target})
+
+
+def skeleton(lines: Lines) -> Lines:
+    """Separatrices with each arc between two umbilics once, though both ends started it."""
+    ends = np.sort(np.stack([lines.source, lines.target], axis=1), axis=1)
+    drop = np.zeros(len(lines), bool)
+    joined = np.flatnonzero(lines.target >= 0)
+    for position, one in enumerate(joined):
+        for two in joined[position + 1 :]:
+            same = lines.family[one] == lines.family[two] and (ends[one] == ends[two]).all()
+            if same and not drop[one] and _alike(lines, one, two):
+                drop[two] = True
+    return lines.select(~drop)
+
+
+def _alike(lines: Lines, one: int, two: int) -> bool:
+    """Whether two arcs are the same path: the middle of one lies on the other."""
+    points = lines.points(one)
+    middle = points[len(points) // 2]
+    other = lines.points(two)
+    step = np.linalg.norm(np.diff(other, axis=0), axis=1).max(initial=0.0)
+    return bool(np.linalg.norm(other - middle, axis=1).min() <= 3.0 * step)

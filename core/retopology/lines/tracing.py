@@ -1,0 +1,276 @@
+"""Many lines traced through the triangles of a surface at once.
+
+A line crosses one triangle at a step, along the direction in the middle of its chord (the
+midpoint rule), and its points lie on the edges in between: it never leaves the surface. The
+direction is the root of the deviator nearest to the one before, never a signed vector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base.progress import Progress
+from ...fields.planes import FaceFrames
+from ...mesh.surface import Surface
+from .chords import Chords, next_chords
+from .headway import Headway
+
+# Why a line ends.
+LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED, LOST = range(7)
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where r lines begin.
+
+    Attributes
+    ----------
+    triangle:
+        (r,) int64 triangles.
+    z:
+        (r,) complex128 places in their planes.
+    direction:
+        (r,) complex128 of modulus 1: the way to go at first; of the two directions of the line
+        field the nearer is taken.
+    family:
+        (r,) int: 0 for lines of the larger curvature, 1 for those of the smaller.
+    straight:
+        (r,) float64 length over which `direction` is kept, as a geodesic, before the field is
+        followed; infinite for a geodesic.
+    own:
+        (r,) int obstacle that the line begins at, -1 for none; it does not count before the
+        line has gone the length `grace` (r,).
+    """
+
+    triangle: np.ndarray
+    z: np.ndarray
+    direction: np.ndarray
+    family: np.ndarray
+    straight: np.ndarray
+    own: np.ndarray
+    grace: np.ndarray
+
+    @classmethod
+    def plain(
+        cls,
+        triangle: np.ndarray,
+        z: np.ndarray,
+        direction: np.ndarray,
+        family: np.ndarray,
+        straight: float = 0.0,
+    ) -> Starts:
+        """Starts away from obstacles."""
+        count = len(triangle)
+        return cls(
+            triangle,
+            z,
+            direction,
+            family,
+            np.full(count, straight),
+            np.full(count, -1),
+            np.zeros(count),
+        )
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Traced lines, one after the other.
+
+    Attributes
+    ----------
+    start:
+        (r + 1,) int64: the points of line i are rows start[i]:start[i + 1].
+    triangle, z:
+        (p,) int64 and complex128 places; each chord lies in the triangle of its second point.
+    travelled:
+        (p,) float64 length from the line's first point.
+    end:
+        (r,) int8 why it ended.
+    obstacle:
+        (r,) int64 the obstacle it ended at, -1 for none.
+    direction:
+        (r,) complex128 its direction at the end, in the plane of its last triangle.
+    """
+
+    start: np.ndarray
+    triangle: np.ndarray
+    z: np.ndarray
+    travelled: np.ndarray
+    end: np.ndarray
+    obstacle: np.ndarray
+    direction: np.ndarray
+
+
+Stop = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def trace(
+    surface: Surface,
+    planes: FaceFrames,
+    starts: Starts,
+    limit: np.ndarray,
+    obstacle: np.ndarray,
+    progress: Progress,
+    stop: Stop | None = None,
+    every: int = 1,
+) -> Traces:
+    """Trace lines until they meet their limit, a border, an obstacle or a sudden turn.
+
+    Whatever the mesh and the field, every line ends, see `Headway`.
+
+    Parameters
+    ----------
+    limit:
+        (r,) float64 length at which each line ends.
+    obstacle:
+        (m,) int number of the obstacle that each triangle belongs to, -1 if none. A line ends
+        on the edge of the first such triangle that it comes to.
+    stop:
+        Asked every `every` steps with the rows of the running lines, their triangles, places
+        and lengths; answers with the codes of those that must end, -1 for the others.
+    """
+    count = len(starts)
+    running = _Running.begun(starts, limit, planes)
+    end, ended_at = np.full(count, LIMIT, np.int8), np.full(count, -1)
+    last = np.ones(count, complex)
+    headway = Headway(surface, count)
+    records = [(running.ids, running.triangle, running.z, running.length)]
+    steps = 0
+    # Each call of NumPy costs more than the work on some hundred lines, so that what is needed
+    # by few of them is looked at only where there are any.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        while len(running.ids):
+            steps += 1
+            if steps % 64 == 0:
+                progress.step(1.0 - len(running.ids) / count)
+            chords = running.chords(planes)
+            border, reached = running.moved(chords, surface, planes)
+            ids = running.ids
+            records.append((ids, chords.triangle, chords.z, running.length))
+            block = obstacle[running.triangle]
+            hit = running.arrived(block, chords)
+            told = -1
+            if stop is not None and steps % every == 0:
+                told = stop(ids, chords.triangle, chords.z, running.length)
+            lost = headway.lost(ids, chords.triangle, chords.length)
+            done = border | reached | chords.turned | hit | lost | (told >= 0)
+            if not done.any():
+                continue
+            code = np.where(lost, LOST, told)
+            for why, number in (
+                (border, BORDER),
+                (reached, LIMIT),
+                (chords.turned, TURN),
+                (hit, OBSTACLE),
+            ):
+                code[why] = number
+            ended_at[ids[hit]] = block[hit]
+            end[ids[done]], last[ids[done]] = code[done], chords.direction[done]
+            running = running.select(~done)
+    return _collected(records, count, end, ended_at, last)
+
+
+@dataclass
+class _Running:
+    """The lines that are still being traced, (r,) each; see `Starts` and `next_chords`."""
+
+    ids: np.ndarray
+    triangle: np.ndarray
+    z: np.ndarray
+    direction: np.ndarray
+    entry: np.ndarray
+    sign: np.ndarray
+    straight: np.ndarray
+    own: np.ndarray
+    grace: np.ndarray
+    limit: np.ndarray
+    length: np.ndarray
+    corner: np.ndarray
+
+    @classmethod
+    def begun(cls, starts: Starts, limit: np.ndarray, planes: FaceFrames) -> _Running:
+        count = len(starts)
+        triangle = starts.triangle.astype(np.int64)
+        return cls(
+            ids=np.arange(count),
+            triangle=triangle,
+            z=starts.z.astype(complex),
+            direction=starts.direction.astype(complex),
+            entry=np.full(count, -1),
+            sign=np.where(starts.family == 0, 1.0, -1.0),
+            straight=starts.straight.astype(float),
+            own=starts.own.astype(np.int64),
+            grace=starts.grace.astype(float),
+            limit=limit.astype(float),
+            length=np.zeros(count),
+            corner=planes.corner[triangle],
+        )
+
+    def select(self, rows: np.ndarray) -> _Running:
+        return _Running(**{name: value[rows] for name, value in vars(self).items()})
+
+    def chords(self, planes: FaceFrames) -> Chords:
+        return next_chords(
+            planes,
+            self.triangle,
+            self.corner,
+            self.z,
+            self.direction,
+            self.entry,
+            self.sign,
+            self.straight,
+            self.limit - self.length,
+        )
+
+    def moved(
+        self, chords: Chords, surface: Surface, planes: FaceFrames
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Go along the chords and into the triangles beyond; whether a border, or the limit of
+        the length, was met."""
+        rows = np.arange(len(self.ids))
+        self.length = self.length + chords.length
+        if self.straight.any():
+            straight = self.straight - chords.length
+            self.straight = np.where(straight < 1e-12, 0.0, straight)
+        half_edge = 3 * chords.triangle + chords.side
+        twin = surface.twin[half_edge].astype(np.int64)
+        border = (twin < 0) & ~chords.inside
+        reached = self.length >= self.limit * (1.0 - 1e-12)
+        stay = chords.inside | border | reached | chords.turned
+        staying = np.flatnonzero(stay)
+        beyond = twin // 3
+        entry = twin - 3 * beyond
+        direction = chords.direction * planes.turn[half_edge]
+        beyond[staying], entry[staying] = chords.triangle[staying], -1
+        direction[staying] = chords.direction[staying]
+        self.corner = planes.corner[beyond]
+        tail = self.corner[rows, entry]
+        into = tail + (1.0 - chords.share) * (self.corner[rows, (entry + 1) % 3] - tail)
+        self.z = np.where(stay, chords.z, into)
+        self.triangle, self.entry, self.direction = beyond, entry, direction
+        return border, reached
+
+    def arrived(self, block: np.ndarray, chords: Chords) -> np.ndarray:
+        """(r,) bool, True where the obstacle `block` (r,) of the triangle entered ends a line."""
+        hit = block >= 0
+        if hit.any():
+            # A line that stayed in its triangle has entered none.
+            hit &= (self.entry >= 0) & ((block != self.own) | (self.length > self.grace))
+        return hit
+
+
+def _collected(
+    records: list, count: int, end: np.ndarray, obstacle: np.ndarray, last: np.ndarray
+) -> Traces:
+    ids, triangle, z, length = (np.concatenate(part) for part in zip(*records, strict=True))
+    order = np.argsort(ids, kind="stable")
+    start = np.concatenate([[0], np.cumsum(np.bincount(ids, minlength=count))])
+    return Traces(
+        start.astype(np.int64), triangle[order], z[order], length[order], end, obstacle, last
+    )

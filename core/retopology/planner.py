@@ -1,0 +1,284 @@
+"""From a detection to a plan for a quad mesh: cross field, poles, lines of curvature."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+
+from ..base.progress import Progress
+from ..curvature.field import CurvatureField
+from ..fields.face_index import face_field_singularities
+from ..fields.planes import FaceFrames, lay_out
+from ..mesh.repair import clean
+from ..mesh.surface import Surface
+from ..umbilics.result import Detection
+from .cross_field import CrossField, cross_field, smoothed_lines
+from .features import feature_half_edges, is_convex
+from .lines.polylines import Lines
+from .lines.separatrices import discs, separatrices, skeleton
+from .lines.streamlines import evenly_spaced_lines
+from .mirror import MirrorPlane, find_mirror_plane
+from .poles import Poles, plan_poles
+from .settings import GuidanceSettings
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """The cross field of an input mesh of n vertices and m triangles, and its poles.
+
+    Attributes
+    ----------
+    direction, normal:
+        (n, 3) float64 one unit direction of the cross at each vertex and the unit normal; NaN at
+        vertices without a face.
+    confidence:
+        (n,) float64 how much the curvature says there, 0 to 1.
+    face_direction:
+        (m, 3) float64 one unit direction in each triangle; NaN for triangles left out.
+    triangle_index:
+        (m,) float64 index of the cross field, a multiple of one quarter.
+    index_sum, expected_index_sum:
+        Sum of the indices, and the Euler characteristic (NaN where the surface is open).
+    poles:
+        The pole plan.
+    feature_triangle, feature_side, feature_convex:
+        (e,) the edges that the field runs along: input triangle, side k (from corner k to the
+        next), and whether the surface is convex there.
+    timings:
+        Seconds spent in each stage, by name.
+    """
+
+    direction: np.ndarray
+    normal: np.ndarray
+    confidence: np.ndarray
+    face_direction: np.ndarray
+    triangle_index: np.ndarray
+    index_sum: float
+    expected_index_sum: float
+    poles: Poles
+    feature_triangle: np.ndarray
+    feature_side: np.ndarray
+    feature_convex: np.ndarray
+    timings: dict[str, float] = field(default_factory=dict)
+
+
+class Guide:
+    """A mesh and its detection, ready for guidance; what several results share is made once.
+
+    Parameters
+    ----------
+    vertices, triangles:
+        (n, 3) and (m, 3), the very mesh that was detected on.
+    detection:
+        The result of `core.detect`.
+
+    Raises
+    ------
+    InvalidMeshError
+        As `core.detect`.
+    """
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, detection: Detection) -> None:
+        self.surface, _ = clean(vertices, triangles)
+        self.detection = detection
+        self._counts = len(vertices), len(triangles)
+        self._field = _on_surface(self.surface, detection.curvature)
+        self._planes: FaceFrames | None = None
+
+    def keep(self, rows: np.ndarray) -> None:
+        """Go on with the given candidates of the detection as the kept umbilics."""
+        umbilics = self.detection.candidates.select(rows)
+        self.detection = replace(self.detection, umbilics=umbilics)
+
+    @property
+    def undirected(self) -> np.ndarray:
+        """(m,) bool over the surface's triangles: those in a region."""
+        inside = np.zeros(self._counts[1], bool)
+        for region in self.detection.regions:
+            inside[region.triangles] = True
+        return inside[self.surface.source_triangle]
+
+    def planes(self, progress: Progress) -> FaceFrames:
+        """The triangles in their planes, laid out at first use."""
+        if self._planes is None:
+            self._planes = lay_out(self.surface, self._field.lines, progress)
+        return self._planes
+
+    def guidance(
+        self,
+        settings: GuidanceSettings | None = None,
+        progress: Progress | None = None,
+        *,
+        sharp: np.ndarray | None = None,
+        zone: np.ndarray | None = None,
+    ) -> Guidance:
+        """Cross field and pole plan.
+
+        Parameters
+        ----------
+        sharp:
+            (s, 2) vertex pairs of the edges marked as sharp.
+        zone:
+            (n,) bool vertices where no pole is wanted.
+        """
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        begin = time.perf_counter()
+        part = progress.part("Smoothing the cross field", 0.0, 0.8)
+        surface = self.surface
+        cross = cross_field(
+            surface, self._field, settings, part, sharp=sharp, undirected=self.undirected
+        )
+        middle = time.perf_counter()
+        planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
+        poles = plan_poles(
+            surface,
+            planes,
+            cross,
+            self.detection.umbilics,
+            list(self.detection.regions),
+            zone,
+            settings.plan,
+        )
+        end = time.perf_counter()
+        progress.step(1.0)
+        return self._collected(cross, poles, settings, sharp, middle - begin, end - middle)
+
+    def _collected(
+        self,
+        cross: CrossField,
+        poles: Poles,
+        settings: GuidanceSettings,
+        sharp: np.ndarray | None,
+        field_seconds: float,
+        pole_seconds: float,
+    ) -> Guidance:
+        surface = self.surface
+        edges = feature_half_edges(surface, settings, sharp)
+        n, m = self._counts
+        closed = bool(surface.closed.all())
+        return Guidance(
+            direction=_scattered(cross.direction, surface.source_vertex, n, np.nan),
+            normal=_scattered(cross.normal, surface.source_vertex, n, np.nan),
+            confidence=_scattered(cross.confidence, surface.source_vertex, n, 0.0),
+            face_direction=_scattered(cross.face_direction, surface.source_triangle, m, np.nan),
+            triangle_index=_scattered(cross.triangle_index, surface.source_triangle, m, 0.0),
+            index_sum=float(cross.triangle_index.sum()),
+            expected_index_sum=(
+                float(surface.euler_characteristic.sum()) if closed else float("nan")
+            ),
+            poles=poles,
+            feature_triangle=surface.source_triangle[edges // 3],
+            feature_side=edges % 3,
+            feature_convex=is_convex(surface, edges),
+            timings={"cross field": field_seconds, "poles": pole_seconds},
+        )
+
+    def singular_vertices(self, guidance: Guidance) -> tuple[np.ndarray, np.ndarray]:
+        """Input vertices (s,) where the field of the faces is singular, and 4 times its index."""
+        planes = self.planes(Progress())
+        direction = guidance.face_direction[self.surface.source_triangle]
+        vertex, quarters = face_field_singularities(self.surface, planes, direction)
+        return self.surface.source_vertex[vertex], quarters
+
+    def symmetry(self, progress: Progress | None = None) -> MirrorPlane:
+        """The mirror plane of the surface.
+
+        Raises
+        ------
+        GuidanceError
+            It has none.
+        """
+        surface = self.surface
+        return find_mirror_plane(
+            surface.vertices * surface.unit + surface.origin,
+            surface.face_normal_area,
+            surface.triangles,
+            self.detection.umbilics,
+            progress or Progress(),
+        )
+
+    def lines(
+        self, settings: GuidanceSettings | None = None, progress: Progress | None = None
+    ) -> Lines:
+        """Evenly spaced lines of curvature.
+
+        Raises
+        ------
+        GuidanceError
+            The surface has no preferred direction nearly everywhere.
+        """
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        part = progress.part("Laying out triangles", 0.0, 0.2)
+        planes, singular = self._planes_of_lines(settings, part)
+        obstacle = np.where(singular | self.undirected, 0, -1)
+        part = progress.part("Tracing lines", 0.2, 1.0)
+        return evenly_spaced_lines(self.surface, planes, settings, obstacle, part)
+
+    def separatrices(
+        self,
+        settings: GuidanceSettings | None = None,
+        progress: Progress | None = None,
+        *,
+        both_ways: bool = False,
+    ) -> Lines:
+        """Separatrices of the kept umbilics; each arc between two once, unless `both_ways`.
+
+        Where the lines are smoothed, the directions around the umbilics stay as they are: the
+        separatrices leave in their exact directions and the umbilics stay where they lie.
+        """
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        part = progress.part("Laying out triangles", 0.0, 0.5)
+        around = discs(self.surface, self.detection.umbilics)
+        held = np.zeros(len(self.surface.vertices), bool)
+        held[self.surface.triangles[around >= 0]] = True
+        planes, _ = self._planes_of_lines(settings, part, held)
+        part = progress.part("Tracing separatrices", 0.5, 1.0)
+        found = separatrices(
+            self.surface, planes, self.detection.umbilics, settings, part, self.undirected, around
+        )
+        return found if both_ways else skeleton(found)
+
+    def _planes_of_lines(
+        self, settings: GuidanceSettings, progress: Progress, held: np.ndarray | None = None
+    ) -> tuple[FaceFrames, np.ndarray]:
+        """The triangles with the directions that lines follow, and which of them (m,) bool hold
+        a singularity of these."""
+        if settings.line_smoothness == 0.0:
+            return self.planes(progress), self._singular
+        smooth, index = smoothed_lines(
+            self.surface,
+            self._field,
+            settings.line_smoothness,
+            progress,
+            self.undirected,
+            held,
+        )
+        return lay_out(self.surface, smooth, Progress()), index != 0.0
+
+    @property
+    def _singular(self) -> np.ndarray:
+        """(m,) bool over the surface's triangles: those of the kept umbilics, which lines end at.
+
+        Pairs that cancel in the noise do not stop a line.
+        """
+        at = np.zeros(self._counts[1], bool)
+        at[self.detection.umbilics.triangle] = True
+        return at[self.surface.source_triangle]
+
+
+def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:
+    """The input's shape operators on the surface's vertices, in the surface's coordinates."""
+    rows = surface.source_vertex
+    values = {}
+    for item in fields(CurvatureField):
+        value = getattr(curvature, item.name)[rows]
+        values[item.name] = value * surface.unit if item.name in ("k1", "k2", "noise") else value
+    return CurvatureField(**values)
+
+
+def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
+    result = np.full((count, *values.shape[1:]), empty, values.dtype)
+    result[rows] = values
+    return result

@@ -1,0 +1,134 @@
+"""The settings of the guidance: cross field, poles, lines, export and symmetry.
+
+Written once, like `core.settings`: the Blender properties, the panel and the command line are
+made from the `Option` of each field.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..base.options import AUTO, Choice, check, setting
+
+
+@dataclass(frozen=True)
+class GuidanceSettings:
+    """How to turn a detection into a plan for a quad mesh; validated on construction.
+
+    Raises
+    ------
+    InvalidSettingsError
+        A value is of the wrong type, out of bounds or not among the choices.
+    """
+
+    smoothness: float = setting(
+        0.65,
+        label="Smoothness",
+        help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
+        "creases and borders allow",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    feature_angle: float = setting(
+        40.0,
+        label="Feature Angle",
+        help="The cross field runs along edges sharper than this; 180 leaves creases alone",
+        kind="number",
+        minimum=0.0,
+        maximum=180.0,
+        unit="degrees",
+    )
+    align_sharp: bool = setting(
+        True,
+        label="Marked Sharp Edges",
+        help="The cross field runs along edges that are marked sharp; ignored where more than a "
+        "fifth of all edges are, as some importers leave them",
+        kind="flag",
+    )
+    align_borders: bool = setting(
+        True,
+        label="Open Borders",
+        help="The cross field runs along open borders",
+        kind="flag",
+    )
+    plan: str = setting(
+        "field",
+        label="Poles",
+        help="Which umbilics become poles",
+        kind="choice",
+        choices=(
+            Choice(
+                "field",
+                "Of the Smoothed Field",
+                "Two poles for each umbilic that the smoothed cross field still has; opposite "
+                "umbilics that merge in it cancel",
+            ),
+            Choice(
+                "umbilics",
+                "Of Every Umbilic",
+                "Two poles for every umbilic that was kept, whatever the smoothing",
+            ),
+        ),
+    )
+    spacing: float | str = setting(
+        AUTO,
+        label="Spacing",
+        help="Distance between neighbouring lines; automatic takes a fraction of the size of "
+        "the surface",
+        kind="number",
+        minimum=0.0,
+        automatic=True,
+        manual=0.1,
+        unit="length",
+    )
+    closest: float = setting(
+        0.6,
+        label="Closest Approach",
+        help="A line ends where it comes nearer to another than this fraction of the spacing",
+        kind="number",
+        minimum=0.1,
+        maximum=0.95,
+    )
+    line_smoothness: float = setting(
+        0.0,
+        label="Line Smoothness",
+        help="0 draws lines and separatrices as they are; more smooths their directions first, "
+        "for bumpy surfaces and scans",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    families: str = setting(
+        "both",
+        label="Families",
+        help="Which lines of curvature are drawn",
+        kind="choice",
+        choices=(
+            Choice("both", "Both", "Lines of the larger and of the smaller curvature"),
+            Choice("first", "Larger", "Lines of the larger principal curvature"),
+            Choice("second", "Smaller", "Lines of the smaller principal curvature"),
+        ),
+    )
+    shortest: float = setting(
+        1.0,
+        label="Shortest Line",
+        help="Lines shorter than this many spacings are left out",
+        kind="number",
+        minimum=0.0,
+        maximum=100.0,
+    )
+    length_limit: float | str = setting(
+        AUTO,
+        label="Length Limit",
+        help="Separatrices end after this length; automatic takes four times the size of the "
+        "surface, and cuts those off that wind in a spiral without end",
+        kind="number",
+        minimum=0.0,
+        automatic=True,
+        manual=1.0,
+        unit="length",
+    )
+
+    def __post_init__(self) -> None:
+        check(self)

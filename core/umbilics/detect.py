@@ -1,0 +1,240 @@
+"""The one pipeline: from arrays and settings to a `Detection`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..base.errors import ChartError
+from ..base.progress import Progress
+from ..base.settings import Settings
+from ..curvature.elliptic_part import lies_within, opened_elliptic_part
+from ..curvature.estimate import Estimate, estimate
+from ..curvature.field import CurvatureField
+from ..curvature.noise import field_noise
+from ..curvature.surface_types import surface_types, typical_curvature
+from ..fields.winding import certified_index
+from ..mesh.repair import clean
+from ..mesh.surface import Surface
+from .assembly import Parts, assemble
+from .curvature_tensor import detect_by_curvature_tensor, unfolded_along_seams, unfolded_by_uv
+from .persistence import measure_persistence
+from .raw import RawUmbilics
+from .regions import RegionMap, find_regions
+from .result import Detection
+from .shape_operators import face_deviators, nearest_inside, zero_weights
+from .vertex_index import detect_by_index
+
+# Erosions and dilations that the paper uses throughout.
+USUAL_OPENING = 2
+
+
+def detect(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    *,
+    given: CurvatureField | None = None,
+    seams: np.ndarray | None = None,
+    uv: np.ndarray | None = None,
+    sharp: np.ndarray | None = None,
+) -> Detection:
+    """Find the umbilical points of a triangle mesh.
+
+    Parameters
+    ----------
+    vertices:
+        (n, 3) real positions; vertices without a triangle keep their place in the results.
+    triangles:
+        (m, 3) integer corners, wound outwards.
+    settings:
+        What to do; the defaults if None.
+    progress:
+        Told how far the work is, and asked whether to stop.
+    given:
+        Shape operators at the vertices, for `Settings.curvature` "given": k1, k2 in 1 / length
+        and unit d1, d2; normal and noise are not read.
+    seams, sharp:
+        (s, 2) vertex pairs of the edges marked as seams (method C) and as sharp.
+    uv:
+        (m, 3, 2) UV coordinates of the corners, for method C with charts "islands" or "uv".
+
+    Raises
+    ------
+    InvalidMeshError, ChartError, CancelledError
+        With a sentence for the user.
+    """
+    settings = settings or Settings()
+    progress = progress or Progress()
+    clock = _Clock()
+    with clock.stage("cleaning"):
+        progress.part("Reading the surface", 0.0, 0.1)
+        surface, warnings = clean(vertices, triangles)
+    with clock.stage("curvature"):
+        part = progress.part("Fitting curvature", 0.1, 0.7)
+        fitted = estimate(surface, settings, given, sharp, part)
+    shape = fitted.field
+    noise, radius = _noise(surface, fitted)
+    with clock.stage("index"):
+        part = progress.part("Turning around", 0.7, 0.8)
+        found = _found(surface, shape, settings, triangles, seams, uv, part)
+        warnings += found.hits.warnings
+    with clock.stage("regions"):
+        progress.part("Finding regions", 0.8, 0.85)
+        rings = 1 if fitted.neighbourhood is None else fitted.neighbourhood.rings
+        regions = _regions(surface, shape, noise, radius, rings, settings)
+        outside = regions.label[found.hits.triangle] < 0
+        hits = found.hits.select(outside)
+    with clock.stage("persistence"):
+        progress.part("Pairing umbilics", 0.85, 0.9)
+        persistence, partner = _paired(surface, shape, settings, hits, regions)
+    with clock.stage("surface types"):
+        tolerance = settings.flatness * typical_curvature(surface, shape.k1, shape.k2)
+        types = surface_types(shape.k1, shape.k2, tolerance)
+        # Also where the opening is off, so that it can be turned on without a new detection.
+        inside = opened_elliptic_part(surface, types, settings.opening or USUAL_OPENING)
+        elliptic = lies_within(surface, inside, hits.triangle, hits.barycentric)
+    with clock.stage("location"):
+        part = progress.part("Locating umbilics", 0.9, 1.0)
+        detection = assemble(
+            Parts(
+                surface=surface,
+                fitted=fitted,
+                noise=noise,
+                radius=radius,
+                hits=hits,
+                triangle_index=found.triangle_index,
+                regions=regions,
+                persistence=persistence,
+                partner=partner,
+                types=types,
+                elliptic=elliptic,
+                warnings=warnings,
+                vertex_count=len(vertices),
+                triangle_count=len(triangles),
+            ),
+            settings,
+            part,
+        )
+    progress.step(1.0)
+    detection.timings.update(clock.seconds)
+    return detection
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """Seconds spent in named stages."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - start
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Umbilics as a method finds them, and the index of every triangle of the surface."""
+
+    hits: RawUmbilics
+    triangle_index: np.ndarray
+
+
+def _found(
+    surface: Surface,
+    shape: CurvatureField,
+    settings: Settings,
+    triangles: np.ndarray,
+    seams: np.ndarray | None,
+    uv: np.ndarray | None,
+    progress: Progress,
+) -> _Found:
+    if settings.method == "S":
+        return _by_shape_operators(surface, shape, settings.parametrization, progress)
+    if settings.method == "I":
+        hits = detect_by_index(surface, shape, progress)
+    elif settings.charts in ("islands", "uv"):
+        if uv is None:
+            raise ChartError("The mesh has no UV map: unwrap it, or take the charts from seams.")
+        conformal = settings.charts == "islands"
+        unfolding = unfolded_by_uv(surface, triangles, uv, conformal)
+        hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
+    else:
+        marked = np.zeros((0, 2), int) if seams is None else seams
+        unfolding = unfolded_along_seams(surface, marked, progress)
+        hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
+    index = np.bincount(hits.triangle, weights=hits.index, minlength=len(surface.triangles))
+    return _Found(hits, index)
+
+
+def _by_shape_operators(
+    surface: Surface, shape: CurvatureField, parametrization: str, progress: Progress
+) -> _Found:
+    """Method S: the certified index says which triangles, interpolation where in them."""
+    index = certified_index(surface, shape.d1, shape.d2, progress)
+    rows = np.flatnonzero(index)
+    deviators = face_deviators(surface, shape, rows, parametrization)
+    weights, _ = zero_weights(deviators.values)
+    weights = nearest_inside(surface.vertices[surface.triangles[rows]], weights)
+    warnings = []
+    refused = int(deviators.refused.sum())
+    if refused:
+        warnings.append(
+            f"The projection was refused in {refused} folded or steep triangles; the conformal "
+            "parametrization was used there."
+        )
+    hits = RawUmbilics(
+        triangle=rows,
+        barycentric=weights,
+        index=index[rows],
+        vertex=np.full(len(rows), -1),
+        conformal_scale=np.full(len(surface.vertices), np.nan),
+        warnings=warnings,
+    )
+    return _Found(hits, index)
+
+
+def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) standard error of the gap and (n,) radius that it belongs to.
+
+    Jets know theirs; of operators from elsewhere it is estimated from their neighbours.
+    """
+    field = fitted.field
+    known = np.isfinite(field.noise)
+    if known.all():
+        return field.noise, fitted.radius
+    noise, radius = field_noise(surface, field.k1, field.k2, field.d1, field.normal)
+    return np.where(known, field.noise, noise), np.where(known, fitted.radius, radius)
+
+
+def _regions(
+    surface: Surface,
+    shape: CurvatureField,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    rings: int,
+    settings: Settings,
+) -> RegionMap:
+    if not settings.regions or settings.method != "S":
+        return RegionMap.none(surface)
+    return find_regions(surface, shape.gap, noise, radius, rings)
+
+
+def _paired(
+    surface: Surface,
+    shape: CurvatureField,
+    settings: Settings,
+    hits: RawUmbilics,
+    regions: RegionMap,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Persistence and partner; only method S finds indices that balance over the surface."""
+    if settings.method != "S":
+        return np.full(len(hits), np.nan), np.full(len(hits), -1)
+    return measure_persistence(surface, shape.gap, hits.triangle, hits.index, regions.rows())

@@ -1,0 +1,123 @@
+"""Which of the candidates are kept: quick enough to run while a slider is dragged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..base.options import AUTO
+from ..base.settings import Settings
+from .persistence import made_by_noise, survivors
+from .result import Detection, Umbilics
+
+# Above this share of the median gap the noise is as large as the signal, and the umbilics that
+# are left may sit elsewhere than the surface's own (measured on noisy ellipsoids).
+TRUSTED = 0.7
+SMOOTH_MORE = (
+    "The noise is as strong as the shape: the umbilics that are left may sit elsewhere than the "
+    "surface has them. Smooth more: a larger scale, or smooth the mesh first."
+)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What the filters make of a detection, without the umbilics themselves.
+
+    Attributes
+    ----------
+    rows:
+        (k,) int64 rows of the candidates that are kept, in ascending order.
+    index_sum, persistence_level, warnings:
+        As in `Detection`.
+    """
+
+    rows: np.ndarray
+    index_sum: float
+    persistence_level: float
+    warnings: tuple[str, ...]
+
+
+def filtered(
+    detection: Detection,
+    settings: Settings,
+    pinned: Sequence[int] = (),
+    deleted: Sequence[int] = (),
+) -> Detection:
+    """The detection with its umbilics chosen anew, as `select` chooses them."""
+    chosen = select(detection, settings, pinned, deleted)
+    return replace(
+        detection,
+        umbilics=detection.candidates.select(chosen.rows),
+        index_sum=chosen.index_sum,
+        persistence_level=chosen.persistence_level,
+        warnings=chosen.warnings,
+    )
+
+
+def select(
+    detection: Detection,
+    settings: Settings,
+    pinned: Sequence[int] = (),
+    deleted: Sequence[int] = (),
+) -> Selection:
+    """Choose the umbilics anew by `settings.persistence` and the opening.
+
+    Nothing is computed again: only the persistence level, and whether the opening is on, are
+    read; another strength of the opening takes a new detection. `pinned` and `deleted` are as
+    for `kept_rows`.
+    """
+    candidates = detection.candidates
+    cancelled = _cancelled(candidates, settings)
+    dropped = candidates.persistence[cancelled]
+    if settings.persistence == AUTO:
+        level = float(np.nextafter(dropped.max(), np.inf)) if len(dropped) else 0.0
+    else:
+        paired = not np.isnan(candidates.persistence).all()
+        level = float(settings.persistence) if paired else 0.0
+    rows = _kept(candidates, cancelled, settings, pinned, deleted)
+    regions = sum(region.index for region in detection.regions)
+    warnings = [text for text in detection.warnings if text != SMOOTH_MORE]
+    if detection.trust_ratio > TRUSTED and len(dropped):
+        warnings.append(SMOOTH_MORE)
+    index_sum = float(candidates.index[rows].sum() + regions)
+    return Selection(rows, index_sum, level, tuple(warnings))
+
+
+def kept_rows(
+    detection: Detection,
+    settings: Settings,
+    pinned: Sequence[int] = (),
+    deleted: Sequence[int] = (),
+) -> np.ndarray:
+    """(k,) rows of the candidates that `filtered` keeps, in ascending order.
+
+    The rows in `pinned` are kept whatever the filters say, those in `deleted` never; rows that
+    do not exist are ignored.
+    """
+    candidates = detection.candidates
+    return _kept(candidates, _cancelled(candidates, settings), settings, pinned, deleted)
+
+
+def _kept(
+    candidates: Umbilics,
+    cancelled: np.ndarray,
+    settings: Settings,
+    pinned: Sequence[int],
+    deleted: Sequence[int],
+) -> np.ndarray:
+    kept = ~cancelled & ~candidates.at_border
+    if settings.opening:
+        kept &= candidates.elliptic
+    for rows, value in ((pinned, True), (deleted, False)):
+        kept[[row for row in rows if 0 <= row < len(kept)]] = value
+    return np.flatnonzero(kept)
+
+
+def _cancelled(candidates: Umbilics, settings: Settings) -> np.ndarray:
+    """(k,) bool, the pairs that `settings.persistence` drops; umbilics without one are kept."""
+    persistence = candidates.persistence
+    if settings.persistence == AUTO:
+        return made_by_noise(persistence, candidates.partner, candidates.noise)
+    return ~survivors(persistence, float(settings.persistence)) & ~np.isnan(persistence)

@@ -1,0 +1,178 @@
+"""What a detection returns: plain dataclasses of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..curvature.field import CurvatureField
+
+STAR = "star"
+LEMON = "lemon"
+MONSTAR = "monstar"
+UNCERTAIN = "uncertain"
+KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
+
+
+@dataclass(frozen=True)
+class Umbilics:
+    """Umbilical points, one row each.
+
+    Attributes
+    ----------
+    position, normal:
+        (k, 3) float64 point on the mesh, in the mesh's own coordinates, and unit normal there.
+    triangle:
+        (k,) int64 row of the input triangles that holds the point.
+    barycentric:
+        (k, 3) float64 weights of that triangle's corners.
+    vertex:
+        (k,) int64 vertex for method I, which reports vertices; -1 otherwise.
+    index:
+        (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
+        other multiples of one half).
+    kind:
+        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree.
+    curvature:
+        (k,) float64 mean curvature at the point, in 1 / length.
+    persistence:
+        (k,) float64 gap at which the point cancels with its partner, in 1 / length; infinite
+        where topology keeps it.
+    partner:
+        (k,) int64 row of the umbilic it cancels with, -1 where there is none. In a filtered
+        set the rows are those of the full set, `Detection.candidates`.
+    uncertainty:
+        (k,) float64 standard error of the position, in length.
+    noise:
+        (k,) float64 error of the gap around the point, in 1 / length: its standard error, and
+        how much it changes when the fit reaches further; at least the persistence where a
+        close pair does not show in a finer fit. NaN where unknown.
+    separatrix:
+        (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
+        point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
+    at_border:
+        (k,) bool, True next to an open border, where the neighbourhoods are one-sided: such
+        points stay among the candidates but are not reported.
+    certain:
+        (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
+        not be placed.
+    elliptic:
+        (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
+    """
+
+    position: np.ndarray
+    normal: np.ndarray
+    triangle: np.ndarray
+    barycentric: np.ndarray
+    vertex: np.ndarray
+    index: np.ndarray
+    kind: np.ndarray
+    curvature: np.ndarray
+    persistence: np.ndarray
+    partner: np.ndarray
+    uncertainty: np.ndarray
+    noise: np.ndarray
+    separatrix: np.ndarray
+    at_border: np.ndarray
+    certain: np.ndarray
+    elliptic: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def select(self, rows: np.ndarray) -> Umbilics:
+        """The given rows (a mask or indices) of every array."""
+        return Umbilics(**{name: value[rows] for name, value in vars(self).items()})
+
+    def counts(self) -> dict[str, int]:
+        """How many there are of each kind."""
+        return {kind: int(np.count_nonzero(self.kind == kind)) for kind in KINDS}
+
+
+@dataclass(frozen=True)
+class Region:
+    """An area where the principal curvatures are equal within the estimator's noise.
+
+    Attributes
+    ----------
+    triangles:
+        (r,) int64 rows of the input triangles.
+    area:
+        Its area, in length squared.
+    index:
+        Index of the direction field around its border: a multiple of one half, the sum of the
+        indices that it replaces.
+    kind:
+        "spherical" or "planar".
+    curvature:
+        Mean curvature over the region, in 1 / length.
+    """
+
+    triangles: np.ndarray
+    area: float
+    index: float
+    kind: str
+    curvature: float
+
+
+@dataclass(frozen=True)
+class Detection:
+    """The result of `core.detect`.
+
+    Attributes
+    ----------
+    umbilics:
+        The umbilics that the filters of the settings kept.
+    candidates:
+        All umbilics before persistence and opening; filtering again needs no new detection.
+    curvature:
+        Shape operators at every input vertex.
+    regions:
+        Spherical and planar regions.
+    triangle_index:
+        (m,) float64 index found in each input triangle, before filtering.
+    surface_type:
+        (n,) int8 codes of `core.SURFACE_TYPES` at every input vertex, -1 where unknown.
+    conformal_scale:
+        (n,) float64 length in the plane per length on the mesh, method C only; else NaN.
+    euler_characteristic:
+        V - E + F of the surface as analysed (without isolated vertices and dropped faces).
+    index_sum:
+        Sum of the indices of the kept umbilics and the regions.
+    expected_index_sum:
+        What the sum must be: the Euler characteristic on closed surfaces; NaN where an open
+        border leaves it free.
+    persistence_level:
+        The persistence below which pairs were dropped, in 1 / length.
+    trust_ratio:
+        The gap at which noise makes umbilics cancel (a multiple of its median error) over the
+        median gap: up to about 0.5 the survivors sit where the surface has them, above 0.7 they
+        may not. 0 where the noise is not known.
+    noise:
+        Estimated standard deviation of the positions, in length; NaN where unknown.
+    scale:
+        Median radius of the fitted neighbourhoods, in length; NaN where nothing was fitted.
+    warnings:
+        Sentences for the user, each saying what was met and what to do.
+    timings:
+        Seconds spent in each stage, by name.
+    """
+
+    umbilics: Umbilics
+    candidates: Umbilics
+    curvature: CurvatureField
+    regions: Sequence[Region]
+    triangle_index: np.ndarray
+    surface_type: np.ndarray
+    conformal_scale: np.ndarray
+    euler_characteristic: int
+    index_sum: float
+    expected_index_sum: float
+    persistence_level: float
+    trust_ratio: float
+    noise: float
+    scale: float
+    warnings: tuple[str, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)
