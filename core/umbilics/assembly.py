@@ -10,7 +10,6 @@ from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.estimate import Estimate
 from ..curvature.field import CurvatureField
-from ..curvature.scale import change_of_scale
 from ..mesh.borders import distance_to_border
 from ..mesh.surface import Surface
 from . import kind as cubic_form
@@ -117,18 +116,12 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
     # hundreds of thousands of them.
     clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
-    if fitted.neighbourhood is not None:
-        change = change_of_scale(
-            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel(), progress
-        )
-        noise[clear] = np.hypot(noise[clear], change.reshape(-1, 3).mean(axis=1))
     if fitted.neighbourhood is not None and settings.method != "I":
         places = refine(
             surface,
-            fitted.field.normal,
             triangle[clear],
             barycentric[clear],
-            fitted.neighbourhood,
+            fitted,
             progress,
         )
         # What contradicts the winding is another zero: the triangle's own is kept then.

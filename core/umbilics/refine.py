@@ -13,10 +13,10 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..curvature.estimate import Estimate
 from ..curvature.height_fit import HeightFit, fit_heights
 from ..curvature.monge import HeightOperator, operator_of_heights
 from ..fields.frames import frame
-from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.surface import Surface
 from .kind import from_gradient
 
@@ -79,20 +79,19 @@ class Places:
 
 def refine(
     surface: Surface,
-    normals: np.ndarray,
     triangle: np.ndarray,
     barycentric: np.ndarray,
-    neighbourhood: Neighbourhood,
+    fitted: Estimate,
     progress: Progress,
 ) -> Places:
     """Refine umbilics in the triangles (k,) from their weights (k, 3).
 
     Parameters
     ----------
-    surface, normals:
-        The surface and its (n, 3) unit vertex normals.
-    neighbourhood:
-        Its rings around the corners of each triangle are fitted.
+    surface:
+        The surface; n vertices.
+    fitted:
+        The jets, whose neighbourhoods around the corners of each triangle are fitted.
     """
     k = len(triangle)
     places = Places(
@@ -107,15 +106,20 @@ def refine(
         error=np.full(k, np.nan),
         found=np.zeros(k, bool),
     )
-    degree, more_rings = CLEAN if neighbourhood.focused else NOISY
+    neighbourhood, normals = fitted.neighbourhood, fitted.field.normal
+    if fitted.closer is None:
+        degree, more_rings = CLEAN if neighbourhood.focused else NOISY
+        rings, factor = neighbourhood.rings + more_rings, 1.0
+    else:
+        neighbourhood, factor = fitted.closer.neighbourhood, fitted.closer.factor
+        degree, rings = fitted.degree, neighbourhood.rings
     ask = progress.quiet()
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
-        rings = neighbourhood.rings + more_rings
         for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
-            _refine_block(surface, normals, rows[some], members, degree, places)
+            _refine_block(surface, normals, rows[some], members, degree, factor, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
@@ -127,6 +131,7 @@ def _refine_block(
     rows: np.ndarray,
     members: np.ndarray,
     degree: int,
+    factor: float,
     places: Places,
 ) -> None:
     corners = surface.triangles[places.triangle[rows]]
@@ -174,7 +179,7 @@ def _refine_block(
     places.y[chosen] = operator.tangent(0.0, 1.0, axes)[found]
     places.curvature[chosen] = (operator.mean / radius)[found]
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
-    places.error[chosen] = (fit.gap_error / radius)[found]
+    places.error[chosen] = (factor * fit.gap_error / radius)[found]
     places.found[chosen] = True
 
 
