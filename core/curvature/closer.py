@@ -71,16 +71,20 @@ def look_closer(
         What cubic jets at `scale` give at the n vertices; `field.noise` its standard errors.
     """
     degree = CLEAN[0] if scale.neighbourhood.focused else NOISY
-    seen = np.zeros(len(radius), bool)
+    seen, fits = np.zeros(len(radius), bool), 0
+    most = max(MOST_ANYWAY, round(MOST_SHARE * len(radius)))
     closer: Scale | None = None
     for _ in range(ROUNDS):
         vertices = _around_umbilics(surface, field, seen, progress.quiet())
-        most = max(MOST_ANYWAY, round(MOST_SHARE * len(radius)))
-        if len(vertices) == 0 or len(vertices) + np.count_nonzero(seen) > most:
+        if closer is None and len(vertices):
+            closer = _closer_scale(surface, scale, vertices, progress.quiet())
+            # A fit that a border cuts in half sees too little of what its higher terms mean.
+            seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
+            vertices = vertices[~seen[vertices]]
+        fits += len(vertices)
+        if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        if closer is None:
-            closer = _closer_scale(surface, scale, vertices, progress.quiet())
         jets = fit_jets(
             surface, closer.normals, closer.neighbourhood, progress, vertices, degree
         )

@@ -34,12 +34,17 @@ SAMPLED = 1000
 FALLING = 0.85
 # Least share of its variance that a fit is taken to lose to the next ring.
 LEAST_FALL = 0.3
+# Errors that neighbours share made cubics on marching cubes and decimated meshes up to three times
+# worse than independent ones; what is more is detail of the surface that the next ring smooths.
+MOST_FACTOR = 3.0
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
 # Length over width of the rings around the median vertex above which the nearest samples stand
 # for the rings. On noisy ellipsoids of stretched triangles this places umbilics to 0.2 to 0.6
 # edges instead of 1 to 2.3, and x^4 + y^4 + z^4 = 1 shows its stars at all.
 STRETCHED = 1.5
+# Neighbourhoods of meshes more stretched than this would reach over them.
+MOST_STRETCH = 16.0
 # Residuals below this share of the radius are round-off: there is no noise to average out.
 ROUND_OFF = 1e-10
 
@@ -78,13 +83,13 @@ def choose(
     if not len(interior):
         return Scale(focused, normals, 1.0)
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
-    stretch = _stretch(focused, centres)
+    two = fit_jets(surface, normals, focused, progress, centres)
+    if np.median(two.residual) <= ROUND_OFF * np.median(two.radius):
+        return Scale(focused, normals, 1.0)
+    stretch = min(_stretch(focused, centres), MOST_STRETCH)
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
     )
-    two = fit_jets(surface, normals, wide, progress, centres)
-    if np.median(two.residual) <= ROUND_OFF * np.median(two.radius):
-        return Scale(focused, normals, 1.0)
     grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0)
@@ -173,7 +178,7 @@ def _factor(smaller: Jets, larger: Jets, change: float) -> float:
     # Clean surfaces leave larger residuals in larger fits.
     fallen = max(variance - np.median(larger.noise[both] ** 2), LEAST_FALL * variance)
     expected = np.sqrt(np.log(2.0) * fallen)
-    return max(change / expected, 1.0) if expected > 0.0 else 1.0
+    return min(max(change / expected, 1.0), MOST_FACTOR) if expected > 0.0 else 1.0
 
 
 def _deviator(jets: Jets, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from ..mesh.borders import distance_to_border
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .filters import filtered
-from .persistence import made_by_noise, trust_ratio
+from .persistence import made_by_noise, measure_persistence, trust_ratio
 from .raw import RawUmbilics
 from .refine import refine
 from .regions import RegionMap, describe_regions
@@ -26,9 +26,9 @@ from .shape_operators import face_deviators
 VAGUE = 0.1
 # Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
 PAIR_REACH = 2.0
-# Rings from a border within which a place must be better than that: what two rings of samples
+# Rings from a border within which a place must be better than that: what three rings of samples
 # and one more for the place reach, and the triangle itself.
-BORDER_RINGS = 4
+BORDER_RINGS = 5
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     if exact:
         # What the user gives has no noise that could make pairs.
         noise = np.full(len(hits), np.nan)
-    located = np.ones(len(hits), bool)
+    located, clarity = np.ones(len(hits), bool), np.full(len(hits), np.nan)
     # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
     # hundreds of thousands of them.
     clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
@@ -128,9 +128,9 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         seen = places.found & (
             cubic_form.index(places.p, places.q) == np.sign(hits.index[clear]) / 2
         )
-        located = np.zeros(len(hits), bool)
+        located, clarity = np.zeros(len(hits), bool), np.zeros(len(hits))
         found = clear[seen]
-        located[found] = True
+        located[found], clarity[found] = True, places.clarity[seen]
         triangle[found], barycentric[found] = places.triangle[seen], places.barycentric[seen]
         normal[found] = places.normal[seen]
         x[found], y[found] = places.x[seen], places.y[seen]
@@ -140,10 +140,16 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     uncertainty = _uncertainty(error, p, q)
     # A fit whose place is this vague within its own radius would not show a one-sided error.
     vague = ~located | (uncertainty > VAGUE * parts.radius[corners].mean(axis=1))
-    at_border = _at_border(surface, triangle, parts.partner, vague, exact)
+    persistence, partner = parts.persistence, parts.partner
+    if settings.method == "S" and fitted.neighbourhood is not None and vague[clear].any():
+        # Of two that could cancel a third, the one that the finer fit shows stays.
+        persistence, partner = measure_persistence(
+            surface, fitted.field.gap, hits.triangle, hits.index, parts.regions.rows(), ~vague
+        )
+    at_border = _at_border(surface, triangle, partner, vague, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
-    unseen = _unseen_pairs(position, parts.partner, located | at_border, parts.radius[corners])
-    noise = np.where(unseen, np.fmax(noise, parts.persistence), noise)
+    unseen = _unseen_pairs(position, partner, located | at_border, parts.radius[corners])
+    noise = np.where(unseen, np.fmax(noise, persistence), noise)
     return Umbilics(
         position=position * surface.unit + surface.origin,
         normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
@@ -153,8 +159,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         index=hits.index,
         kind=cubic_form.kinds(p, q, hits.index),
         curvature=curvature / surface.unit,
-        persistence=parts.persistence / surface.unit,
-        partner=parts.partner,
+        persistence=persistence / surface.unit,
+        partner=partner,
         uncertainty=uncertainty * surface.unit,
         noise=noise / surface.unit,
         separatrix=_rays(p, q, x, y),

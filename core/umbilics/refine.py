@@ -35,6 +35,10 @@ NEWTON_STEPS = 8
 # many edges the fit has found another zero or none.
 FARTHEST = 1.5
 BLOCK = 4096
+# Radii of the circles on which the fit is read, in root mean square distances of its samples, and
+# points on each.
+CIRCLES = (0.2, 0.35, 0.5, 0.7)
+CIRCLE = 24
 # Triangles that the walk to the refined place may cross before it is given up.
 WALK = 16
 # Step of the derivative by central differences, for coordinates of order 1: the cube root of
@@ -60,6 +64,9 @@ class Places:
         (k, 3) float64 orthonormal tangents.
     error:
         (k,) float64 standard error that the residuals of the fit leave in the deviator.
+    clarity:
+        (k,) float64 how far the deviator rises above its error on a circle around the place on
+        which it turns by the index: the least |D| on the best such circle, in standard errors.
     found:
         (k,) bool, False where Newton's method did not settle nearby; such rows keep the
         triangle and weights they came with, and nothing else in them is meant.
@@ -74,6 +81,7 @@ class Places:
     x: np.ndarray
     y: np.ndarray
     error: np.ndarray
+    clarity: np.ndarray
     found: np.ndarray
 
 
@@ -104,6 +112,7 @@ def refine(
         x=np.zeros((k, 3)),
         y=np.zeros((k, 3)),
         error=np.full(k, np.nan),
+        clarity=np.zeros(k),
         found=np.zeros(k, bool),
     )
     neighbourhood, normals = fitted.neighbourhood, fitted.field.normal
@@ -180,6 +189,8 @@ def _refine_block(
     places.curvature[chosen] = (operator.mean / radius)[found]
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
     places.error[chosen] = (factor * fit.gap_error / radius)[found]
+    error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
+    places.clarity[chosen] = (_clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True
 
 
@@ -217,6 +228,23 @@ def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray,
         u, v, step = u + short * du, v + short * dv, length
     distance = np.hypot(u, v)
     return u, v, (distance <= farthest) & (step <= 1e-6) & (determinant != 0)
+
+
+def _clear_of_zero(
+    fit: HeightFit, u: np.ndarray, v: np.ndarray, p: np.ndarray, q: np.ndarray
+) -> np.ndarray:
+    """(b,) least length of the deviator on the best of a few circles around (u, v) on which it
+    turns as around the zero p z + q conj(z); 0 where there is none."""
+    best = np.zeros(len(u))
+    turns = np.sign(np.abs(p) - np.abs(q))
+    angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    for size in CIRCLES:
+        around = _deviator_at(fit, u + size * cosine, v + size * sine)
+        jump = np.angle(np.roll(around, -1, axis=0) * around.conj())
+        right = np.rint(jump.sum(axis=0) / (2.0 * np.pi)) == turns
+        best = np.where(right, np.maximum(best, np.abs(around).min(axis=0)), best)
+    return best
 
 
 def _landing(
