@@ -4,7 +4,7 @@ import bpy
 
 from .. import core
 from .base.words import outcome, pins_lost
-from .data import properties
+from .data import properties, reading
 from .jobs import detect, worker
 from .scene import selection
 from .scene.modes import finished
@@ -112,11 +112,13 @@ def _gather(context):
     scene = context.scene
     settings = properties.to_settings(scene.umbilics)
     depsgraph = context.evaluated_depsgraph_get() if _with_modifiers(context) else None
+    scope = reading.scope_of(scene.umbilics_display)
     jobs, refused = [], []
     for obj in selection.wanted(context):
         try:
             names = properties.given_names(scene.umbilics)
-            jobs.append(detect.gather(obj, settings, names, depsgraph=depsgraph))
+            job = detect.gather(obj, settings, names, depsgraph=depsgraph, scope=scope)
+            jobs.append(job)
         except core.UmbilicsError as error:
             refused.append(error)
     return jobs, refused

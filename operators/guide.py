@@ -21,8 +21,9 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         return retopology.gather(context, context.active_object, retopology.plan)
 
     def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            guidance_objects.write_plan(context, obj, job.inputs.arrays, *found)
+        with retopology.written(context, job):
+            home = retopology.home_of_plan(context, job)
+            guidance_objects.write_plan(context, home, job.inputs.arrays, *found)
         poles = found[0].poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "

@@ -15,7 +15,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         obj = context.view_layer.objects.active
-        if obj is None or not obj.umbilics.deleted or not targets.is_own(obj):
+        if obj is None or not obj.umbilics.deleted or not targets.is_local(obj):
             cls.poll_message_set("No umbilic was deleted.")
             return False
         return True

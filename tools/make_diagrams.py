@@ -143,7 +143,7 @@ def deviator() -> None:
 
 def winding() -> None:
     """How the certified index counts: turns along edges that two triangles share."""
-    drawing = Drawing(520, 300, 120)
+    drawing = Drawing(520, 330, 115)
     points = np.array([-1.4 + 0j, 0.0 - 0.9j, 1.4 + 0.1j, 0.1 + 0.95j])
     drawing.polygon(points[[0, 1, 3]], "#f2efe6", INK)
     drawing.polygon(points[[1, 2, 3]], "#eaf0f8", INK)
@@ -153,7 +153,7 @@ def winding() -> None:
     middle = 0.5 * (points[1] + points[3])
     drawing.text(middle - 0.42, "+δ")
     drawing.text(middle + 0.42, "−δ")
-    drawing.text(-1.18j, "one turn δ for each edge: what one triangle adds the other takes", 14)
+    drawing.text(-1.36j, "one turn δ for each edge: what one triangle adds the other takes", 14)
     drawing.save("winding")
 
 
@@ -174,7 +174,7 @@ def persistence() -> None:
     level = base + 1.2 * 0.2475
     drawing.line([-0.2 + 1j * level, 0.35 + 1j * level], RED, 2.5, "6 4")
     drawing.text(1.45 + 1j * (level - 0.16), "persistence of the pair", 13, RED)
-    drawing.text(1.15j, "the gap along a path: opposite indices that meet below the error cancel", 14)
+    drawing.text(1.15j, "the gap along a path: indices that cancel below the error go", 14)
     drawing.save("persistence")
 
 

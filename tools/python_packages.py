@@ -10,6 +10,7 @@ from places import TOOLS, cache_folder, made_once, run_quietly, say
 REQUIREMENTS = TOOLS / "test_requirements.txt"
 # These are installed without their dependencies.
 MESHES = TOOLS / "test_meshes.txt"
+REQUIREMENTS_TO_LINT = TOOLS / "lint_requirements.txt"
 REQUIREMENTS_IN_BLENDER = TOOLS / "test_requirements_blender.txt"
 
 
@@ -19,10 +20,10 @@ def _key(*requirements: Path) -> str:
 
 
 def test_python() -> Path:
-    """A Python with NumPy, SciPy, pytest, hypothesis and ruff. Use its programs with -m."""
+    """A Python with all of test_requirements.txt. Use its programs with -m."""
 
     def make(folder: Path) -> None:
-        say("installing NumPy, SciPy, pytest, hypothesis and ruff for the tests, once …")
+        say("installing what the tests need (NumPy, SciPy, pytest, …), once …")
         venv.create(folder, with_pip=True, symlinks=True)
         command = [folder / "bin" / "python", "-m", "pip", "install"]
         run_quietly([*command, "-r", REQUIREMENTS], "install the tests' Python packages")
@@ -30,6 +31,20 @@ def test_python() -> Path:
 
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS, MESHES)}"
+    return made_once(folder, make) / "bin" / "python"
+
+
+def lint_python() -> Path:
+    """A Python with mypy. Use it with -m."""
+
+    def make(folder: Path) -> None:
+        say("installing mypy, once …")
+        venv.create(folder, with_pip=True, symlinks=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install", "-r", REQUIREMENTS_TO_LINT]
+        run_quietly(command, "install mypy")
+
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache_folder() / "python" / f"lint-{version}-{_key(REQUIREMENTS_TO_LINT)}"
     return made_once(folder, make) / "bin" / "python"
 
 

@@ -74,7 +74,7 @@ def _check(name: str, value: Any, option: Option) -> None:
         wanted = "a whole number" if option.kind == "count" else "a number"
         auto = " or 'auto'" if option.automatic else ""
         raise InvalidSettingsError(f"{name} must be {wanted}{auto}, not {value!r}.")
-    if not option.minimum <= value <= option.maximum:
+    if not option.minimum <= float(value) <= option.maximum:
         raise InvalidSettingsError(
             f"{name} must lie between {option.minimum:g} and {option.maximum:g}, not {value:g}."
         )

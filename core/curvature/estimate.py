@@ -130,7 +130,7 @@ def _from_jets(
 
 def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
     if settings.scale_unit == "length":
-        length = settings.scale / surface.unit
+        length = float(settings.scale) / surface.unit
         edges = _edge_length(surface)
         # Doubles leave edges without a length, which say nothing of how far a ring reaches.
         edge = float(np.median(edges[edges > 0])) if edges.any() else 1.0
@@ -143,7 +143,7 @@ def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) 
             reach=length,
             focused=False,
         )
-    rings = max(2, round(settings.scale))
+    rings = max(2, round(float(settings.scale)))
     if rings > MOST_RINGS:
         # Beyond the mesh there is only the mesh.
         rings = min(rings, max(rings_across(surface), 2))

@@ -156,15 +156,16 @@ def _fit_some(
         # `take` gives arrays that run along b; indexed with [..., some] they would not.
         origin = coordinates.take(centres[some], axis=1)
         along = axes.take(some, axis=2)
-        samples, radius[block] = _samples(coordinates, members, origin, along, workspace)
-        weights = _weights(samples[:2], FOCUS[degree], workspace) if around.focused else None
-        sum_samples(*samples, weights, degree, sums[:, block], workspace)
+        samples, radius[block] = samples_about(coordinates, members, origin, along, workspace)
+        weights = near_weights(samples[:2], FOCUS[degree], workspace) if around.focused else None
+        x, y, height = samples
+        sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace)
     _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)
 
 
-def _samples(
+def samples_about(
     coordinates: np.ndarray,
     members: np.ndarray,
     origin: np.ndarray,
@@ -185,7 +186,7 @@ def _samples(
     return samples, radius
 
 
-def _weights(plane: np.ndarray, focus: float, workspace: Workspace) -> np.ndarray:
+def near_weights(plane: np.ndarray, focus: float, workspace: Workspace) -> np.ndarray:
     """Weights (s, b) of samples at `plane` (2, s, b), up to a factor: 1 / (1 + d^2 / focus)^3."""
     spread, other = workspace.array("weights", *plane.shape)
     np.einsum("csb,csb->sb", plane, plane, out=spread)

@@ -68,4 +68,5 @@ def _near(
         edge = np.concatenate([edge, edge])
         first = np.concatenate([first, first + half])
         count = np.concatenate([half, count - half])
-    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+    edges, firsts = (np.concatenate(part) for part in zip(*found, strict=True))
+    return edges, firsts

@@ -14,7 +14,7 @@ from ..mesh.borders import distance_to_border
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .filters import filtered
-from .persistence import made_by_noise, measure_persistence, trust_ratio
+from .persistence import made_by_noise, measure_persistence, significant, trust_ratio
 from .raw import RawUmbilics
 from .refine import refine
 from .regions import RegionMap, describe_regions
@@ -24,6 +24,11 @@ from .shape_operators import face_deviators
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
 VAGUE = 0.1
+# Share of the error below which pairs are not looked at more finely.
+DROWNED = 1.0 / 3.0
+# Chance that noise alone makes a pair that passes for present, or one that passes for certain.
+PRESENT = 1e-2
+CERTAIN = 1e-8
 # Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
 PAIR_REACH = 2.0
 # Rings from a border within which a place must be better than that: what three rings of samples
@@ -98,7 +103,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     surface, fitted, hits = parts.surface, parts.fitted, parts.hits
     triangle, barycentric = hits.triangle.copy(), hits.barycentric.copy()
     corners = surface.triangles[triangle]
-    deviators = face_deviators(surface, fitted.field, triangle, settings.parametrization)
+    local = "projection" if settings.parametrization == "projection" else "conformal"
+    deviators = face_deviators(surface, fitted.field, triangle, local)
     p, q = cubic_form.in_triangles(
         surface.vertices[corners], deviators.values, deviators.x, deviators.y
     )
@@ -113,10 +119,12 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         # What the user gives has no noise that could make pairs.
         noise = np.full(len(hits), np.nan)
     located, clarity = np.ones(len(hits), bool), np.full(len(hits), np.nan)
+    slope_error = np.zeros(len(hits))
     # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
     # hundreds of thousands of them.
-    clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
-    if fitted.neighbourhood is not None and settings.method != "I":
+    clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, DROWNED * noise))
+    as_found = settings.method == "I" or settings.triangles == "published"
+    if fitted.neighbourhood is not None and not as_found:
         places = refine(
             surface,
             triangle[clear],
@@ -131,6 +139,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         located, clarity = np.zeros(len(hits), bool), np.zeros(len(hits))
         found = clear[seen]
         located[found], clarity[found] = True, places.clarity[seen]
+        slope_error[found] = places.slope_error[seen]
         triangle[found], barycentric[found] = places.triangle[seen], places.barycentric[seen]
         normal[found] = places.normal[seen]
         x[found], y[found] = places.x[seen], places.y[seen]
@@ -141,7 +150,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     # A fit whose place is this vague within its own radius would not show a one-sided error.
     vague = ~located | (uncertainty > VAGUE * parts.radius[corners].mean(axis=1))
     persistence, partner = parts.persistence, parts.partner
-    if settings.method == "S" and fitted.neighbourhood is not None and vague[clear].any():
+    if settings.certified and fitted.neighbourhood is not None and vague[clear].any():
         # Of two that could cancel a third, the one that the finer fit shows stays.
         persistence, partner = measure_persistence(
             surface, fitted.field.gap, hits.triangle, hits.index, parts.regions.rows(), ~vague
@@ -149,7 +158,13 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     at_border = _at_border(surface, triangle, partner, vague, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     unseen = _unseen_pairs(position, partner, located | at_border, parts.radius[corners])
-    noise = np.where(unseen, np.fmax(noise, persistence), noise)
+    fits = _independent_fits(surface, parts.radius)
+    # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
+    above = np.where(unseen, np.fmax(noise, persistence), noise)
+    above = np.where(_both(clarity >= significant(fits, PRESENT), partner), 0.0, above)
+    resolved = ~made_by_noise(persistence, partner, above)
+    certain = located & fitted.determined[corners].all(axis=1) & ~at_border
+    certain &= ~(clarity < significant(fits, CERTAIN)) & resolved
     return Umbilics(
         position=position * surface.unit + surface.origin,
         normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
@@ -157,7 +172,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         barycentric=barycentric,
         vertex=np.where(hits.vertex >= 0, surface.source_vertex[hits.vertex], -1),
         index=hits.index,
-        kind=cubic_form.kinds(p, q, hits.index),
+        kind=cubic_form.kinds(p, q, hits.index, slope_error),
         curvature=curvature / surface.unit,
         persistence=persistence / surface.unit,
         partner=partner,
@@ -165,7 +180,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         noise=noise / surface.unit,
         separatrix=_rays(p, q, x, y),
         at_border=at_border,
-        certain=located & fitted.determined[corners].all(axis=1) & ~at_border,
+        certain=certain,
+        resolved=resolved,
         elliptic=parts.elliptic,
     )
 
@@ -215,6 +231,21 @@ def _unseen_pairs(
     close = apart <= PAIR_REACH * radius.mean(axis=1)
     both, either = located & located[partner], located | located[partner]
     return paired & ~(both | (either & ~close))
+
+
+def _both(there: np.ndarray, partner: np.ndarray) -> np.ndarray:
+    """(k,) bool, umbilics that are there together with the one they cancel with."""
+    return there & (partner >= 0) & there[partner]
+
+
+def _independent_fits(surface: Surface, radius: np.ndarray) -> float:
+    """How many fits of a surface share no samples: its area over that of their discs."""
+    _, area = surface.face_normal_area
+    known = radius[np.isfinite(radius) & (radius > 0)]
+    if len(known) == 0:
+        return 1.0
+    # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
+    return max(float(area.sum() / (2.0 * np.pi * np.median(known) ** 2)), 1.0)
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -112,6 +112,16 @@ def made_by_noise(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarra
     return np.isfinite(persistence) & below
 
 
+def significant(fits: float, chance: float) -> float:
+    """How many standard errors a deviator must be long, so that by a given chance at most one
+    of so many independent fits of an umbilic surface has a longer one.
+
+    The error of a deviator is a complex Gaussian, its length follows Rayleigh's law:
+    P(longer than t standard errors) = exp(-t^2).
+    """
+    return float(np.sqrt(np.log(max(fits, 1.0) / chance)))
+
+
 def noise_multiple(count: int) -> float:
     """How many standard errors a pair must rise above to be told from noise, among `count`
     umbilics: the more there are, the higher the highest that noise makes.

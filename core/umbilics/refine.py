@@ -35,6 +35,9 @@ NEWTON_STEPS = 8
 # many edges the fit has found another zero or none.
 FARTHEST = 1.5
 BLOCK = 4096
+# Standard error of p and q over that of the deviator and the root mean square distance of the
+# samples, by degree, for samples spread evenly over a disc.
+SLOPE_ERROR = {3: 2.6, 4: 0.6, 5: 3.1}
 # Radii of the circles on which the fit is read, in root mean square distances of its samples, and
 # points on each.
 CIRCLES = (0.2, 0.35, 0.5, 0.7)
@@ -64,6 +67,8 @@ class Places:
         (k, 3) float64 orthonormal tangents.
     error:
         (k,) float64 standard error that the residuals of the fit leave in the deviator.
+    slope_error:
+        (k,) float64 standard error of p and of q.
     clarity:
         (k,) float64 how far the deviator rises above its error on a circle around the place on
         which it turns by the index: the least |D| on the best such circle, in standard errors.
@@ -81,6 +86,7 @@ class Places:
     x: np.ndarray
     y: np.ndarray
     error: np.ndarray
+    slope_error: np.ndarray
     clarity: np.ndarray
     found: np.ndarray
 
@@ -112,6 +118,7 @@ def refine(
         x=np.zeros((k, 3)),
         y=np.zeros((k, 3)),
         error=np.full(k, np.nan),
+        slope_error=np.full(k, np.nan),
         clarity=np.zeros(k),
         found=np.zeros(k, bool),
     )
@@ -190,13 +197,14 @@ def _refine_block(
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
     places.error[chosen] = (factor * fit.gap_error / radius)[found]
     error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
+    places.slope_error[chosen] = (SLOPE_ERROR[degree] * factor * fit.gap_error / radius**2)[found]
     places.clarity[chosen] = (_clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True
 
 
 def _operator_at(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> HeightOperator:
     """The shape operator of the fitted surface above (u, v), all in units of its radius."""
-    derivative = dict.fromkeys([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)], 0.0)
+    derivative = {order: np.zeros(u.shape) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
     for (a, b), coefficient in fit.coefficients.items():
         for (i, j), value in derivative.items():
             if a >= i and b >= j:

@@ -13,6 +13,7 @@ import numpy as np
 from ... import core
 from ..base.errors import FileError
 from ..jobs.detect import Inputs
+from .guard import shown
 
 _VERTEX = [
     *((name, "<f8") for name in ("x", "y", "z")),
@@ -42,13 +43,12 @@ def write(path: Path, found: list[tuple[Inputs, core.Detection]], to_file: np.nd
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     header += [f"property {_NAMES[kind]} {name}" for name, kind in _FACE[2:]]
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(path, "wb") as file:
+        with core.whole_file(path) as partial, open(partial, "wb") as file:
             file.write("\n".join([*header, "end_header\n"]).encode())
             file.write(vertices.tobytes())
             file.write(faces.tobytes())
     except OSError as error:
-        raise FileError(f"{path}: cannot be written ({error.strerror}).") from error
+        raise FileError(f"{shown(path)}: cannot be written ({error.strerror}).") from error
 
 
 def _vertices(inputs: Inputs, detection: core.Detection, to_file: np.ndarray) -> np.ndarray:

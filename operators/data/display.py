@@ -1,4 +1,4 @@
-"""What is shown of the results and how: choices that are made after a detection."""
+"""What is analysed, and what is shown of the results and how; one group for each scene."""
 
 import math
 
@@ -7,22 +7,13 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ... import core
 from ..base.changes import notify
-from . import record
+from . import reading, record
 
 KIND_ITEMS = [
     (core.KINDS[0], "Stars", "Index -1/2, three separatrices", 1),
     (core.KINDS[1], "Lemons", "Index +1/2, one separatrix", 2),
     (core.KINDS[2], "Monstars", "Index +1/2, three separatrices", 4),
     (core.KINDS[3], "Uncertain", "The index and the cubic form disagree about the kind", 8),
-]
-SOURCES = [
-    ("BASE", "Base Mesh", "The mesh itself, without modifiers and shape keys"),
-    (
-        "EVALUATED",
-        "With Modifiers",
-        "The mesh as modifiers and shape keys make it. Results go to the base mesh where the "
-        "vertices correspond, otherwise to a copy",
-    ),
 ]
 MAPS = [
     ("k1", "κ₁", "Larger principal curvature: how strongly the surface bends at most"),
@@ -119,12 +110,6 @@ def _set_opened(self, value: bool) -> None:
 class UMBILICS_PG_display(bpy.types.PropertyGroup):
     """What is shown; one for each scene."""
 
-    source: EnumProperty(
-        name="Source",
-        description="Which form of the mesh is analysed",
-        items=SOURCES,
-        default="BASE",
-    )
     strength: FloatProperty(
         name="Strength",
         description="Drag to thin out the umbilics: pairs that cancel more easily go first. "
@@ -278,6 +263,9 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         max=48,
         update=_view_changed,
     )
+
+
+UMBILICS_PG_display.__annotations__ |= reading.properties()
 
 
 def register() -> None:

@@ -56,11 +56,15 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     planned: BoolProperty(description="The object has a plan")
     stamp: StringProperty(description="Tells one plan from another")
     signature: StringProperty(description="The mesh that was planned on, as a hash")
+    source: StringProperty(description="What was planned on: BASE or EVALUATED")
     poles: CollectionProperty(type=UMBILICS_PG_pole)
     active: IntProperty(update=_pole_chosen)
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
     expected: IntProperty(description="What the sum of 4 - valence must be on a closed surface")
     mirror: StringProperty(description="The mirror plane that was found, in words")
+    mesh: PointerProperty(
+        type=bpy.types.Mesh, description="Holds the fields that the object's own mesh cannot hold"
+    )
 
 
 def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:

@@ -118,6 +118,12 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     stamp: StringProperty(description="Changes with every detection")
     signature: StringProperty(description="Tells whether the mesh is still the one analysed")
     source: StringProperty(description="What was analysed: BASE or EVALUATED")
+    scope: StringProperty(description="Which faces were: WHOLE, VISIBLE, SELECTED or GROUP")
+    group: StringProperty(description="The vertex group of the scope GROUP")
+    analysed: StringProperty(description="What was analysed and what was left out, in words")
+    mesh: PointerProperty(
+        type=bpy.types.Mesh, description="Holds the results that the object's own mesh cannot hold"
+    )
     pinned: StringProperty(description="Rows of candidates that are kept in any case")
     deleted: StringProperty(description="Rows of candidates that the user deleted")
     items: CollectionProperty(type=UMBILICS_PG_item)

@@ -6,6 +6,7 @@ changes the scene, once, at the end.
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import bpy
@@ -14,9 +15,11 @@ import numpy as np
 from ... import core
 from ..base.errors import ObjectError
 from ..data import pins, record, summary
-from ..mesh.attributes import check_result_names, remove_results, write_results
+from ..mesh.attributes import RESULTS, check_result_names, write_results
+from ..mesh.evaluated import is_in, outside, works_on
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh, unit_vectors
-from ..scene import empties, filters, guidance_objects, maps, targets
+from ..mesh.scope import WHOLE, Scope
+from ..scene import display_objects, empties, filters, guidance_objects, homes, maps, targets
 from ..scene.modes import object_mode
 
 
@@ -28,6 +31,8 @@ class Inputs:
     arrays: MeshArrays
     settings: core.Settings
     evaluated: bool = False
+    scope: Scope = WHOLE
+    analysed: str = ""  # source and scope in words
 
 
 def gather(
@@ -36,10 +41,12 @@ def gather(
     given_names: tuple[str, ...] | None = None,
     all_methods: bool = False,
     depsgraph: bpy.types.Depsgraph | None = None,
+    scope: Scope = WHOLE,
 ) -> Inputs:
     """Read an object; the scene is not changed. `all_methods`: also what only method C needs.
 
-    With a `depsgraph` the mesh is read as modifiers and shape keys make it.
+    With a `depsgraph` the mesh is read as modifiers and shape keys make it in Object Mode. Faces
+    outside the `scope` are left out.
 
     Raises
     ------
@@ -48,13 +55,22 @@ def gather(
     """
     check_object(obj, with_modifiers=depsgraph is not None)
     check_result_names(obj)
-    arrays = read_mesh(
-        obj,
-        given_names if settings.curvature == "given" else None,
-        with_uv=(settings.method == "C" or all_methods) and settings.charts != "seams",
-        depsgraph=depsgraph,
-    )
-    return Inputs(obj.name_full, arrays, settings, depsgraph is not None)
+    evaluated = depsgraph is not None
+    leaving = object_mode(bpy.context, obj, push=False) if evaluated else nullcontext()
+    with leaving:
+        if evaluated:
+            # What a script did to the mesh is evaluated only when it is told of.
+            obj.data.update_tag()
+            bpy.context.view_layer.update()
+        arrays = read_mesh(
+            obj,
+            given_names if settings.curvature == "given" else None,
+            with_uv=(settings.method == "C" or all_methods) and settings.charts != "seams",
+            depsgraph=depsgraph,
+            scope=scope,
+        )
+    analysed = in_words(works_on(obj) if evaluated else (), scope, arrays)
+    return Inputs(obj.name_full, arrays, settings, evaluated, scope, analysed)
 
 
 def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
@@ -111,45 +127,61 @@ def write(context: bpy.types.Context, inputs: Inputs, outcome: Found) -> int:
     if obj is None:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
     check_object(obj, inputs.evaluated)
-    depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
-    check_unchanged(obj, inputs.arrays, depsgraph)
     check_result_names(obj)
     with object_mode(context, obj):
-        if inputs.evaluated and not _takes_results(obj, inputs.arrays):
-            obj = targets.copy_for(context, obj, context.evaluated_depsgraph_get())
-        write_results(obj.data, inputs.arrays, outcome.attributes)
+        depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
+        check_unchanged(obj, inputs.arrays, depsgraph)
+        home = homes.home_for(context, obj, depsgraph)
+        obj = home.owner
+        was_shown = maps.is_shown_on(obj)
+        maps.hide(context, obj)
+        homes.leave(obj, RESULTS)
+        write_results(home.mesh, inputs.arrays, outcome.attributes)
         before, chosen = record.of(obj), pins.rows(obj)
         summary.forget(obj)
         kept = obj.umbilics
         kept.detected = True
         kept.method = inputs.settings.method
-        kept.source = "EVALUATED" if inputs.evaluated else "BASE"
+        kept.scope, kept.group = inputs.scope.kind, inputs.scope.group
+        kept.analysed = inputs.analysed
         kept.signature = inputs.arrays.signature
         record.store(obj, outcome.packed)
+        homes.settle(home)
         lost = pins.carry_over(obj, chosen, before, outcome.packed.record)
         filters.apply(context, obj, inputs.settings, fresh=True)
-        if maps.is_shown_on(obj):
+        if was_shown:
             maps.show(context, [obj])
     return lost
 
 
 def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     """Remove everything a detection left on the object; says whether there was anything."""
+    obj = homes.owner_of(obj)
     with object_mode(context, obj):
-        attributes = remove_results(obj.data)
+        maps.hide(context, obj)
+        values = homes.leave(obj, RESULTS)
         emptied = empties.remove(obj)
-        described = summary.forget(obj)
         guided = guidance_objects.remove_all(obj)
-        maps.hide(obj)
-        is_copy = targets.COPY_TAG in obj
-        if is_copy:
-            targets.remove_copy(context, obj)
-    return bool(attributes or emptied or described or guided or is_copy)
+        described = summary.forget(obj)
+        stands_in = display_objects.is_ours(obj)
+        if stands_in:
+            display_objects.remove(context, obj)
+    return bool(values or emptied or described or guided or stands_in)
 
 
-def _takes_results(obj: bpy.types.Object, arrays: MeshArrays) -> bool:
-    """Whether results of the mesh with modifiers can go to the object's own mesh."""
-    return targets.is_own(obj) and targets.corresponds(obj, arrays)
+def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
+    """What was analysed and what was left out, in a line for the panel."""
+    source = f"With {', '.join(works)}" if works else "The mesh itself"
+    wanted = len(np.unique(arrays.polygon))
+    where = {
+        "WHOLE": "whole object",
+        "VISIBLE": "visible faces",
+        "SELECTED": "selected faces",
+        "GROUP": f"group {scope.group}",
+    }[scope.kind]
+    left_out = 0 if scope.kind == "WHOLE" else arrays.polygon_count - wanted
+    ignored = f"; {left_out} of {arrays.polygon_count} faces left out" if left_out else ""
+    return f"{source}, {where}{ignored}"
 
 
 def check_object(obj: bpy.types.Object | None, with_modifiers: bool = False) -> None:
@@ -165,18 +197,20 @@ def why_not(
     """Why the object can have no results, in words for the user; empty if it can.
 
     With `to_clear`, why none can be removed from it: then faces are not needed. Results of the
-    mesh `with_modifiers` can go to a copy.
+    mesh `with_modifiers` can go to a mesh of ours.
     """
     if obj is None:
         return "There is no active object. Click a mesh first."
     if obj.type != "MESH":
         return f"{obj.name} is not a mesh. Choose a mesh, or convert it: Object > Convert > Mesh."
-    if not with_modifiers and not targets.is_own(obj):
+    if not with_modifiers and not targets.is_own(homes.owner_of(obj)):
         return (
             f"{obj.name} is linked from another file and cannot keep results here. Choose "
-            "Source: With Modifiers, which puts them on a copy, or make the object and its mesh "
+            "Source: As Seen, which puts them beside it, or make the object and its mesh "
             "local: Object > Relations > Make Local."
         )
+    if with_modifiers and not is_in(bpy.context.view_layer, obj):
+        return outside(obj)
     if obj.mode == "SCULPT":
         return "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
     # Modifiers may make faces of a mesh that has none.

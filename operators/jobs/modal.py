@@ -14,7 +14,8 @@ class NeedsMesh:
 
     @classmethod
     def poll(cls, context):
-        reason = detect.why_not(context.active_object)
+        evaluated = context.scene.umbilics_display.source == "EVALUATED"
+        reason = detect.why_not(context.active_object, with_modifiers=evaluated)
         if worker.current() is not None:
             reason = RUNNING
         if reason:

@@ -6,6 +6,7 @@ user keeps, by filters, pins and deletions, are taken from the object's record.
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,10 +18,11 @@ import numpy as np
 
 from ... import core
 from ..base.errors import ObjectError
-from ..data import plans, properties, record, summary
+from ..data import plans, properties, reading, record, summary
 from ..mesh.attributes import check_result_names
-from ..mesh.read import check_unchanged, current_mesh, edge_vertices, in_vertex_group
-from ..scene import filters, guidance_objects, targets
+from ..mesh.read import check_unchanged, current_mesh, edge_vertices
+from ..mesh.scope import Scope, in_vertex_group
+from ..scene import display_objects, filters, guidance_objects, homes, targets
 from ..scene.modes import object_mode
 from . import detect
 
@@ -92,36 +94,54 @@ def gather(
         kept = core.kept_rows(known.detection, filters.used_filters(obj), *by_hand)
     else:
         detecting = properties.to_settings(scene.umbilics)
-    detect.check_object(obj)
+    obj, evaluated, scope = _to_read(scene, obj)
+    detect.check_object(obj, evaluated)
     for layouts in (guidance_objects.ATTRIBUTES, guidance_objects.MARKS):
         check_result_names(obj, layouts)
-    evaluated = known is not None and obj.umbilics.source == "EVALUATED"
-    evaluated = evaluated and targets.COPY_TAG not in obj
-    inputs = detect.gather(
-        obj,
-        detecting,
-        properties.given_names(scene.umbilics),
-        depsgraph=context.evaluated_depsgraph_get() if evaluated else None,
-    )
-    edges = None
-    if with_edges:
-        with current_mesh(obj) as mesh:
+    depsgraph = context.evaluated_depsgraph_get() if evaluated else None
+    names = properties.given_names(scene.umbilics)
+    inputs = detect.gather(obj, detecting, names, depsgraph=depsgraph, scope=scope)
+    edges = zone = None
+    with object_mode(context, obj, push=False), current_mesh(obj, depsgraph) as mesh:
+        if with_edges:
+            _check_marks(obj, mesh)
             edges = edge_vertices(mesh)
-    name = scene.umbilics_guidance.zone
+        if scene.umbilics_guidance.zone:
+            zone = in_vertex_group(obj, mesh, scene.umbilics_guidance.zone)
     return Job(
         inputs=inputs,
         settings=settings,
         kept=kept,
         candidates=-1 if known is None else len(known.detection.candidates),
-        zone=in_vertex_group(obj, name, len(inputs.arrays.vertices)),
+        zone=zone,
         edges=edges,
         work=work,
     )
 
 
+def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.Object, bool, Scope]:
+    """The object, form and part that the object's detection was made of, else the scene's."""
+    if obj.umbilics.detected:
+        kept = obj.umbilics
+        found = kept.source == "EVALUATED", Scope(kept.scope or "WHOLE", kept.group)
+    else:
+        display = scene.umbilics_display
+        found = display.source == "EVALUATED", reading.scope_of(display)
+    return display_objects.source_of(obj), *found
+
+
+def _check_marks(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
+    """Raise `ObjectError` where edges of `mesh` are none of the object's own."""
+    if not targets.is_own(obj) or not homes.same_faces(mesh, obj.data):
+        raise ObjectError(
+            f"The edges that are seen are not those of {obj.name}'s own mesh, which marks are "
+            "kept with. Apply its modifiers, or detect with Source: Base Mesh."
+        )
+
+
 @contextmanager
 def written(context: bpy.types.Context, job: Job) -> Iterator[bpy.types.Object]:
-    """The object to write to, out of Edit Mode, if it is still the one that was read.
+    """The object that keeps the results, out of Edit Mode, if what was read is still the same.
 
     Raises
     ------
@@ -131,11 +151,19 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[bpy.types.Object]:
     obj = targets.named(job.object_name)
     if obj is None:
         raise ObjectError(f"{job.object_name} is no longer there. Try again.")
-    detect.check_object(obj)
-    depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
-    check_unchanged(obj, job.inputs.arrays, depsgraph)
+    detect.check_object(obj, job.inputs.evaluated)
     with object_mode(context, obj):
-        yield obj
+        depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
+        check_unchanged(obj, job.inputs.arrays, depsgraph)
+        if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
+            homes.home_for(context, obj, depsgraph)
+        yield homes.owner_of(obj)
+
+
+def home_of_plan(context: bpy.types.Context, job: Job) -> homes.Home:
+    """Where a plan goes, within the block of `written`."""
+    depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
+    return homes.home_for(context, targets.named(job.object_name), depsgraph, homes.PLAN)
 
 
 def plan(job: Job, guide: core.Guide, progress: core.Progress) -> tuple:
@@ -208,6 +236,7 @@ def _prepared(job: Job, progress: core.Progress) -> core.Guide:
         arrays.signature,
         repr(job.inputs.settings),
         arrays.matrix.tobytes(),
+        zlib.crc32(arrays.loop_triangle),
     )
     if _latest is None or _latest[0] != key:
         detection = detect.compute(job.inputs, progress)

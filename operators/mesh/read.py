@@ -11,8 +11,10 @@ import bpy
 import numpy as np
 
 from ..base.errors import AttributeNameError, ChangedMeshError, ObjectError
+from .evaluated import evaluated_mesh
 from .fetch import DOMAIN_LABEL, LAYOUT, fetch, unit_vectors
 from .fingerprint import mesh_signature
+from .scope import WHOLE, Scope, faces_in
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,14 @@ class MeshArrays:
     vertices:
         (n, 3) float64 world positions.
     triangles:
-        (m, 3) int32 corners; row i is Blender's own loop triangle i, wound outward as seen in
-        the world (an object mirrored by a negative scale has two corners exchanged).
+        (m, 3) int32 corners of the faces in the scope, wound outward as seen in the world (an
+        object mirrored by a negative scale has two corners exchanged).
+    loop_triangle:
+        (m,) int32 number of Blender's own loop triangle that each row is.
     polygon:
         (m,) int32 the mesh's face that each triangle is part of.
     polygon_count:
-        Number of the mesh's faces.
+        Number of the mesh's faces, those outside the scope included.
     matrix:
         (4, 4) float64 from the object's space to the world.
     seams, sharp:
@@ -44,6 +48,7 @@ class MeshArrays:
 
     vertices: np.ndarray
     triangles: np.ndarray
+    loop_triangle: np.ndarray
     polygon: np.ndarray
     polygon_count: int
     matrix: np.ndarray
@@ -59,16 +64,19 @@ def read_mesh(
     given_names: tuple[str, ...] | None = None,
     with_uv: bool = False,
     depsgraph: bpy.types.Depsgraph | None = None,
+    scope: Scope = WHOLE,
 ) -> MeshArrays:
     """The object's mesh in world space; in Edit Mode as it is being edited.
 
     `given_names` names the vertex attributes of k1, k2, d1 and d2, if they are wanted. With a
-    `depsgraph` it is the mesh that modifiers and shape keys make.
+    `depsgraph` it is the mesh that modifiers and shape keys make, and the object is not in Edit
+    Mode. Faces outside the `scope` are left out, vertices never.
 
     Raises
     ------
     ObjectError
-        The mesh has no faces, or the object's scale flattens it.
+        The mesh has no faces, none in the scope, or the object's scale flattens it; or it cannot
+        be evaluated.
     AttributeNameError
         A given attribute is missing or not of the right type, or there is no UV map.
     """
@@ -84,6 +92,11 @@ def read_mesh(
                 f"{obj.name} has no faces: curvature needs a surface. "
                 "Fill it, or choose another object."
             )
+        rows = np.arange(len(triangles), dtype=np.int32)
+        wanted = faces_in(obj, mesh, scope)
+        if wanted is not None:
+            rows = rows[wanted[polygon]]
+            triangles, loops, polygon = triangles[rows], loops[rows], polygon[rows]
         seams, sharp = _marked_edges(mesh)
         uv = _active_uv(obj, mesh, loops) if with_uv else None
         given = _given(obj, mesh, matrix, given_names) if given_names else None
@@ -93,7 +106,17 @@ def read_mesh(
         triangles = np.ascontiguousarray(triangles[:, (0, 2, 1)])
         uv = None if uv is None else np.ascontiguousarray(uv[:, (0, 2, 1)])
     return MeshArrays(
-        vertices, triangles, polygon, polygon_count, matrix, seams, sharp, uv, given, fingerprint
+        vertices=vertices,
+        triangles=triangles,
+        loop_triangle=rows,
+        polygon=polygon,
+        polygon_count=polygon_count,
+        matrix=matrix,
+        seams=seams,
+        sharp=sharp,
+        uv=uv,
+        given=given,
+        signature=fingerprint,
     )
 
 
@@ -113,16 +136,12 @@ def current_mesh(
 ) -> Iterator[bpy.types.Mesh]:
     """The object's mesh; in Edit Mode a temporary copy of the mesh being edited.
 
-    With a `depsgraph` it is a temporary copy of what modifiers and shape keys make of it.
+    With a `depsgraph` it is a temporary copy of what modifiers and shape keys make of it; then
+    the object is not in Edit Mode, where Blender shows only some of them.
     """
     if depsgraph is not None:
-        if obj.mode == "EDIT":
-            obj.update_from_editmode()
-        evaluated = obj.evaluated_get(depsgraph)
-        try:
-            yield evaluated.to_mesh()
-        finally:
-            evaluated.to_mesh_clear()
+        with evaluated_mesh(obj, depsgraph) as mesh:
+            yield mesh
         return
     if obj.mode != "EDIT":
         yield obj.data
@@ -152,18 +171,6 @@ def vertex_normals(mesh: bpy.types.Mesh) -> np.ndarray:
 def edge_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
     """(e, 2) int32 vertices of the mesh's edges."""
     return fetch(mesh.edges, "vertices", 2, np.int32)
-
-
-def in_vertex_group(obj: bpy.types.Object, name: str, count: int) -> np.ndarray | None:
-    """(count,) bool vertices that weigh more than a half in a group; None without the group."""
-    group = obj.vertex_groups.get(name) if name else None
-    if group is None or len(obj.data.vertices) != count:
-        return None
-    weights = (
-        any(one.group == group.index and one.weight > 0.5 for one in vertex.groups)
-        for vertex in obj.data.vertices
-    )
-    return np.fromiter(weights, bool, count)
 
 
 def _to_world(positions: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ def can_be_changed(cls: type[bpy.types.Operator], context: bpy.types.Context) ->
     """For `poll`: as `is_chosen`, and the results are of this file."""
     if not is_chosen(cls, context):
         return False
-    if not targets.is_own(context.view_layer.objects.active):
+    if not targets.is_local(context.view_layer.objects.active):
         cls.poll_message_set("These results are linked from another file.")
         return False
     return True

@@ -95,7 +95,7 @@ def _add(
     frames = frames_of(umbilics)
     images = {kind: image_of(kind) for kind in set(umbilics.kind.tolist())}
     to_object = Matrix(record.matrix).inverted()
-    local_views = _local_views(context, obj)
+    views = local_views(context, obj)
     is_overlaid = _is_overlaid(context)
     for place, row in enumerate(rows.tolist()):
         kind = str(umbilics.kind[place])
@@ -109,11 +109,11 @@ def _add(
             empty[f"umbilics_{name}"] = value
         empty["umbilics_row"] = row
         collection.objects.link(empty)
-        for view in local_views:
+        for view in views:
             empty.local_view_set(view, True)
 
 
-def _local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
+def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
     """The 3D views in local view that show the object: what is new there has to be let in."""
     return [
         area.spaces.active

@@ -27,7 +27,7 @@ def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [
         obj
         for obj in dict.fromkeys(objects)
-        if obj is not None and obj.umbilics.detected and targets.is_own(obj)
+        if obj is not None and obj.umbilics.detected and targets.is_local(obj)
     ]
 
 

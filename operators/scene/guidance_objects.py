@@ -20,7 +20,8 @@ from ..data import plans
 from ..mesh.attributes import remove_results, write_attributes
 from ..mesh.edge_marks import mark_edges, unmark_edges
 from ..mesh.read import MeshArrays, unit_vectors
-from . import grease_pencil
+from . import grease_pencil, homes
+from .targets import is_local
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "guides", "mirror")
@@ -57,24 +58,28 @@ def pole_sum(obj: bpy.types.Object) -> int:
 
 def write_plan(
     context: bpy.types.Context,
-    obj: bpy.types.Object,
+    home: homes.Home,
     arrays: MeshArrays,
     guidance: core.Guidance,
     umbilics: core.Umbilics,
 ) -> None:
     """Attributes of the field, an empty at each pole, and the table."""
+    obj = home.owner
     to_object = np.linalg.inv(arrays.matrix[:3, :3]).T
+    # The first triangle of each face; faces outside the scope have none, and no direction.
     first = np.full(arrays.polygon_count, -1)
     first[arrays.polygon[::-1]] = np.arange(len(arrays.polygon))[::-1]
+    on_faces = np.where((first < 0)[:, None], 0.0, guidance.face_direction[first])
     values = {
         "umbilics_cross": unit_vectors(guidance.direction @ to_object),
         "umbilics_confidence": guidance.confidence,
-        "umbilics_cross_face": unit_vectors(guidance.face_direction[first] @ to_object),
+        "umbilics_cross_face": unit_vectors(on_faces @ to_object),
         "umbilics_cross_index": np.bincount(
             arrays.polygon, weights=guidance.triangle_index, minlength=arrays.polygon_count
         ),
     }
-    write_attributes(obj.data, values, ATTRIBUTES)
+    homes.leave(obj, ATTRIBUTES, homes.PLAN)
+    write_attributes(home.mesh, values, ATTRIBUTES)
     remove(obj, POLES)
     poles = guidance.poles
     extent = float(np.ptp(arrays.vertices, axis=0).max())
@@ -94,6 +99,7 @@ def write_plan(
         empties.append(empty)
         origins.append(_origin(poles, umbilics, row))
     plans.store(obj, arrays.signature, poles, empties, origins)
+    homes.settle(home, homes.PLAN)
 
 
 def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:
@@ -254,9 +260,11 @@ def remove(obj: bpy.types.Object, part: str) -> bool:
 def remove_all(obj: bpy.types.Object) -> bool:
     """Remove everything the guidance left on an object that is not in Edit Mode."""
     found = [remove(obj, part) for part in PARTS]
-    found += [unmark(obj, kind) for kind in _BIT]
-    for layouts in (ATTRIBUTES, MARKS):
-        found.append(remove_results(obj.data, layouts.keys(), layouts) > 0)
+    found.append(homes.leave(obj, ATTRIBUTES, homes.PLAN))
+    if is_local(obj.data) and not homes.others_with_results(obj):
+        # Marks are the mesh's: whoever shares it may have made them.
+        found += [unmark(obj, kind) for kind in _BIT]
+        found.append(remove_results(obj.data, MARKS.keys(), MARKS) > 0)
     found.append(plans.forget(obj))
     return any(found)
 

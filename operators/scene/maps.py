@@ -1,4 +1,7 @@
-"""Colours of a mesh that show curvature, in a colour attribute of ours.
+"""Colours that show curvature, in a colour attribute of ours.
+
+The mesh is the one that holds the results. Where that is not the object's own, an object of
+ours shows it in the same place.
 
 The attribute `umbilics_map` is on vertices for values and surface types, on face corners for
 regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active, and in
@@ -17,8 +20,10 @@ import numpy as np
 from ... import core
 from ..base import changes, units
 from ..drawing import colour_maps
-from ..mesh.attributes import read_result, to_corners
-from . import targets
+from ..mesh.attributes import RESULTS, read_result, to_corners
+from . import display_objects
+from .homes import mesh_of, move_out
+from .targets import is_local
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"
@@ -67,12 +72,13 @@ class Legend:
 
 def is_shown_on(obj: bpy.types.Object | None) -> bool:
     """Whether the object's mesh carries a map of ours."""
-    return obj is not None and obj.type == "MESH" and SHOWN in obj.data
+    mesh = mesh_of(obj)
+    return mesh is not None and SHOWN in mesh
 
 
 def is_dark(obj: bpy.types.Object) -> bool:
     """Whether the object shows a map on which only light strokes are seen."""
-    return is_shown_on(obj) and obj.data[SHOWN]["map"] in _DARK
+    return is_shown_on(obj) and mesh_of(obj)[SHOWN]["map"] in _DARK
 
 
 def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int:
@@ -83,24 +89,26 @@ def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int
     display = context.scene.umbilics_display
     values = {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
-        found = _values(obj.data, display.map)
+        mesh = move_out(obj, RESULTS)
+        found = None if mesh is None else _values(mesh, display.map)
         if found is not None:
             values[obj] = found
     low = high = 0.0
     if display.map in POWER and values:
         low, high = _range(display, np.concatenate(list(values.values())))
     for obj, found in values.items():
-        _store(obj.data, *_coloured(obj, display.map, found, low, high))
-        obj.data[SHOWN] = {"map": display.map, "low": low, "high": high}
+        mesh = mesh_of(obj)
+        _store(mesh, *_coloured(obj, display.map, found, low, high))
+        mesh[SHOWN] = {"map": display.map, "low": low, "high": high}
+        if mesh != obj.data:
+            display_objects.place(context, obj, mesh, lifted=True)
     return sum(obj in values for obj in objects)
 
 
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
     return [
-        obj
-        for obj in scene.objects
-        if is_shown_on(obj) and obj.mode != "EDIT" and targets.is_own(obj)
+        obj for obj in scene.objects if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
     ]
 
 
@@ -115,25 +123,30 @@ def _coloured(
     return colour_maps.coloured(values, low, high, _scale(name)), "POINT"
 
 
-def hide(obj: bpy.types.Object) -> bool:
+def hide(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     """Remove the colours and make the attribute active that was; whether there were any."""
     if not is_shown_on(obj):
         return False
-    colours = obj.data.color_attributes
+    mesh = mesh_of(obj)
+    if mesh != obj.data:
+        display = display_objects.display_of(obj)
+        if display is not None:
+            display_objects.remove(context, display)
+    colours = mesh.color_attributes
     if NAME in colours:
         colours.remove(colours[NAME])
-    before = colours.find(obj.data.get(BEFORE, ""))
+    before = colours.find(mesh.get(BEFORE, ""))
     if before >= 0:
         colours.active_color_index = before
     for name in (BEFORE, SHOWN):
-        if name in obj.data:
-            del obj.data[name]
+        if name in mesh:
+            del mesh[name]
     return True
 
 
 def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
     """What the colours that `show` gave the object mean."""
-    shown = obj.data[SHOWN]
+    shown = mesh_of(obj)[SHOWN]
     name = shown["map"]
     title = TITLES[name]
     if name == "type":

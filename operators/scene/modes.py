@@ -7,12 +7,15 @@ import bpy
 
 
 @contextmanager
-def object_mode(context: bpy.types.Context, obj: bpy.types.Object) -> Iterator[None]:
+def object_mode(
+    context: bpy.types.Context, obj: bpy.types.Object, push: bool = True
+) -> Iterator[None]:
     """Take the meshes being edited out of Edit Mode, and put them back afterwards.
 
-    Only in Object Mode can attributes be written without a Python loop. The state after the
-    block is pushed as an undo step while no mesh is being edited: a step taken in Edit Mode
-    would hold the edited mesh only, and undoing it would leave new objects behind.
+    Only in Object Mode can attributes be written without a Python loop, and are modifiers and
+    shape keys evaluated as they show there. With `push` the state after the block is pushed as
+    an undo step while no mesh is being edited: a step taken in Edit Mode would hold the edited
+    mesh only, and undoing it would leave new objects behind.
     """
     if obj.mode != "EDIT":
         yield
@@ -23,8 +26,10 @@ def object_mode(context: bpy.types.Context, obj: bpy.types.Object) -> Iterator[N
     selected = [other for other in layer.objects if other.select_get()]
     bpy.ops.object.mode_set(mode="OBJECT")
     try:
+        layer.update()
         yield
-        bpy.ops.ed.undo_push(message="Umbilics")
+        if push:
+            bpy.ops.ed.undo_push(message="Umbilics")
     finally:
         _select(layer, edited)
         layer.objects.active = active

@@ -10,7 +10,8 @@ from ... import core
 from ..base import app_handlers
 from ..data import properties, record
 from ..mesh.fingerprint import mesh_signature
-from . import filters, targets
+from . import filters
+from .display_objects import source_of
 
 # Two transforms give the same curvatures if lengths agree to this part.
 _SAME_SCALE = 1e-4
@@ -96,23 +97,24 @@ def _is_other(context: bpy.types.Context, obj: bpy.types.Object, made) -> bool:
     """Whether the mesh differs from the one that `made` was made of, by its signature."""
     key = obj.name_full, made.stamp
     if key not in _edited:
-        if not made.stamp or obj.mode != "OBJECT":
-            # While the mesh is worked on its arrays are not up to date; it is looked at after.
+        if not made.stamp or obj.mode != "OBJECT" or not source_of(obj).visible_get():
+            # While the mesh is worked on its arrays are not up to date, and Blender does not
+            # evaluate what is hidden; it is looked at after.
             return False
-        _edited[key] = _compare(context, obj, made.signature)
+        _edited[key] = _compare(context, obj, made)
     return _edited[key]
 
 
-def _compare(context: bpy.types.Context, obj: bpy.types.Object, signature: str) -> bool:
-    if targets.COPY_TAG in obj:
-        source = targets.source_of(obj)
-        if source is not None and mesh_signature(source.data) != obj.get(targets.BASE_TAG):
-            return True
-        return mesh_signature(obj.data) != signature
-    mesh = obj.data
-    if obj.umbilics.source == "EVALUATED":
-        mesh = obj.evaluated_get(context.view_layer.depsgraph).data
-    return mesh_signature(mesh) != signature
+def _compare(context: bpy.types.Context, obj: bpy.types.Object, made) -> bool:
+    obj = source_of(obj)
+    if made.source != "EVALUATED":
+        return mesh_signature(obj.data) != made.signature
+    evaluated = obj.evaluated_get(context.view_layer.depsgraph)
+    # Its data may be what is subdivided while it is drawn.
+    try:
+        return mesh_signature(evaluated.to_mesh()) != made.signature
+    finally:
+        evaluated.to_mesh_clear()
 
 
 @persistent

@@ -27,6 +27,8 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
     bpy.context.preferences.view.show_splash = False
     # A view that glides to its new place would be looked at, or moved again, on its way.
     bpy.context.preferences.view.smooth_view = 0
+    # On a busy machine the second click of two comes late.
+    bpy.context.preferences.inputs.mouse_double_click_time = 1000
     # Blender's jumps of the mouse, which let a drag go on past the edge, are not followed here.
     bpy.context.preferences.inputs.use_mouse_continuous = False
     steps = scenario()

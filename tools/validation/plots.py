@@ -7,7 +7,11 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from bl_ext.user_default.umbilics.operators.command_line.stage import Stage, View, save_pixels
+from bl_ext.user_default.umbilics.operators.command_line.pictures.stage import (
+    Stage,
+    View,
+    save_pixels,
+)
 from bl_ext.user_default.umbilics.operators.mesh.build import from_triangles
 
 _SIZE = (900, 760)

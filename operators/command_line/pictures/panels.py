@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import core
-from ..data.preferences import KIND_COLOURS
-from ..jobs.detect import Inputs
-from ..mesh.build import from_triangles
-from ..mesh.read import MeshArrays
+from .... import core
+from ...data.preferences import KIND_COLOURS
+from ...jobs.detect import Inputs
+from ...mesh.build import from_triangles
+from ...mesh.read import MeshArrays
 from .picture_parts import caption, glyph_mesh, glyph_size, kinds_below, stroke_mesh
 from .stage import Stage, View, save_pixels
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import core
-from ..data.preferences import KIND_COLOURS
-from ..jobs.detect import Inputs
-from ..mesh.build import from_triangles
+from .... import core
+from ...data.preferences import KIND_COLOURS
+from ...jobs.detect import Inputs
+from ...mesh.build import from_triangles
 from .picture_parts import glyph_mesh, glyph_size, legend, stroke_mesh
 from .stage import Stage, View, save_pixels
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +12,16 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..base.errors import FileError
-from .importers import quiet
+from .... import core
+from ...base.errors import FileError
+from ..guard import shown
+from ..importers import quiet
 
 _BACKGROUND = (0.93, 0.935, 0.945)
 # Room around the mesh, as a fraction of its extent.
 _MARGIN = 1.16
+# The last chunk of every PNG file: no data, its name, its check sum.
+_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
 
 
 @dataclass(frozen=True, init=False)
@@ -181,13 +187,17 @@ def save_pixels(path: Path, pixels: np.ndarray) -> None:
     scene.render.dither_intensity = 0.0
     settings = scene.render.image_settings
     settings.file_format, settings.color_mode, settings.compression = "PNG", "RGB", 100
+    image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
-        with quiet():
-            image.save_render(str(path.resolve()), scene=scene)
+        with core.whole_file(path) as partial:
+            with quiet():
+                image.save_render(str(partial.resolve()), scene=scene)
+            # Blender does not say that a disk is full.
+            if not partial.read_bytes().endswith(_PNG_END):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     except (OSError, RuntimeError) as error:
-        raise FileError(f"{path}: cannot be written ({str(error).strip()}).") from error
+        reason = getattr(error, "strerror", None) or str(error).strip()
+        raise FileError(f"{shown(path)}: cannot be written ({reason}).") from error
     finally:
         bpy.data.images.remove(image)
         bpy.data.scenes.remove(scene)

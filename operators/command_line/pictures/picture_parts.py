@@ -5,14 +5,14 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ... import core
-from ..base.words import outcome
-from ..data.preferences import KIND_COLOURS
-from ..drawing.glyphs import OUTLINES, prisms
-from ..jobs.detect import Inputs
-from ..mesh.build import from_triangles
-from ..mesh.read import MeshArrays, unit_vectors
-from ..scene.empties import frames_of
+from .... import core
+from ...base.words import outcome
+from ...data.preferences import KIND_COLOURS
+from ...drawing.glyphs import OUTLINES, prisms
+from ...jobs.detect import Inputs
+from ...mesh.build import from_triangles
+from ...mesh.read import MeshArrays, unit_vectors
+from ...scene.empties import frames_of
 from .stage import Stage, View
 
 # A glyph's size as a fraction of the mesh's, and how many fit before they are drawn smaller.

@@ -1,0 +1,80 @@
+"""Single files within limits: each in a process of its own, which is ended at a limit."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from pathlib import Path
+
+from ....core.formats.whole import PARTIAL
+from .. import exit_codes
+from ..guard import shown
+from ..messages import complain, tell
+from ..request import Limits, Request
+from . import machine
+
+_PAUSE = 0.05
+
+
+def run(request: Request, blender: list[str]) -> int:
+    """Do the files one after the other; the command's exit code."""
+    failed = False
+    for file, outputs in zip(request.files, request.outputs, strict=True):
+        failed |= not _one_file(request, file, outputs, blender)
+    return exit_codes.FAILED if failed else exit_codes.DONE
+
+
+def _one_file(request: Request, file: str | None, outputs: dict, blender: list[str]) -> bool:
+    command = [*blender, *request.worker_arguments, "--worker"]
+    command += [f"--{kind}={path}" for kind, path in outputs.items()]
+    if request.guidance:
+        command.append(f"--guide={request.guidance.folder}")
+    if request.events:
+        command.append("--progress=jsonl")
+    command += [] if file is None else ["--", file]
+    start = time.monotonic()
+    number, code = _end_of(command, request.limits)
+    if code in (exit_codes.DONE, exit_codes.FAILED):
+        # It has said all that there is to say.
+        return code == exit_codes.DONE
+    _remove_partial(request, outputs, number)
+    if code is None:
+        error = f"given up after {request.limits.seconds:g} s (--time-limit)."
+    else:
+        error = f"Blender ended with {machine.end_in_words(code)}."
+        if request.limits.memory:
+            error += " It may have needed more than --memory-limit."
+    name = None if file is None else shown(file)
+    error = error if name is None else f"{name}: {error}"
+    complain(error)
+    if request.events:
+        seconds = round(time.monotonic() - start, 3)
+        tell("file", file=name, status="failed", seconds=seconds, error=error)
+    return False
+
+
+def _end_of(command: list[str], limits: Limits) -> tuple[int, int | None]:
+    """Run a process within the limits; its number, and its exit code, None if it took too long."""
+    process = subprocess.Popen(command, stdin=subprocess.PIPE)
+    if limits.memory:
+        machine.limit_memory(process.pid, limits.memory)
+    start = time.monotonic()
+    try:
+        while process.poll() is None:
+            if limits.seconds is not None and time.monotonic() - start > limits.seconds:
+                return process.pid, None
+            time.sleep(_PAUSE)
+        return process.pid, process.returncode
+    finally:
+        process.kill()
+        process.wait()
+        process.stdin.close()
+
+
+def _remove_partial(request: Request, outputs: dict, number: int) -> None:
+    """Remove what a process that was ended had begun to write."""
+    folders = {Path(path).parent for path in outputs.values()}
+    folders |= {request.guidance.folder} if request.guidance else set()
+    for folder in folders:
+        for left in folder.glob(f"{PARTIAL}{number}-*"):
+            left.unlink(missing_ok=True)
