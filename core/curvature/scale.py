@@ -7,8 +7,7 @@ is lost it rises. The rings grow while it falls. Errors that neighbours share, t
 cubes and of decimation, show in this trend; the residuals of a fit, which take them for shape,
 do not tell them (Lepski 1991 compares scales by such standard errors).
 
-One scale serves the whole mesh. A rule at every vertex was measured: it places umbilics better
-where the noise differs over the mesh, but finds fewer and adds false ones (docs/scale.md).
+One scale serves the whole mesh: the medians need many vertices.
 """
 
 from __future__ import annotations

@@ -24,6 +24,9 @@ from .shape_operators import face_deviators
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
 VAGUE = 0.1
+# Standard errors that an umbilic must be clear of to be believed where a pair may have lost its
+# other half over the border.
+BORDER_CLEAR = 2.0
 # Share of the error below which pairs are not looked at more finely.
 DROWNED = 1.0 / 3.0
 # Chance that noise alone makes a pair that passes for present, or one that passes for certain.
@@ -155,13 +158,14 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         persistence, partner = measure_persistence(
             surface, fitted.field.gap, hits.triangle, hits.index, parts.regions.rows(), ~vague
         )
-    at_border = _at_border(surface, triangle, partner, vague, exact)
+    fits = _independent_fits(surface, parts.radius)
+    present = clarity >= significant(fits, PRESENT)
+    at_border = _at_border(surface, triangle, partner, vague, clarity < BORDER_CLEAR, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     unseen = _unseen_pairs(position, partner, located | at_border, parts.radius[corners])
-    fits = _independent_fits(surface, parts.radius)
     # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
     above = np.where(unseen, np.fmax(noise, persistence), noise)
-    above = np.where(_both(clarity >= significant(fits, PRESENT), partner), 0.0, above)
+    above = np.where(_both(present, partner), 0.0, above)
     resolved = ~made_by_noise(persistence, partner, above)
     certain = located & fitted.determined[corners].all(axis=1) & ~at_border
     certain &= ~(clarity < significant(fits, CERTAIN)) & resolved
@@ -191,12 +195,13 @@ def _at_border(
     triangle: np.ndarray,
     partner: np.ndarray,
     vague: np.ndarray,
+    unclear: np.ndarray,
     exact: bool,
 ) -> np.ndarray:
     """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
 
     Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
-    those whose place is `vague`; and within two or three rings those that cancel with one of
+    those whose place is `vague`, twice as far in if they are `unclear` too; and within two or three rings those that cancel with one of
     these: the two come and go together.
     """
     if surface.closed.all():
@@ -214,6 +219,7 @@ def _at_border(
     doubtful = within(1)
     if not exact:
         doubtful |= within(BORDER_RINGS) & vague
+        doubtful |= within(2 * BORDER_RINGS) & vague & unclear
     return doubtful | (within(2 if exact else 3) & (partner >= 0) & doubtful[partner])
 
 
