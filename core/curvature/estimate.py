@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,11 +18,12 @@ from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from ..mesh.thinning import thinned
+from .closer import look_closer
 from .exact_faces import on_faces
 from .field import CurvatureField
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
-from .scale import choose, starting_normals
+from .scale import Scale, choose, starting_normals
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class Estimate:
         What the jets were fitted to; None for curvature "normals" and "given".
     residual:
         Median standard deviation of the heights about the fits, in length; NaN without jets.
+    closer, degree:
+        What the jets around umbilics were fitted to, and their degree; None and 0 without.
     """
 
     field: CurvatureField
@@ -48,6 +51,8 @@ class Estimate:
     determined: np.ndarray
     neighbourhood: Neighbourhood | None
     residual: float
+    closer: Scale | None = None
+    degree: int = 0
 
 
 def estimate(
@@ -99,9 +104,10 @@ def _from_jets(
     progress: Progress,
     part: Tessellation | None,
 ) -> Estimate:
-    centres = None
+    centres, exact = None, None
     if part is not None:
-        centres = np.flatnonzero(~part.exact_vertices(surface))
+        exact = part.exact_vertices(surface)
+        centres = np.flatnonzero(~exact)
         if not len(centres):
             field = on_faces(surface, curvature_from_normals(surface, normals), part)
             known = np.ones(len(normals), bool)
@@ -110,14 +116,17 @@ def _from_jets(
     cells = thinned(surface, normals, walls, progress)
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
     choosing = progress.part("Choosing the scale", 0, 0.1)
-    if settings.scale == AUTO:
-        neighbourhood, start = choose(surface, normals, neighbourhood, choosing)
+    automatic = settings.scale == AUTO
+    if automatic:
+        scale = choose(surface, normals, neighbourhood, choosing)
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
         start = starting_normals(surface, normals, neighbourhood, choosing)
-    fitting = progress.part("Fitting jets", 0.1, 1)
-    jets = fit_jets(surface, start, neighbourhood, fitting, centres)
-    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
+        scale = Scale(neighbourhood, start, 1.0)
+    fitting = progress.part("Fitting jets", 0.1, 0.9)
+    jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)
+    noise = scale.factor * jets.noise
+    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
     radius, determined = jets.radius, jets.determined
     if centres is not None:
         field, radius, determined = _among_others(surface, field, radius, determined, centres)
@@ -126,7 +135,20 @@ def _from_jets(
         if part is not None:
             others = on_faces(surface, others, part)
         field = _filled(field, others, determined)
-    return Estimate(field, radius, determined, neighbourhood, float(np.median(jets.residual)))
+    whole = Estimate(
+        field, radius, determined, scale.neighbourhood, float(np.median(jets.residual))
+    )
+    if not automatic:
+        return whole
+    looking = progress.part("Looking closer", 0.9, 1)
+    closer = look_closer(surface, field, radius, scale, looking, exact)
+    return replace(
+        whole,
+        field=closer.field,
+        radius=closer.radius,
+        closer=closer.scale,
+        degree=closer.degree if closer.scale else 0,
+    )
 
 
 def _among_others(
