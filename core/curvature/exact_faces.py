@@ -1,4 +1,4 @@
-"""Shape operators on the cylinders and cones of tessellated parts: exact, along the axis."""
+"""Shape operators on the faces of tessellated parts: exact, on cylinders along the axis."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from .field import CurvatureField
 
 
 def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> CurvatureField:
-    """The field with the operators of a cylinder or cone at the vertices that lie on one.
+    """The field with the operators of exact faces at the vertices that have no others.
 
-    A vertex on several has those of the one that bends most; flat and spherical faces have no
-    directions to give. The normal is that of the face, not the mean across a crease.
+    A vertex on several has those of the one that bends most, of cylinders and cones before flat
+    and spherical faces, which have no directions to give. The normal on a cylinder or cone is
+    its own, not the mean across a crease.
 
     Parameters
     ----------
@@ -21,22 +22,18 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
         Shape operators at the n vertices of the surface, in its own coordinates.
     """
     directed = np.linalg.norm(part.axis, axis=1) > 0.5
-    if not directed.any():
-        return field
     n = len(surface.vertices)
-    bend = np.where(directed, np.abs(part.mean_curvature), -1.0)
     # From the least bent face to the most: what is written last stays.
+    order = np.argsort(np.lexsort((np.abs(part.mean_curvature), directed)))
     face = np.full(n, -1)
     inside = np.flatnonzero(part.face >= 0)
-    inside = inside[directed[part.face[inside]]]
-    inside = inside[np.argsort(bend[part.face[inside]], kind="stable")]
-    for corner in surface.triangles[inside].T:
-        face[corner] = np.where(
-            bend[part.face[inside]] >= np.where(face[corner] >= 0, bend[face[corner]], -1.0),
-            part.face[inside],
-            face[corner],
-        )
-    rows = np.flatnonzero(face >= 0)
+    inside = inside[np.argsort(order[part.face[inside]], kind="stable")]
+    face[surface.triangles[inside].ravel()] = np.repeat(part.face[inside], 3)
+    face[~part.exact_vertices(surface)] = -1
+    values = {name: value.copy() for name, value in vars(field).items()}
+    found = np.flatnonzero(face >= 0)
+    values["k1"][found] = values["k2"][found] = part.mean_curvature[face[found]]
+    rows = found[directed[face[found]]]
     normals, areas = surface.face_normal_area
     total = np.zeros((n, 3))
     for corner in surface.triangles[inside].T:
@@ -54,7 +51,6 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
     # The axis is the direction of the larger curvature, zero, where the face is hollow.
     hollow = (curvature < 0)[:, None]
     first = np.where(hollow, along, across)
-    values = {name: value.copy() for name, value in vars(field).items()}
     values["k1"][rows], values["k2"][rows] = np.maximum(curvature, 0), np.minimum(curvature, 0)
     values["d1"][rows], values["d2"][rows] = first, np.cross(normal, first)
     values["normal"][rows] = normal
