@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    RemeshError,
     UmbilicsError,
 )
 from .base.options import AUTO, Choice, Option, check, setting
@@ -32,7 +33,11 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guidance, Guide
 from .retopology.poles import Poles
+from .retopology.quads.remesh import remesh
+from .retopology.quads.result import QuadMesh
+from .retopology.quads.settings import RemeshSettings
 from .retopology.settings import GuidanceSettings
+from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
@@ -72,15 +77,20 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadMesh",
     "Region",
+    "RemeshError",
+    "RemeshSettings",
     "Selection",
     "Settings",
     "Suitability",
+    "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
     "Written",
     "check",
+    "check_topology",
     "compare",
     "comparison_table",
     "defaults",
@@ -94,6 +104,7 @@ __all__ = [
     "options",
     "pack",
     "read_off",
+    "remesh",
     "select",
     "setting",
     "suitability",
