@@ -275,6 +275,29 @@ def test_strokes_of_a_subdivided_object_are_those_of_its_surface(addon):
     assert len(where) == len(d1) > 3 * len(obj.data.vertices)
 
 
+def test_an_instance_of_a_collection_is_refused_in_words():
+    kept = bpy.data.collections.new("Kept")
+    kept.objects.link(bpy.data.objects.new("Inside", bpy.data.meshes.new("Inside")))
+    instance = add_object(None, "Instance")
+    instance.instance_type, instance.instance_collection = "COLLECTION", kept
+    with pytest.raises(RuntimeError, match="Instance is not a mesh"):
+        bpy.ops.umbilics.detect()
+
+
+def test_each_scene_sees_the_object_as_its_own_view_layer_does():
+    obj = subdivided()
+    other = bpy.data.scenes.new("Other")
+    other.collection.objects.link(obj)
+    bpy.ops.umbilics.detect()
+    count = len(obj.umbilics.items)
+    with bpy.context.temp_override(scene=other, view_layer=other.view_layers[0]):
+        other.view_layers[0].objects.active = obj
+        assert bpy.ops.umbilics.detect() == {"FINISHED"}
+        assert other.umbilics_display.source == "EVALUATED"
+    assert len(obj.umbilics.items) == len(empties(obj)) == count
+    assert len(own_meshes()) == 1
+
+
 # Objects that share a mesh.
 
 
