@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    RemeshError,
     UmbilicsError,
 )
 from .base.options import AUTO, Choice, Option, check, setting
@@ -23,6 +24,7 @@ from .formats.guidance import (
     write_guidance,
 )
 from .formats.off import read_off
+from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
@@ -31,19 +33,27 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guidance, Guide
 from .retopology.poles import Poles
+from .retopology.quads.remesh import remesh
+from .retopology.quads.result import QuadMesh
+from .retopology.quads.settings import RemeshSettings
 from .retopology.settings import GuidanceSettings
+from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
-from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
+from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "SHARP",
+    "SMOOTH_MORE",
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
@@ -67,14 +77,20 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadMesh",
     "Region",
+    "RemeshError",
+    "RemeshSettings",
     "Selection",
     "Settings",
+    "Suitability",
+    "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
     "Written",
     "check",
+    "check_topology",
     "compare",
     "comparison_table",
     "defaults",
@@ -88,9 +104,12 @@ __all__ = [
     "options",
     "pack",
     "read_off",
+    "remesh",
     "select",
     "setting",
+    "suitability",
     "unpack",
+    "up_axis",
     "whole_file",
     "write_guidance",
     "write_usda",

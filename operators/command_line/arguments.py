@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import shlex
 from pathlib import Path
 
@@ -12,10 +11,11 @@ import bpy
 from ... import core
 from ..data.properties import GIVEN_NAMES
 from . import batch_arguments, frames, guidance, source_arguments, values
-from .batch import Plan
+from .batch.names import result_name
 from .batch_arguments import OUTPUTS
 from .guard import Guard, OverwriteError
 from .importers import SUFFIXES
+from .request import Limits, Request
 
 _CURVATURE_NAMES = {
     "k1": "larger principal curvature",
@@ -23,70 +23,6 @@ _CURVATURE_NAMES = {
     "d1": "direction of k1",
     "d2": "direction of k2",
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Limits:
-    """What one file may take: seconds and bytes, None for no bound."""
-
-    seconds: float | None = None
-    memory: int | None = None
-
-    def __bool__(self) -> bool:
-        return self.seconds is not None or self.memory is not None
-
-
-@dataclasses.dataclass(frozen=True)
-class Request:
-    """What the command is asked to do.
-
-    Attributes
-    ----------
-    files:
-        The files, None for the one that Blender has open.
-    objects:
-        Names of the meshes to take, or none for all.
-    frames:
-        Frames of the animation, or none for the one that the file has.
-    source:
-        What of each object is analysed.
-    outputs:
-        For each file where its JSON, .blend, PNG, PLY and USD go.
-    guidance:
-        Files for remeshers.
-    events:
-        Tell of the progress in JSON lines on standard output, instead of in sentences.
-    limits:
-        Of each file.
-    worker_arguments:
-        What gives another process the same settings.
-    is_worker:
-        This process belongs to another one, and ends with it.
-    guard:
-        Holds the paths of all inputs and results.
-    batch:
-        With one other processes do the files.
-    summary:
-        With one nothing is done but the summary of the batches in that folder.
-    """
-
-    files: tuple[str | None, ...]
-    objects: tuple[str, ...]
-    frames: tuple[int, ...]
-    source: source_arguments.Source
-    settings: core.Settings
-    given_names: tuple[str, ...]
-    per_vertex: bool
-    compare: bool
-    outputs: tuple[dict[str, Path], ...]
-    guard: Guard
-    events: bool = False
-    limits: Limits = Limits()
-    worker_arguments: tuple[str, ...] = ()
-    is_worker: bool = False
-    guidance: guidance.GuidanceRequest | None = None
-    batch: Plan | None = None
-    summary: tuple[Path, Path | None] | None = None
 
 
 def parse(arguments: list[str]) -> Request:
@@ -290,7 +226,7 @@ def _outputs(
         if path.is_file():
             parser.error(f"--{kind} {path} is a file; with several FILEs it must be a folder.")
     return tuple(
-        {kind: folder / f"{Path(file).stem}.{kind}" for kind, folder in wanted.items()}
+        {kind: folder / f"{result_name(Path(file).stem)}.{kind}" for kind, folder in wanted.items()}
         for file in files
     )
 

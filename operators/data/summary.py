@@ -115,6 +115,8 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
         name="Fitted Radius",
         description="Median radius of the neighbourhoods that curvature was fitted over, in length",
     )
+    is_coarse: BoolProperty(description="The mesh is too coarse for the fits, see core.suitability")
+    is_hard: BoolProperty(description="Smooth parts of the surface meet at creases, see there")
     warnings: CollectionProperty(type=UMBILICS_PG_warning)
     record: StringProperty(description="The detection itself, see data/record.py")
     stamp: StringProperty(description="Digest of the record, which tells it from all others")

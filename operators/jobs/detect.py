@@ -49,6 +49,7 @@ class Results:
     detection: core.Detection
     attributes: dict[str, np.ndarray]
     record: record.RecordText
+    suitability: core.Suitability
 
 
 def gather(
@@ -119,7 +120,8 @@ def content(inputs: Inputs) -> str:
 def results_of(inputs: Inputs, detection: core.Detection) -> Results:
     """What `write` wants: packing takes seconds where umbilics are many, and any thread will do."""
     packed = record.pack(inputs.arrays, inputs.settings, detection)
-    return Results(detection, _attributes(detection, inputs.arrays), packed)
+    suitability = core.suitability(inputs.arrays.vertices, inputs.arrays.triangles, detection)
+    return Results(detection, _attributes(detection, inputs.arrays), packed, suitability)
 
 
 def compare(inputs: Inputs, progress: core.Progress | None = None) -> tuple[core.MethodResult, ...]:
@@ -164,7 +166,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         homes.leave(obj, RESULTS, homes.DETECTION, transaction, home.mesh)
         transaction.keep_attributes(home.mesh, tuple(RESULTS))
         write_results(home.mesh, inputs.arrays, results.attributes)
-        lost = _describe(obj, inputs, results.record, transaction)
+        lost = _describe(obj, inputs, results, transaction)
         homes.settle(home, homes.DETECTION, transaction)
         filters.write(context, obj, inputs.settings, transaction, fresh=True)
         if was_shown:
@@ -173,7 +175,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
 
 
 def _describe(
-    obj: bpy.types.Object, inputs: Inputs, packed: record.RecordText, transaction: Transaction
+    obj: bpy.types.Object, inputs: Inputs, results: Results, transaction: Transaction
 ) -> int:
     """The record and what stands beside it; how many pins and deletions are lost."""
     before, chosen = record.of(obj), pins.rows(obj)
@@ -184,8 +186,12 @@ def _describe(
     kept.method = inputs.settings.method
     kept.scope, kept.group = inputs.scope.kind, inputs.scope.group
     kept.analysed = inputs.analysed
-    record.store(obj, packed)
-    return pins.carry_over(obj, chosen, before, packed.record)
+    suits = results.suitability
+    # Creases that were not fitted across smear nothing.
+    is_hard = suits.is_hard and inputs.settings.crease_angle > core.SHARP
+    kept.is_coarse, kept.is_hard = suits.is_coarse, is_hard
+    record.store(obj, results.record)
+    return pins.carry_over(obj, chosen, before, results.record.record)
 
 
 def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import bpy
 
 from ..mesh.fingerprint import mesh_signature
-from .empties import local_views
+from .empties import OWNER_TAG, local_views
 from .targets import is_local
 from .transaction import Transaction
 
@@ -57,6 +57,7 @@ def place(
         for collection in _collections(context, source):
             collection.objects.link(display)
         display.parent = source
+        display[OWNER_TAG] = source.name_full
         display.hide_render = True
         for view in local_views(context, source):
             display.local_view_set(view, True)

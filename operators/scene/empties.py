@@ -16,6 +16,7 @@ umbilics_barycentric  weights of those vertices
 umbilics_persistence  gap at which it cancels with its partner, in 1 / world length;
                       3.4e38, the largest float, where topology keeps it; -1 where unknown
 umbilics_row          row among all candidates of the detection
+umbilics_of           full name of the object, then
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ from .transaction import Transaction, all_or_nothing, empty_without
 
 COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
+# Also on other objects that belong to one: by it they are known when that is gone.
+OWNER_TAG = "umbilics_of"
 PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
 # Size of the cross under a glyph of the overlay, in sizes of the glyph.
@@ -138,6 +141,7 @@ def _add(
         for name, value in _properties(umbilics, record.corners[row], place).items():
             empty[f"umbilics_{name}"] = value
         empty["umbilics_row"] = row
+        empty[OWNER_TAG] = obj.name_full
         collection.objects.link(empty)
         for view in views:
             empty.local_view_set(view, True)

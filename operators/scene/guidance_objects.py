@@ -23,6 +23,7 @@ from ..mesh.attributes import remove_results, write_attributes
 from ..mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
 from ..mesh.read import MeshArrays, unit_vectors
 from . import grease_pencil, homes
+from .empties import OWNER_TAG
 from .targets import is_local
 from .transaction import Transaction, empty_without
 
@@ -307,6 +308,7 @@ def _adopt(
     """Make an object a tagged child of the mesh, in the guidance's collection, which is the
     answer; `place` is where it stands in the world of the arrays."""
     child[TAG] = part
+    child[OWNER_TAG] = obj.name_full
     child.parent = obj
     if place is not None:
         arrays, matrix = place

@@ -1,7 +1,7 @@
 """What is left of results whose object is deleted, joined to another or no longer has any.
 
-Objects of ours are known by their tags. One that the user has unparented and animated, given a
-constraint, a child or, to an umbilic, another name is the user's.
+Objects of ours are known by their tags. One that the user has taken from its object, or
+animated, given a constraint, a child or, to an umbilic, another name is the user's.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ def with_results() -> list[bpy.types.Object]:
 
 def remove() -> int:
     """Remove what belongs to no object with results any more; how much there was."""
-    alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj)]
+    names = {obj.name_full for obj in bpy.data.objects}
+    alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj, names)]
     collections = {one for obj in alone for one in obj.users_collection if _is_ours(one)}
     with all_or_nothing() as transaction:
         for obj in alone:
@@ -59,11 +60,14 @@ def _is_tagged(obj: bpy.types.Object) -> bool:
     return guidance_objects.TAG in obj
 
 
-def _is_alone(obj: bpy.types.Object) -> bool:
+def _is_alone(obj: bpy.types.Object, names: set[str]) -> bool:
     """Whether the object that one of ours belonged to is gone, or has no results."""
     if obj.parent is not None:
         return obj.parent.type == "MESH" and not _has_results(homes.owner_of(obj.parent))
-    return obj.animation_data is None and not obj.constraints and not obj.children
+    if obj.animation_data is not None or obj.constraints or obj.children:
+        return False
+    # One whose object is there was unparented by the user.
+    return str(obj.get(empties.OWNER_TAG, "")) not in names
 
 
 def _is_ours(collection: bpy.types.Collection) -> bool:
@@ -80,16 +84,14 @@ def _clean_meshes(transaction: Transaction) -> int:
 
     Only where results are: a mesh with a stamp. Attributes of the same name may be the user's.
     """
-    objects: dict[bpy.types.Mesh, list[bpy.types.Object]] = {}
+    in_use = set()
     for obj in bpy.data.objects:
-        if obj.type == "MESH":
-            objects.setdefault(obj.data, []).append(obj)
+        if obj.type == "MESH" and _has_results(obj):
+            in_use |= {obj.data, obj.umbilics.mesh, obj.umbilics_plan.mesh}
     cleaned = 0
     for mesh in bpy.data.meshes:
         stamps = [key for key in homes.STAMPS if key in mesh]
-        if not stamps or not is_local(mesh) or any(map(_has_results, objects.get(mesh, ()))):
-            continue
-        if not mesh.users:
+        if not stamps or mesh in in_use or not is_local(mesh) or not mesh.users:
             continue
         transaction.keep_custom(mesh, stamps)
         for key in stamps:
