@@ -2,7 +2,6 @@
 
 import bpy
 
-from .. import core
 from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
 from ..operators.data import summary
 from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic

@@ -1,6 +1,7 @@
 """A file may come from anywhere: what cannot be read is said in words, and all else goes on."""
 
 import base64
+from functools import cache
 
 import bpy
 import numpy as np
@@ -174,12 +175,12 @@ def test_any_damage_to_the_text_is_refused(data):
         assert record._decode(damaged, record._digest(damaged)) is None
 
 
-def _text(known=[]):  # noqa: B006: made once for all examples
-    if not known:
-        add_ellipsoid(subdivisions=2)
-        bpy.ops.umbilics.detect()
-        known.append(bpy.context.object.umbilics.record)
-    return known[0]
+@cache
+def _text():
+    """A record's text, made once for all examples."""
+    add_ellipsoid(subdivisions=2)
+    bpy.ops.umbilics.detect()
+    return bpy.context.object.umbilics.record
 
 
 def test_damaged_properties_beside_the_record(addon, record, obj):
