@@ -66,8 +66,11 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         if any(map(plans.change_of, plan.poles)):
             told = "Poles were moved or deleted by hand; lines and files do not follow them."
             paragraph(layout, context, told)
-        if staleness.plan_is_edited(context, obj):
-            paragraph(layout, context, "The mesh was edited since: plan again.", icon="ERROR")
+        reasons = staleness.plan_reasons(context, obj)
+        if reasons:
+            box = layout.box()
+            paragraph(box, context, " ".join(["Plan out of date.", *reasons]), icon="ERROR")
+            box.operator(UMBILICS_OT_guide.bl_idname, text="Plan Again", icon="FILE_REFRESH")
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
