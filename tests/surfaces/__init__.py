@@ -29,6 +29,7 @@ from .implicit import (
 )
 from .images import inverted, noisy, renumbered, similar
 from .sampling import grid_points, icosphere, random_points
+from .voxels import marching_tetrahedra
 
 __all__ = [
     "AnalyticSurface",
@@ -44,6 +45,7 @@ __all__ = [
     "grid_points",
     "icosphere",
     "inverted",
+    "marching_tetrahedra",
     "metaballs",
     "monkey_saddle",
     "noisy",
