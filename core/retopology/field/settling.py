@@ -1,0 +1,221 @@
+"""Charges taken out of a field: its directions turn as little as that needs, in a few rings.
+
+Moving a charge over an edge changes the edge's turn by a full one. The directions around the
+paths then turn so that all turns become small again: a least squares problem on a few rings, and
+the directions beyond stay as they are. Where every turn ends up below half a turn, the field has
+the wanted charges and no others; where one does not, its part of the problem is weighted anew and
+widened, and what cannot be helped stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import splu
+
+from ...base.progress import Progress
+from .charge_paths import Paths, charge_paths, joined_places
+from .turns import Turns
+
+# Rings of directions beside a path that turn: these, and one more for each edge of the path, up
+# to so many.
+LEAST_RINGS, MOST_RINGS = 2, 8
+# A turn up to this share of half a turn is certain in the presence of round-off.
+CERTAIN = 0.98
+# Rounds of weighting anew, those of them that also widen, and the factor of the weights.
+ROUNDS, WIDENING, HEAVIER = 12, 4, 4.0
+# Times that clusters of charges that cannot leave are set aside and all is done again.
+ATTEMPTS = 4
+# A trace of stiffness keeps the directions of an island without a fixed one from floating.
+FLOATING = 1e-9
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What became of the charges.
+
+    Attributes
+    ----------
+    angle:
+        (n,) float64 by which each direction turns, times the symmetry; 0 where it stays.
+    free:
+        (n,) bool, the directions that could turn.
+    left:
+        (places,) int charges that could not leave and are where they were.
+    """
+
+    angle: np.ndarray
+    free: np.ndarray
+    left: np.ndarray
+
+
+def settle(
+    turns: Turns,
+    charge: np.ndarray,
+    priority: np.ndarray,
+    held: np.ndarray,
+    progress: Progress,
+) -> Settled:
+    """Turn a field so that charges leave it.
+
+    Parameters
+    ----------
+    charge:
+        (places,) int to be taken out of each place.
+    priority:
+        (places,) float64: where the charges do not balance, those of the highest one stay.
+    held:
+        (n,) bool directions that must not turn.
+    """
+    charge = charge.copy()
+    left = np.zeros_like(charge)
+    usable = ~(held[turns.tail] & held[turns.head])
+    joined = joined_places(turns, usable)
+    for attempt in range(ATTEMPTS):
+        surplus = _surplus(charge, priority, joined)
+        left += surplus
+        charge -= surplus
+        if not charge.any():
+            break
+        paths = charge_paths(turns, usable, charge)
+        part = progress.part("Simplifying the field", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
+        angle, free, stuck = _turned(turns, paths, held, part)
+        if not len(stuck):
+            return Settled(angle, free, left)
+        bad = paths.source[np.isin(paths.of, stuck)]
+        left[bad] += charge[bad]
+        charge[bad] = 0
+    # Whatever was left to try: nothing is changed rather than anything not certain.
+    left += charge
+    return Settled(np.zeros(turns.directions), np.zeros(turns.directions, bool), left)
+
+
+def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    """(places,) int the charges that have nothing to cancel with, of the highest priority."""
+    places = np.flatnonzero(charge)
+    total = np.bincount(joined[places], weights=charge[places], minlength=joined.max() + 1)
+    total[joined[-1]] = 0.0
+    surplus = np.zeros_like(charge)
+    mine = places[np.sign(charge[places]) == np.sign(total[joined[places]])]
+    mine = mine[np.lexsort((-priority[mine], joined[mine]))]
+    size = np.abs(charge[mine])
+    before = np.cumsum(size) - size
+    group = joined[mine]
+    first = np.searchsorted(group, group, side="left")
+    # Of a charge of several units as many stay as are too many.
+    over = np.abs(total[group]).astype(np.int64) - (before - before[first])
+    surplus[mine] = np.sign(charge[mine]) * np.clip(over, 0, size)
+    return surplus
+
+
+def _turned(
+    turns: Turns, paths: Paths, held: np.ndarray, progress: Progress
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles (n,) that let the charges move, which directions were free (n,), and the clusters
+    that cannot move."""
+    budget, owner = _zones(turns, paths, held)
+    free = budget >= 0
+    wanted = turns.turn - 2.0 * np.pi * paths.flow
+    weight = turns.weight.copy()
+    angle = np.zeros(turns.directions)
+    moving = free
+    for number in range(ROUNDS):
+        progress.step(number / ROUNDS)
+        some = np.flatnonzero(free[turns.tail] | free[turns.head])
+        _least_squares(turns, some, weight, wanted, moving, angle)
+        tail, head = turns.tail[some], turns.head[some]
+        bad = np.abs(wanted[some] + angle[head] - angle[tail]) >= CERTAIN * np.pi
+        if not bad.any():
+            return angle, free, np.zeros(0, np.int64)
+        weight[some[bad]] *= HEAVIER
+        if number < WIDENING:
+            budget[tail[bad]] = np.maximum(budget[tail[bad]], number + 1)
+            budget[head[bad]] = np.maximum(budget[head[bad]], number + 1)
+            _spread(turns, budget, owner, held)
+            free = budget >= 0
+        # Only the islands with a turn too large are done again.
+        island = _islands(turns, free)
+        again = np.unique(island[np.concatenate([tail[bad], head[bad]])])
+        moving = free & np.isin(island, again[again >= 0])
+    stuck = np.unique(owner[np.concatenate([tail[bad], head[bad]])])
+    return angle, free, stuck[stuck >= 0]
+
+
+def _zones(turns: Turns, paths: Paths, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) int rings that the paths still reach beyond each direction, -1 for none, and (n,) the
+    cluster that reaches farthest."""
+    budget = np.full(turns.directions, -1)
+    owner = np.full(turns.directions, -1)
+    rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS)
+    order = np.argsort(rings, kind="stable")
+    for ends in (turns.tail, turns.head):
+        at = ends[paths.edge[order]]
+        # Of several values written to one place the last one, the largest, stays.
+        better = rings[order] > budget[at]
+        at, rows = at[better], order[better]
+        budget[at], owner[at] = rings[rows], paths.cluster[rows]
+    _spread(turns, budget, owner, held)
+    return budget, owner
+
+
+def _spread(turns: Turns, budget: np.ndarray, owner: np.ndarray, held: np.ndarray) -> None:
+    """Hand budgets on to the neighbours, one less with every edge, up to what is held."""
+    budget[held] = -1
+    tail, head = (
+        np.concatenate([turns.tail, turns.head]),
+        np.concatenate([turns.head, turns.tail]),
+    )
+    for level in range(int(budget.max(initial=-1)), 0, -1):
+        going = np.flatnonzero((budget[tail] == level) & (budget[head] < level - 1) & ~held[head])
+        budget[head[going]] = level - 1
+        owner[head[going]] = owner[tail[going]]
+
+
+def _islands(turns: Turns, free: np.ndarray) -> np.ndarray:
+    """(n,) int label of the connected sets of free directions, -1 elsewhere."""
+    inner = free[turns.tail] & free[turns.head]
+    count = turns.directions
+    graph = sparse.coo_array(
+        (np.ones(int(inner.sum()), np.int8), (turns.tail[inner], turns.head[inner])),
+        shape=(count, count),
+    )
+    return np.where(free, csgraph.connected_components(graph, directed=False)[1], -1)
+
+
+def _least_squares(
+    turns: Turns,
+    some: np.ndarray,
+    weight: np.ndarray,
+    wanted: np.ndarray,
+    moving: np.ndarray,
+    angle: np.ndarray,
+) -> None:
+    """Set the angles of the moving directions so that the weighted squares of the turns over the
+    edges `some` are least."""
+    rows = np.flatnonzero(moving)
+    number = np.full(turns.directions, -1)
+    number[rows] = np.arange(len(rows))
+    angle[rows] = 0.0
+    tail, head = number[turns.tail[some]], number[turns.head[some]]
+    touching = (tail >= 0) | (head >= 0)
+    some, tail, head = some[touching], tail[touching], head[touching]
+    w = weight[some]
+    pull = w * (wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
+    right, diagonal = np.zeros(len(rows)), np.zeros(len(rows))
+    for ends, sign in ((tail, 1.0), (head, -1.0)):
+        inside = ends >= 0
+        right += sign * np.bincount(ends[inside], weights=pull[inside], minlength=len(rows))
+        diagonal += np.bincount(ends[inside], weights=w[inside], minlength=len(rows))
+    both = (tail >= 0) & (head >= 0)
+    off = sparse.coo_array((-w[both], (tail[both], head[both])), shape=(len(rows), len(rows)))
+    matrix = off + off.T + sparse.diags_array(diagonal * (1.0 + FLOATING))
+    factor = splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    angle[rows] = factor.solve(right)

@@ -1,0 +1,130 @@
+"""The principal directions without the umbilics that were dropped.
+
+Pairs that noise made, or that the user left out, still swirl in the directions at the vertices.
+Here they leave: the field's certified singularities are then the kept umbilics and the regions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...base.progress import Progress
+from ...curvature.field import CurvatureField
+from ...fields.winding import certified_index
+from ...mesh.surface import Surface
+from ...umbilics.result import Umbilics
+from .settling import settle
+from .turns import turns_of_lines
+
+
+@dataclass(frozen=True)
+class SimplifiedField:
+    """The field that lines, crosses and poles follow.
+
+    Attributes
+    ----------
+    curvature:
+        The shape operators at the vertices of the surface, with directions and gap changed
+        where umbilics left.
+    index:
+        (m,) float64 its certified index in each triangle.
+    dropped:
+        (m,) bool, the triangles whose umbilic has left.
+    stayed:
+        (s,) int64 triangles with an umbilic that was to leave and cannot: its charge has
+        nothing to cancel with, or no way to it.
+    """
+
+    curvature: CurvatureField
+    index: np.ndarray
+    dropped: np.ndarray
+    stayed: np.ndarray
+
+
+def simplify_field(
+    surface: Surface,
+    field: CurvatureField,
+    umbilics: Umbilics,
+    candidates: Umbilics,
+    undirected: np.ndarray,
+    progress: Progress,
+) -> SimplifiedField:
+    """Take the dropped umbilics out of a field; elsewhere it stays as it is.
+
+    Parameters
+    ----------
+    field:
+        Shape operators at the vertices of the surface, in its coordinates.
+    umbilics, candidates:
+        The kept ones and all, in input rows and coordinates.
+    undirected:
+        (m,) bool triangles of regions, whose own index stays.
+    """
+    index = certified_index(surface, field.d1, field.d2, progress.part("Counting", 0.0, 0.1))
+    single = np.flatnonzero((index != 0.0) & ~undirected)
+    none = np.zeros(len(index), bool)
+    # Methods that pair nothing find other points than these.
+    if np.isnan(candidates.persistence).all() or not len(single):
+        return SimplifiedField(field, index, none, np.zeros(0, np.int64))
+    candidate = _candidates_at(surface, single, index[single], candidates)
+    kept = (candidate >= 0) & np.isin(candidate, _nearest(umbilics, candidates))
+    gone = single[~kept]
+    if not len(gone):
+        return SimplifiedField(field, index, none, np.zeros(0, np.int64))
+    charge = np.zeros(len(index), np.int64)
+    charge[gone] = np.rint(2.0 * index[gone]).astype(np.int64)
+    priority = np.zeros(len(index))
+    known = candidate >= 0
+    priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
+    held = np.zeros(len(surface.vertices), bool)
+    held[surface.triangles[(index != 0.0) & (charge == 0)]] = True
+    turns = turns_of_lines(surface, field.d1, field.d2, np.nan_to_num(field.gap))
+    settled = settle(turns, charge, priority, held, progress.part("Simplifying", 0.1, 0.9))
+    cosine, sine = (part(0.5 * settled.angle)[:, None] for part in (np.cos, np.sin))
+    turned = settled.angle[:, None] != 0.0
+    changed = replace(
+        field,
+        d1=np.where(turned, cosine * field.d1 + sine * field.d2, field.d1),
+        d2=np.where(turned, cosine * field.d2 - sine * field.d1, field.d2),
+    )
+    after = certified_index(surface, changed.d1, changed.d2, progress.part("Counting", 0.9, 1.0))
+    dropped = none.copy()
+    dropped[gone] = settled.left[gone] == 0
+    return SimplifiedField(changed, after, dropped, np.flatnonzero(settled.left))
+
+
+def _candidates_at(
+    surface: Surface, triangle: np.ndarray, index: np.ndarray, candidates: Umbilics
+) -> np.ndarray:
+    """(s,) the candidate found in each singular triangle, -1 for none."""
+    if np.array_equal(index, candidates.index):
+        # Found in these very triangles, in their order.
+        return np.arange(len(index))
+    # Directions that were stored and read again may turn otherwise at a few places: each
+    # candidate goes with the nearest triangle of its index, nearest first.
+    place = surface.vertices[surface.triangles[triangle]].mean(axis=1)
+    there = (candidates.position - surface.origin) / surface.unit
+    found = np.full(len(index), -1)
+    for value in np.unique(index):
+        mine, theirs = np.flatnonzero(index == value), np.flatnonzero(candidates.index == value)
+        if not len(theirs):
+            continue
+        distance, near = cKDTree(place[mine]).query(there[theirs])
+        order = np.argsort(-distance, kind="stable")
+        found[mine[near[order]]] = theirs[order]
+    return found
+
+
+def _nearest(umbilics: Umbilics, candidates: Umbilics) -> np.ndarray:
+    """(k,) the candidate that each of the umbilics is: of its index and at its place."""
+    if not len(umbilics) or not len(candidates):
+        return np.zeros(0, np.int64)
+    extent = float(np.ptp(candidates.position, axis=0).max()) + 1.0
+    one, two = (
+        np.column_stack([some.position, 2.0 * extent * some.index])
+        for some in (candidates, umbilics)
+    )
+    return cKDTree(one).query(two)[1]
