@@ -45,6 +45,14 @@ def certified_index(
     symmetry:
         How many directions of the field a full turn holds, all of them equal: 2 or 4.
     """
+    index = _by_vertex_normals(surface, d1, d2, progress, symmetry)
+    return _with_exact_sums(surface, index, d1, d2, symmetry)
+
+
+def _by_vertex_normals(
+    surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress, symmetry: int
+) -> np.ndarray:
+    """(m,) index by the rotations between the vertex normals alone."""
     m = len(surface.triangles)
     turns = np.zeros(m)
     # Single precision halves the traffic and tells safely where the field hardly turns.
@@ -61,8 +69,7 @@ def certified_index(
             turns[first + wild] = _turn(edges, symmetry).sum(axis=0) + symmetry * holonomy
 
     run(block, range(0, m, BLOCK), progress)
-    index = np.rint(turns / (2 * np.pi)) / symmetry
-    return _with_exact_sums(surface, index, d1, d2, symmetry)
+    return np.rint(turns / (2 * np.pi)) / symmetry
 
 
 def _rotations(at: np.ndarray) -> np.ndarray:
@@ -99,30 +106,30 @@ def _turn(rotation: np.ndarray, symmetry: int) -> np.ndarray:
 
 
 def edge_turns(
-    surface: Surface, d1: np.ndarray, d2: np.ndarray, symmetry: int = 2
+    surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int = 2
 ) -> np.ndarray:
-    """(3 m,) float64 in (-pi, pi]: the turn of `symmetry` times the angle of d1 along every
-    half-edge, by the transport that `certified_index` counts with.
+    """(r, 3) float64 in (-pi, pi]: the turns of `symmetry` times the angle of d1 along the sides
+    of the triangles `rows` (r,), by the transport that `certified_index` counts with.
 
     Where a direction turns by phi within its tangent plane, the turns along the half-edges that
     come to it grow by `symmetry` phi; as long as none leaves (-pi, pi), every index stays.
     """
-    m = len(surface.triangles)
-    turns, index = np.empty((m, 3)), np.empty(m)
+    turns = np.empty((len(rows), 3))
     frames = np.ascontiguousarray((d1 + 1j * d2).T)
 
     def block(first: int) -> None:
-        rows = slice(first, first + BLOCK)
-        edges = _unit(_rotations(np.take(frames, surface.triangles[rows].T, axis=1)))
-        turn = _turn(edges, symmetry)
-        turns[rows] = turn.T
-        index[rows] = turn.sum(axis=0) + symmetry * np.angle(edges.prod(axis=0))
+        some = rows[first : first + BLOCK]
+        edges = _unit(_rotations(np.take(frames, surface.triangles[some].T, axis=1)))
+        turns[first : first + BLOCK] = _turn(edges, symmetry).T
 
-    run(block, range(0, m, BLOCK), Progress())
-    wild = _wild(surface, np.rint(index / (2 * np.pi)) / symmetry)
+    run(block, range(0, len(rows), BLOCK), Progress())
+    wild = _wild(surface, _by_vertex_normals(surface, d1, d2, Progress(), symmetry))
     if len(wild):
-        turns[wild], _ = _intrinsic_turns(surface, wild, d1, d2, symmetry)
-    return turns.ravel()
+        intrinsic, _ = _intrinsic_turns(surface, wild, d1, d2, symmetry)
+        place = np.minimum(np.searchsorted(wild, rows), len(wild) - 1)
+        inside = wild[place] == rows
+        turns[inside] = intrinsic[place[inside]]
+    return turns
 
 
 def _with_exact_sums(

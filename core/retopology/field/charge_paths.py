@@ -44,10 +44,7 @@ class Paths:
 def joined_places(turns: Turns, usable: np.ndarray) -> np.ndarray:
     """(places + 1,) label of the places that charges can reach from each other, and of the
     outside."""
-    left, right = _ends(turns, usable)
-    count = turns.places + 1
-    graph = sparse.coo_array((np.ones(len(left), np.int8), (left, right)), shape=(count, count))
-    return csgraph.connected_components(graph, directed=False)[1]
+    return _joined(*_ends(turns, usable), turns.places + 1)
 
 
 def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
@@ -77,11 +74,11 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
     bridge = np.flatnonzero((first != second) & (first >= 0) & (second >= 0))
     way = distance[left[bridge]] + turns.cost[name[bridge]] + distance[right[bridge]]
     bridge = bridge[np.argsort(way, kind="stable")]
-    tree, cluster = _clustered(first[bridge], second[bridge], amount)
-    bridge = bridge[tree]
+    bridge = bridge[_clustered(first[bridge], second[bridge], amount)]
     moved = _balanced(first[bridge], second[bridge], amount)
     going = np.flatnonzero(moved)
     bridge, moved = bridge[going], moved[going]
+    cluster = _joined(first[bridge], second[bridge], len(source))
     flow = np.zeros(len(turns.tail), np.int64)
     np.add.at(flow, name[bridge], moved)
     walked = [np.arange(len(bridge))]
@@ -126,26 +123,32 @@ def _graph(
 ) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
     """The symmetric graph of places, with the sorted keys row * count + column of its entries and
     the edge that each is. Of several edges between two places the cheapest counts."""
+    # From a place to itself leads no way.
+    apart = left != right
+    left, right, cost, name = left[apart], right[apart], cost[apart], name[apart]
     ends = np.concatenate([left * count + right, right * count + left])
     both, cost = np.concatenate([name, name]), np.concatenate([cost, cost])
-    order = np.lexsort((cost, ends))
-    ends = ends[order]
+    order = np.argsort(ends, kind="stable")
     new = np.ones(len(ends), bool)
-    new[1:] = ends[1:] != ends[:-1]
-    # From a place to itself leads no way.
-    new &= ends // count != ends % count
-    ends, order = ends[new], order[new]
+    new[1:] = ends[order[1:]] != ends[order[:-1]]
+    if not new.all():
+        # The cheapest first; the ends in order are the same.
+        order = np.lexsort((cost, ends))[new]
+    ends = ends[order]
     start = np.searchsorted(ends, np.arange(count + 1) * count)
     graph = sparse.csr_array((cost[order], ends % count, start), shape=(count, count))
     return graph, ends, both[order]
 
 
-def _clustered(
-    first: np.ndarray, second: np.ndarray, amount: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (b,) between charges, cheapest first, that join them to clusters without a charge:
-    their rows, and (k,) the cluster of each charge. The last of these is the outside, which
-    makes every cluster neutral."""
+def _joined(first: np.ndarray, second: np.ndarray, count: int) -> np.ndarray:
+    """(count,) label of the nodes that edges join."""
+    graph = sparse.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return csgraph.connected_components(graph, directed=False)[1]
+
+
+def _clustered(first: np.ndarray, second: np.ndarray, amount: np.ndarray) -> np.ndarray:
+    """Rows of edges (b,) between charges, cheapest first, that join them to clusters whose sum is
+    zero. The last of these is the outside, which balances any."""
     count = len(amount)
     cluster, clusters = np.arange(count, dtype=np.int32), count
     edge = np.arange(len(first))
@@ -154,11 +157,9 @@ def _clustered(
         net = np.bincount(cluster, weights=amount, minlength=clusters)
         net[cluster[-1]] = 0
         active = net != 0
-        hook, over = lowest_passes(
-            first, second, lowest_edges(first, second, clusters), active
-        )
+        hook, over = lowest_passes(first, second, lowest_edges(first, second, clusters), active)
         if not len(over):
-            return np.flatnonzero(used), cluster
+            return np.flatnonzero(used)
         used[edge[over]] = True
         label, clusters = label_roots(hook)
         cluster = label[cluster]
@@ -171,8 +172,7 @@ def _balanced(first: np.ndarray, second: np.ndarray, amount: np.ndarray) -> np.n
     """(t,) int charge that goes over each edge of a forest from first to second, so that nothing
     is left at any node but the last."""
     count = len(amount)
-    graph = sparse.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
-    _, label = csgraph.connected_components(graph, directed=False)
+    label = _joined(first, second, count)
     # One more node, joined to one of each tree, the last node rather than others.
     _, root = np.unique(label[::-1], return_index=True)
     root = count - 1 - root

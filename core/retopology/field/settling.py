@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from ...base.progress import Progress
@@ -25,10 +24,16 @@ from .turns import Turns
 LEAST_RINGS, MOST_RINGS = 2, 8
 # A turn up to this share of half a turn is certain in the presence of round-off.
 CERTAIN = 0.98
-# Rounds of weighting anew, those of them that also widen, and the factor of the weights.
-ROUNDS, WIDENING, HEAVIER = 12, 4, 4.0
-# Times that clusters of charges that cannot leave are set aside and all is done again.
-ATTEMPTS = 4
+# Rounds of weighting anew, and those of them that also widen.
+ROUNDS, WIDENING = 12, 4
+# Rings around a turn that is too large in which the directions are sought again.
+AROUND = 8
+# Turns above this share of half a turn weigh more in the next round, by the square of the excess:
+# least squares become the least largest turn (Lawson 1961).
+EASY = 0.7
+# Times that all is done again where charges could not leave: with what was held beside them free,
+# then without them.
+ATTEMPTS = 5
 # A trace of stiffness keeps the directions of an island without a fixed one from floating.
 FLOATING = 1e-9
 
@@ -52,6 +57,12 @@ class Settled:
     left: np.ndarray
 
 
+def balances(turns: Turns, charge: np.ndarray, held: np.ndarray) -> bool:
+    """Whether charges (places,) can all cancel with held directions (n,) bool where they are."""
+    joined = joined_places(turns, ~(held[turns.tail] & held[turns.head]))
+    return not _surplus(charge, np.zeros(len(charge)), joined).any()
+
+
 def settle(
     turns: Turns,
     charge: np.ndarray,
@@ -70,25 +81,29 @@ def settle(
     held:
         (n,) bool directions that must not turn.
     """
-    charge = charge.copy()
+    charge, held = charge.copy(), held.copy()
     left = np.zeros_like(charge)
-    usable = ~(held[turns.tail] & held[turns.head])
-    joined = joined_places(turns, usable)
     for attempt in range(ATTEMPTS):
-        surplus = _surplus(charge, priority, joined)
+        usable = ~(held[turns.tail] & held[turns.head])
+        surplus = _surplus(charge, priority, joined_places(turns, usable))
         left += surplus
         charge -= surplus
         if not charge.any():
             break
         paths = charge_paths(turns, usable, charge)
         part = progress.part("Simplifying the field", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
-        angle, free, stuck = _turned(turns, paths, held, part)
-        if not len(stuck):
-            return Settled(angle, free, left)
-        bad = paths.source[np.isin(paths.of, stuck)]
+        turned = _turned(turns, paths, held, part)
+        if not len(turned.bad):
+            return Settled(turned.angle, turned.free, left)
+        ends = np.concatenate([turns.tail[turned.bad], turns.head[turned.bad]])
+        if held[ends].any():
+            held[ends] = False
+            continue
+        stuck = np.isin(paths.of, turned.owner[ends])
+        bad = paths.source[stuck] if stuck.any() else paths.source
         left[bad] += charge[bad]
         charge[bad] = 0
-    # Whatever was left to try: nothing is changed rather than anything not certain.
+    # Nothing is changed rather than anything not certain.
     left += charge
     return Settled(np.zeros(turns.directions), np.zeros(turns.directions, bool), left)
 
@@ -111,11 +126,19 @@ def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np
     return surplus
 
 
-def _turned(
-    turns: Turns, paths: Paths, held: np.ndarray, progress: Progress
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles (n,) that let the charges move, which directions were free (n,), and the clusters
-    that cannot move."""
+@dataclass(frozen=True)
+class _Turned:
+    """Angles (n,), which directions were free (n,) and the cluster that reached farthest to each,
+    and the edges whose turn is too large."""
+
+    angle: np.ndarray
+    free: np.ndarray
+    owner: np.ndarray
+    bad: np.ndarray
+
+
+def _turned(turns: Turns, paths: Paths, held: np.ndarray, progress: Progress) -> _Turned:
+    """Let the charges move."""
     budget, owner = _zones(turns, paths, held)
     free = budget >= 0
     wanted = turns.turn - 2.0 * np.pi * paths.flow
@@ -124,24 +147,25 @@ def _turned(
     moving = free
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
-        some = np.flatnonzero(free[turns.tail] | free[turns.head])
+        some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
         _least_squares(turns, some, weight, wanted, moving, angle)
         tail, head = turns.tail[some], turns.head[some]
-        bad = np.abs(wanted[some] + angle[head] - angle[tail]) >= CERTAIN * np.pi
-        if not bad.any():
-            return angle, free, np.zeros(0, np.int64)
-        weight[some[bad]] *= HEAVIER
+        turn = np.abs(wanted[some] + angle[head] - angle[tail])
+        bad = some[turn >= CERTAIN * np.pi]
+        if not len(bad):
+            break
+        weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
+        ends = np.concatenate([turns.tail[bad], turns.head[bad]])
         if number < WIDENING:
-            budget[tail[bad]] = np.maximum(budget[tail[bad]], number + 1)
-            budget[head[bad]] = np.maximum(budget[head[bad]], number + 1)
+            budget[ends] = np.maximum(budget[ends], number + 1)
             _spread(turns, budget, owner, held)
             free = budget >= 0
-        # Only the islands with a turn too large are done again.
-        island = _islands(turns, free)
-        again = np.unique(island[np.concatenate([tail[bad], head[bad]])])
-        moving = free & np.isin(island, again[again >= 0])
-    stuck = np.unique(owner[np.concatenate([tail[bad], head[bad]])])
-    return angle, free, stuck[stuck >= 0]
+        # Only what lies around is done again.
+        around, none = np.full(turns.directions, -1), np.zeros(turns.directions, np.int64)
+        around[ends] = AROUND
+        _spread(turns, around, none, ~free)
+        moving = around >= 0
+    return _Turned(angle, free, owner, bad)
 
 
 def _zones(turns: Turns, paths: Paths, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -172,17 +196,6 @@ def _spread(turns: Turns, budget: np.ndarray, owner: np.ndarray, held: np.ndarra
         going = np.flatnonzero((budget[tail] == level) & (budget[head] < level - 1) & ~held[head])
         budget[head[going]] = level - 1
         owner[head[going]] = owner[tail[going]]
-
-
-def _islands(turns: Turns, free: np.ndarray) -> np.ndarray:
-    """(n,) int label of the connected sets of free directions, -1 elsewhere."""
-    inner = free[turns.tail] & free[turns.head]
-    count = turns.directions
-    graph = sparse.coo_array(
-        (np.ones(int(inner.sum()), np.int8), (turns.tail[inner], turns.head[inner])),
-        shape=(count, count),
-    )
-    return np.where(free, csgraph.connected_components(graph, directed=False)[1], -1)
 
 
 def _least_squares(

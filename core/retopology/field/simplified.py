@@ -16,8 +16,11 @@ from ...curvature.field import CurvatureField
 from ...fields.winding import certified_index
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
-from .settling import settle
-from .turns import turns_of_lines
+from .settling import balances, settle
+from .turns import Patch, turns_of_lines
+
+# Rings around the umbilics that leave, within which they are looked for to cancel; 0: anywhere.
+REACHES = (6, 24, 0)
 
 
 @dataclass(frozen=True)
@@ -80,11 +83,25 @@ def simplify_field(
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
     held = np.zeros(len(surface.vertices), bool)
-    held[surface.triangles[(index != 0.0) & (charge == 0)]] = True
-    turns = turns_of_lines(surface, field.d1, field.d2, np.nan_to_num(field.gap))
-    settled = settle(turns, charge, priority, held, progress.part("Simplifying", 0.1, 0.9))
-    cosine, sine = (part(0.5 * settled.angle)[:, None] for part in (np.cos, np.sin))
-    turned = settled.angle[:, None] != 0.0
+    held[surface.triangles[single[kept]]] = True
+    gap = np.nan_to_num(field.gap)
+    angle, left = np.zeros(len(held)), np.zeros(len(index), np.int64)
+    for rings in REACHES:
+        patch = (
+            Patch.around(surface, surface.triangles[gone], rings) if rings else Patch.whole(surface)
+        )
+        turns = turns_of_lines(surface, patch, field.d1, field.d2, gap)
+        fixed = held[patch.vertices] | patch.rim(surface)
+        mine = charge[patch.triangles]
+        if rings and not balances(turns, mine, fixed):
+            continue
+        part = progress.part("Simplifying the field", 0.1, 0.9)
+        settled = settle(turns, mine, priority[patch.triangles], fixed, part)
+        angle[patch.vertices], left[patch.triangles] = settled.angle, settled.left
+        if not settled.left.any():
+            break
+    cosine, sine = (part(0.5 * angle)[:, None] for part in (np.cos, np.sin))
+    turned = angle[:, None] != 0.0
     changed = replace(
         field,
         d1=np.where(turned, cosine * field.d1 + sine * field.d2, field.d1),
@@ -92,8 +109,11 @@ def simplify_field(
     )
     after = certified_index(surface, changed.d1, changed.d2, progress.part("Counting", 0.9, 1.0))
     dropped = none.copy()
-    dropped[gone] = settled.left[gone] == 0
-    return SimplifiedField(changed, after, dropped, np.flatnonzero(settled.left))
+    dropped[gone] = left[gone] == 0
+    if (after != np.where(dropped, 0.0, index)).any():
+        # Round-off at a turn of nearly half: as it was rather than anything else.
+        return SimplifiedField(field, index, none, gone)
+    return SimplifiedField(changed, after, dropped, np.flatnonzero(left))
 
 
 def _candidates_at(

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import edge_turns
@@ -54,80 +56,144 @@ class Turns:
     places: int
 
 
+@dataclass(frozen=True)
+class Patch:
+    """A part of a surface to work on.
+
+    Attributes
+    ----------
+    triangles, vertices:
+        (r,) and (v,) int64 rows of the surface, ascending.
+    """
+
+    triangles: np.ndarray
+    vertices: np.ndarray
+
+    @classmethod
+    def around(cls, surface: Surface, vertices: np.ndarray, rings: int) -> Patch:
+        """The triangles of all vertices within so many edges of the given ones."""
+        n = len(surface.vertices)
+        graph = sparse.csr_array(
+            (np.ones(len(surface.neighbours)), surface.neighbours, surface.neighbour_start),
+            shape=(n, n),
+        )
+        distance = csgraph.dijkstra(
+            graph, indices=np.unique(vertices), min_only=True, unweighted=True, limit=rings
+        )
+        triangles = np.flatnonzero(np.isfinite(distance)[surface.triangles].any(axis=1))
+        return cls(triangles, np.unique(surface.triangles[triangles]))
+
+    @classmethod
+    def whole(cls, surface: Surface) -> Patch:
+        """All of a surface."""
+        return cls(np.arange(len(surface.triangles)), np.arange(len(surface.vertices)))
+
+    def sides(self, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(3 r,) the half-edges of its triangles, the twin of each (-1 on a border of the surface)
+        and whether the patch goes on beyond it."""
+        half = (3 * self.triangles[:, None] + np.arange(3)).ravel()
+        twin = surface.twin[half]
+        inside = np.zeros(len(surface.triangles), bool)
+        inside[self.triangles] = True
+        return half, twin, (twin >= 0) & inside[twin // 3]
+
+    def rim(self, surface: Surface) -> np.ndarray:
+        """(v,) bool, its vertices that have triangles beyond."""
+        count = np.bincount(surface.triangles.ravel(), minlength=len(surface.vertices))
+        mine = np.bincount(
+            surface.triangles[self.triangles].ravel(), minlength=len(surface.vertices)
+        )
+        return (mine < count)[self.vertices]
+
+
 def turns_of_lines(
-    surface: Surface, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray
+    surface: Surface, patch: Patch, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray
 ) -> Turns:
-    """The turns of a line field at the vertices; its charges, twice the index, in triangles.
+    """The turns of a line field at the vertices of a patch; its charges, twice the index, in
+    triangles.
 
     Parameters
     ----------
     d1, d2, gap:
         (n, 3) unit directions, (n, 3) those at right angles and (n,) k1 - k2.
     """
-    twin = surface.twin
-    half = np.flatnonzero((twin < 0) | (np.arange(len(twin), dtype=twin.dtype) < twin))
+    half, twin, inner = patch.sides(surface)
+    chosen = np.flatnonzero((twin < 0) | (inner & (half < twin)))
+    half, twin = half[chosen], twin[chosen]
     tail = surface.triangles.ravel()[half]
     head = surface.triangles[:, [1, 2, 0]].ravel()[half]
-    left, right = half // 3, np.where(twin[half] >= 0, twin[half] // 3, -1)
-    middle = surface.vertices[surface.triangles].mean(axis=1)
-    # Out of the surface half of the way leads.
-    beyond = np.where(right >= 0, right, left)
-    ends = 0.5 * (surface.vertices[tail] + surface.vertices[head])
-    way = np.linalg.norm(middle[left] - ends, axis=1)
-    way += np.where(right >= 0, np.linalg.norm(middle[beyond] - ends, axis=1), 0.0)
+    here, there = half // 3, twin // 3
+    # From the middle of one triangle to that of the other, by a third of their heights.
+    area = surface.face_normal_area[1]
+    length = np.sqrt(surface.side_squares[half % 3, here])
+    both = area[here] + np.where(twin >= 0, area[there], 0.0)
+    way = both / (1.5 * np.maximum(length, np.finfo(float).tiny))
     typical = max(float(np.median(gap)), np.finfo(float).tiny)
-    cost = way * (0.5 * (gap[tail] + gap[head]) / typical + LEAST_COST)
+    place = np.full(len(surface.triangles), -1)
+    place[patch.triangles] = np.arange(len(patch.triangles))
+    row = np.full(len(surface.vertices), -1)
+    row[patch.vertices] = np.arange(len(patch.vertices))
     return Turns(
-        tail=tail,
-        head=head,
-        turn=edge_turns(surface, d1, d2)[half],
+        tail=row[tail],
+        head=row[head],
+        turn=edge_turns(surface, patch.triangles, d1, d2).ravel()[chosen],
         weight=_cotangents(surface, half),
-        left=left,
-        right=right,
-        cost=cost,
-        directions=len(surface.vertices),
-        places=len(surface.triangles),
+        left=place[here],
+        right=np.where(twin >= 0, place[there], -1),
+        cost=way * (0.5 * (gap[tail] + gap[head]) / typical + LEAST_COST),
+        directions=len(patch.vertices),
+        places=len(patch.triangles),
     )
 
 
-def turns_of_faces(surface: Surface, planes: FaceFrames, direction: np.ndarray) -> Turns:
-    """The turns of a cross field in the triangles, each the smallest one across its edge; its
-    charges, four times the index, at vertices. Border edges enclose nothing.
+def turns_of_faces(
+    surface: Surface, patch: Patch, planes: FaceFrames, direction: np.ndarray
+) -> Turns:
+    """The turns of a cross field in the triangles of a patch, each the smallest one across its
+    edge; its charges, four times the index, at vertices. Border edges enclose nothing.
 
     Parameters
     ----------
     direction:
         (m, 3) float64 one direction of the cross in each triangle.
     """
-    twin = surface.twin
-    half = np.flatnonzero(np.arange(len(twin), dtype=twin.dtype) < twin)
-    cross = in_plane(surface, np.arange(len(surface.triangles)), direction) ** 4
-    here, there = half // 3, twin[half] // 3
+    half, twin, inner = patch.sides(surface)
+    chosen = inner & (half < twin)
+    half, twin = half[chosen], twin[chosen]
+    cross = np.zeros(len(surface.triangles), complex)
+    cross[patch.triangles] = in_plane(surface, patch.triangles, direction[patch.triangles]) ** 4
+    here, there = half // 3, twin // 3
     carried = cross[here] * planes.turn[half] ** 4
     tail = surface.triangles.ravel()[half]
     head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    row = np.full(len(surface.triangles), -1)
+    row[patch.triangles] = np.arange(len(patch.triangles))
+    place = np.full(len(surface.vertices), -1)
+    place[patch.vertices] = np.arange(len(patch.vertices))
     # At a border a charge is outside already.
-    inner = ~surface.border
+    place[surface.border] = -1
     return Turns(
-        tail=here,
-        head=there,
+        tail=row[here],
+        head=row[there],
         turn=np.angle(cross[there] * carried.conj()),
         weight=np.ones(len(half)),
-        left=np.where(inner[head], head, -1),
-        right=np.where(inner[tail], tail, -1),
+        left=place[head],
+        right=place[tail],
         cost=np.linalg.norm(surface.vertices[head] - surface.vertices[tail], axis=1),
-        directions=len(surface.triangles),
-        places=len(surface.vertices),
+        directions=len(patch.triangles),
+        places=len(patch.vertices),
     )
 
 
 def _cotangents(surface: Surface, half: np.ndarray) -> np.ndarray:
     """(e,) half the sum of the cotangents across from each edge, within bounds."""
-    squares = surface.side_squares
-    area = np.maximum(surface.face_normal_area[1], np.finfo(float).tiny)
-    # Across from a side the cotangent is that of the angle between the two others.
-    across = (squares.sum(axis=0) - 2.0 * squares) / (4.0 * area)
-    across = across.T.ravel()
     twin = surface.twin[half]
-    both = 0.5 * (across[half] + np.where(twin >= 0, across[twin], 0.0))
-    return np.clip(both, LEAST_WEIGHT, LARGEST_WEIGHT)
+    total = np.zeros(len(half))
+    for sides, there in ((half, np.ones(len(half), bool)), (twin, twin >= 0)):
+        triangle = sides[there] // 3
+        squares = surface.side_squares[:, triangle]
+        area = np.maximum(surface.face_normal_area[1][triangle], np.finfo(float).tiny)
+        # Across from a side the cotangent is that of the angle between the two others.
+        mine = squares[sides[there] % 3, np.arange(len(triangle))]
+        total[there] += (squares.sum(axis=0) - 2.0 * mine) / (4.0 * area)
+    return np.clip(0.5 * total, LEAST_WEIGHT, LARGEST_WEIGHT)
