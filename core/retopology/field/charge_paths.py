@@ -26,9 +26,9 @@ class Paths:
     ----------
     flow:
         (e,) int64 charge that goes over each edge of the turns from left to right.
-    edge, reach, cluster:
-        (p,) the edges of the paths, how many edges the longest path over each has, and the
-        cluster that it belongs to; an edge comes once for each path.
+    edge, reach, amount, cluster:
+        (p,) the edges of the paths, one path after the other; how many edges the path has, how
+        many charges go along it and the cluster that it belongs to.
     source, of:
         (k,) places of the charges, and (k,) their clusters.
     """
@@ -36,6 +36,7 @@ class Paths:
     flow: np.ndarray
     edge: np.ndarray
     reach: np.ndarray
+    amount: np.ndarray
     cluster: np.ndarray
     source: np.ndarray
     of: np.ndarray
@@ -105,6 +106,7 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
         flow=flow,
         edge=np.concatenate(passed),
         reach=hops[path],
+        amount=np.abs(moved)[path],
         cluster=cluster[first[bridge]][path],
         source=source[:-1],
         of=cluster[:-1],

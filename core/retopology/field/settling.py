@@ -20,20 +20,21 @@ from .charge_paths import Paths, charge_paths, joined_places
 from .turns import Turns
 
 # Rings of directions beside a path that turn: these, and one more for each edge of the path, up
-# to so many.
+# to so many; as many times that as charges go along it.
 LEAST_RINGS, MOST_RINGS = 2, 8
 # A turn up to this share of half a turn is certain in the presence of round-off.
 CERTAIN = 0.98
 # Rounds of weighting anew, and those of them that also widen.
-ROUNDS, WIDENING = 12, 4
+ROUNDS, WIDENING = 20, 6
 # Rings around a turn that is too large in which the directions are sought again.
 AROUND = 8
 # Turns above this share of half a turn weigh more in the next round, by the square of the excess:
 # least squares become the least largest turn (Lawson 1961).
 EASY = 0.7
-# Times that all is done again where charges could not leave: with what was held beside them free,
-# then without them.
-ATTEMPTS = 5
+# What is left in a round of the stiffness beside a turn that is too large.
+SOFTER = 0.1
+# Times that all is done again without the charges that could not leave.
+ATTEMPTS = 4
 # A trace of stiffness keeps the directions of an island without a fixed one from floating.
 FLOATING = 1e-9
 
@@ -46,14 +47,11 @@ class Settled:
     ----------
     angle:
         (n,) float64 by which each direction turns, times the symmetry; 0 where it stays.
-    free:
-        (n,) bool, the directions that could turn.
     left:
         (places,) int charges that could not leave and are where they were.
     """
 
     angle: np.ndarray
-    free: np.ndarray
     left: np.ndarray
 
 
@@ -68,6 +66,7 @@ def settle(
     charge: np.ndarray,
     priority: np.ndarray,
     held: np.ndarray,
+    stiffness: np.ndarray,
     progress: Progress,
 ) -> Settled:
     """Turn a field so that charges leave it.
@@ -80,32 +79,32 @@ def settle(
         (places,) float64: where the charges do not balance, those of the highest one stay.
     held:
         (n,) bool directions that must not turn.
+    stiffness:
+        (n,) float64 by which a direction resists to turning, beside the weights of the edges.
     """
-    charge, held = charge.copy(), held.copy()
+    charge = charge.copy()
     left = np.zeros_like(charge)
+    usable = ~(held[turns.tail] & held[turns.head])
+    joined = joined_places(turns, usable)
     for attempt in range(ATTEMPTS):
-        usable = ~(held[turns.tail] & held[turns.head])
-        surplus = _surplus(charge, priority, joined_places(turns, usable))
+        surplus = _surplus(charge, priority, joined)
         left += surplus
         charge -= surplus
         if not charge.any():
             break
         paths = charge_paths(turns, usable, charge)
         part = progress.part("Simplifying the field", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
-        turned = _turned(turns, paths, held, part)
+        turned = _turned(turns, paths, held, stiffness, part)
         if not len(turned.bad):
-            return Settled(turned.angle, turned.free, left)
+            return Settled(turned.angle, left)
         ends = np.concatenate([turns.tail[turned.bad], turns.head[turned.bad]])
-        if held[ends].any():
-            held[ends] = False
-            continue
         stuck = np.isin(paths.of, turned.owner[ends])
         bad = paths.source[stuck] if stuck.any() else paths.source
         left[bad] += charge[bad]
         charge[bad] = 0
     # Nothing is changed rather than anything not certain.
     left += charge
-    return Settled(np.zeros(turns.directions), np.zeros(turns.directions, bool), left)
+    return Settled(np.zeros(turns.directions), left)
 
 
 def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np.ndarray:
@@ -128,27 +127,28 @@ def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np
 
 @dataclass(frozen=True)
 class _Turned:
-    """Angles (n,), which directions were free (n,) and the cluster that reached farthest to each,
-    and the edges whose turn is too large."""
+    """Angles (n,), the cluster that reached farthest to each direction (n,), and the edges whose
+    turn is too large."""
 
     angle: np.ndarray
-    free: np.ndarray
     owner: np.ndarray
     bad: np.ndarray
 
 
-def _turned(turns: Turns, paths: Paths, held: np.ndarray, progress: Progress) -> _Turned:
+def _turned(
+    turns: Turns, paths: Paths, held: np.ndarray, stiffness: np.ndarray, progress: Progress
+) -> _Turned:
     """Let the charges move."""
     budget, owner = _zones(turns, paths, held)
     free = budget >= 0
     wanted = turns.turn - 2.0 * np.pi * paths.flow
-    weight = turns.weight.copy()
+    weight, stiffness = turns.weight.copy(), stiffness.copy()
     angle = np.zeros(turns.directions)
     moving = free
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
         some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
-        _least_squares(turns, some, weight, wanted, moving, angle)
+        _least_squares(turns, some, weight, stiffness, wanted, moving, angle)
         tail, head = turns.tail[some], turns.head[some]
         turn = np.abs(wanted[some] + angle[head] - angle[tail])
         bad = some[turn >= CERTAIN * np.pi]
@@ -156,6 +156,7 @@ def _turned(turns: Turns, paths: Paths, held: np.ndarray, progress: Progress) ->
             break
         weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
         ends = np.concatenate([turns.tail[bad], turns.head[bad]])
+        stiffness[ends] *= SOFTER
         if number < WIDENING:
             budget[ends] = np.maximum(budget[ends], number + 1)
             _spread(turns, budget, owner, held)
@@ -165,7 +166,7 @@ def _turned(turns: Turns, paths: Paths, held: np.ndarray, progress: Progress) ->
         around[ends] = AROUND
         _spread(turns, around, none, ~free)
         moving = around >= 0
-    return _Turned(angle, free, owner, bad)
+    return _Turned(angle, owner, bad)
 
 
 def _zones(turns: Turns, paths: Paths, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -173,7 +174,7 @@ def _zones(turns: Turns, paths: Paths, held: np.ndarray) -> tuple[np.ndarray, np
     cluster that reaches farthest."""
     budget = np.full(turns.directions, -1)
     owner = np.full(turns.directions, -1)
-    rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS)
+    rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS) * paths.amount
     order = np.argsort(rings, kind="stable")
     for ends in (turns.tail, turns.head):
         at = ends[paths.edge[order]]
@@ -202,12 +203,13 @@ def _least_squares(
     turns: Turns,
     some: np.ndarray,
     weight: np.ndarray,
+    stiffness: np.ndarray,
     wanted: np.ndarray,
     moving: np.ndarray,
     angle: np.ndarray,
 ) -> None:
     """Set the angles of the moving directions so that the weighted squares of the turns over the
-    edges `some` are least."""
+    edges `some`, and of the angles, are least."""
     rows = np.flatnonzero(moving)
     number = np.full(turns.directions, -1)
     number[rows] = np.arange(len(rows))
@@ -217,7 +219,7 @@ def _least_squares(
     some, tail, head = some[touching], tail[touching], head[touching]
     w = weight[some]
     pull = w * (wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
-    right, diagonal = np.zeros(len(rows)), np.zeros(len(rows))
+    right, diagonal = np.zeros(len(rows)), stiffness[rows].copy()
     for ends, sign in ((tail, 1.0), (head, -1.0)):
         inside = ends >= 0
         right += sign * np.bincount(ends[inside], weights=pull[inside], minlength=len(rows))

@@ -20,7 +20,10 @@ from .settling import balances, settle
 from .turns import Patch, turns_of_lines
 
 # Rings around the umbilics that leave, within which they are looked for to cancel; 0: anywhere.
-REACHES = (6, 24, 0)
+REACHES = (12, 0)
+# Resistance of the directions around a kept umbilic, in that of an edge. They are not held
+# altogether: two umbilics near each other would let nothing through between them.
+STIFF = 10.0
 
 
 @dataclass(frozen=True)
@@ -82,23 +85,28 @@ def simplify_field(
     priority = np.zeros(len(index))
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
-    held = np.zeros(len(surface.vertices), bool)
-    held[surface.triangles[single[kept]]] = True
+    stiffness = np.zeros(len(surface.vertices))
+    stiffness[surface.triangles[single[kept]]] = STIFF
     gap = np.nan_to_num(field.gap)
-    angle, left = np.zeros(len(held)), np.zeros(len(index), np.int64)
+    angle, left = np.zeros(len(stiffness)), np.zeros(len(index), np.int64)
     for rings in REACHES:
         patch = (
             Patch.around(surface, surface.triangles[gone], rings) if rings else Patch.whole(surface)
         )
         turns = turns_of_lines(surface, patch, field.d1, field.d2, gap)
-        fixed = held[patch.vertices] | patch.rim(surface)
-        mine = charge[patch.triangles]
-        if rings and not balances(turns, mine, fixed):
+        mine, rim = charge[patch.triangles], patch.rim(surface)
+        if rings and not balances(turns, mine, rim):
             continue
-        part = progress.part("Simplifying the field", 0.1, 0.9)
-        settled = settle(turns, mine, priority[patch.triangles], fixed, part)
-        angle[patch.vertices], left[patch.triangles] = settled.angle, settled.left
-        if not settled.left.any():
+        settled = settle(
+            turns,
+            mine,
+            priority[patch.triangles],
+            rim,
+            stiffness[patch.vertices],
+            progress.part("Simplifying the field", 0.1, 0.9),
+        )
+        if not rings or not settled.left.any():
+            angle[patch.vertices], left[patch.triangles] = settled.angle, settled.left
             break
     cosine, sine = (part(0.5 * angle)[:, None] for part in (np.cos, np.sin))
     turned = angle[:, None] != 0.0
