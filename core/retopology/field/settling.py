@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from ...base.progress import Progress
+from ..lines.polylines import spans
 from .charge_paths import Paths, charge_paths, joined_places
 from .turns import Turns
 
@@ -139,7 +140,8 @@ def _turned(
     turns: Turns, paths: Paths, held: np.ndarray, stiffness: np.ndarray, progress: Progress
 ) -> _Turned:
     """Let the charges move."""
-    budget, owner = _zones(turns, paths, held)
+    ring = _ring(turns)
+    budget, owner = _zones(turns, ring, paths, held)
     free = budget >= 0
     wanted = turns.turn - 2.0 * np.pi * paths.flow
     weight, stiffness = turns.weight.copy(), stiffness.copy()
@@ -159,17 +161,26 @@ def _turned(
         stiffness[ends] *= SOFTER
         if number < WIDENING:
             budget[ends] = np.maximum(budget[ends], number + 1)
-            _spread(turns, budget, owner, held)
+            _spread(ring, budget, owner, held)
             free = budget >= 0
         # Only what lies around is done again.
         around, none = np.full(turns.directions, -1), np.zeros(turns.directions, np.int64)
         around[ends] = AROUND
-        _spread(turns, around, none, ~free)
+        _spread(ring, around, none, ~free)
         moving = around >= 0
     return _Turned(angle, owner, bad)
 
 
-def _zones(turns: Turns, paths: Paths, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _ring(turns: Turns) -> sparse.csr_array:
+    """(n, n) which directions have an edge between them."""
+    count = turns.directions
+    ends = np.concatenate([turns.tail, turns.head]), np.concatenate([turns.head, turns.tail])
+    return sparse.coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(count, count)).tocsr()
+
+
+def _zones(
+    turns: Turns, ring: sparse.csr_array, paths: Paths, held: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(n,) int rings that the paths still reach beyond each direction, -1 for none, and (n,) the
     cluster that reaches farthest."""
     budget = np.full(turns.directions, -1)
@@ -182,21 +193,24 @@ def _zones(turns: Turns, paths: Paths, held: np.ndarray) -> tuple[np.ndarray, np
         better = rings[order] > budget[at]
         at, rows = at[better], order[better]
         budget[at], owner[at] = rings[rows], paths.cluster[rows]
-    _spread(turns, budget, owner, held)
+    _spread(ring, budget, owner, held)
     return budget, owner
 
 
-def _spread(turns: Turns, budget: np.ndarray, owner: np.ndarray, held: np.ndarray) -> None:
+def _spread(
+    ring: sparse.csr_array, budget: np.ndarray, owner: np.ndarray, held: np.ndarray
+) -> None:
     """Hand budgets on to the neighbours, one less with every edge, up to what is held."""
     budget[held] = -1
-    tail, head = (
-        np.concatenate([turns.tail, turns.head]),
-        np.concatenate([turns.head, turns.tail]),
-    )
     for level in range(int(budget.max(initial=-1)), 0, -1):
-        going = np.flatnonzero((budget[tail] == level) & (budget[head] < level - 1) & ~held[head])
-        budget[head[going]] = level - 1
-        owner[head[going]] = owner[tail[going]]
+        rows = np.flatnonzero(budget == level)
+        count = np.diff(ring.indptr)[rows]
+        to = ring.indices[spans(ring.indptr[rows], count)]
+        source = np.repeat(rows, count)
+        going = (budget[to] < level - 1) & ~held[to]
+        to = to[going]
+        budget[to] = level - 1
+        owner[to] = owner[source[going]]
 
 
 def _least_squares(

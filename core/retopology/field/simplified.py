@@ -93,6 +93,8 @@ def simplify_field(
         patch = (
             Patch.around(surface, surface.triangles[gone], rings) if rings else Patch.whole(surface)
         )
+        if rings and len(patch.triangles) > 0.5 * len(index):
+            continue
         turns = turns_of_lines(surface, patch, field.d1, field.d2, gap)
         mine, rim = charge[patch.triangles], patch.rim(surface)
         if rings and not balances(turns, mine, rim):
