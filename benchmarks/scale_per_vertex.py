@@ -56,8 +56,12 @@ class Patches:
     def __init__(self, surface: Surface, neighbourhood: Neighbourhood) -> None:
         n = len(surface.vertices)
         centres = np.random.default_rng(0).permutation(n)[: -(-n // EVERY)]
-        reach = grow(selection(centres[:, None], n), neighbourhood.graph, PATCH_RINGS)
-        self.blocks = list(by_size(reach, 1 << 22))
+        start = selection(centres[:, None], n)
+        self.blocks = [
+            (some[rows], members)
+            for some, reach in grow(start, neighbourhood.graph, PATCH_RINGS)
+            for rows, members in by_size(reach, 1 << 22)
+        ]
         self.count = len(centres)
         self.nearest = cKDTree(surface.vertices[centres]).query(surface.vertices)[1]
 
@@ -97,7 +101,7 @@ def _estimate(
 
     def fitted(candidate: Neighbourhood) -> Jets:
         return fit_jets(
-            surface, scale.starting_normals(surface, normals, candidate), candidate, quiet
+            surface, scale.starting_normals(surface, normals, candidate, quiet), candidate, quiet
         )
 
     some = [dataclasses.replace(base, focused=True), base]
@@ -131,13 +135,19 @@ def _estimate(
 
 
 def _change(
-    surface: Surface, field: CurvatureField, neighbourhoods: Neighbourhoods, vertices: np.ndarray
+    surface: Surface,
+    field: CurvatureField,
+    neighbourhoods: Neighbourhoods,
+    vertices: np.ndarray,
+    progress: Progress,
 ) -> np.ndarray:
     change = np.zeros(len(vertices))
     number = neighbourhoods.number[vertices]
     for one in np.unique(number):
         rows = number == one
-        change[rows] = _change_of_scale(surface, field, neighbourhoods.some[one], vertices[rows])
+        change[rows] = _change_of_scale(
+            surface, field, neighbourhoods.some[one], vertices[rows], progress
+        )
     return change
 
 

@@ -30,7 +30,7 @@ def ellipsoid_object(level: int) -> bpy.types.Object:
 def seconds(package: str, obj: bpy.types.Object) -> tuple[float, float, float]:
     """What reading, detection and writing back take, by the installed package of that name."""
     core = importlib.import_module(f"{package}.core")
-    engine = importlib.import_module(f"{package}.operators.engine")
+    engine = importlib.import_module(f"{package}.operators.jobs.detect")
     start = time.perf_counter()
     inputs = engine.gather(obj, core.Settings())
     read = time.perf_counter()

@@ -9,12 +9,13 @@ from .base.errors import (
     InvalidSettingsError,
     UmbilicsError,
 )
-from .base.options import AUTO, Choice, Option, defaults, options
+from .base.options import AUTO, Choice, Option, check, setting
 from .base.progress import Progress
-from .base.settings import Settings
+from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, write_guidance
+from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
+from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
@@ -62,17 +63,21 @@ __all__ = [
     "Settings",
     "Umbilics",
     "UmbilicsError",
+    "check",
     "compare",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
     "filtered",
+    "guidance_paths",
     "kept_rows",
     "noise_multiple",
     "options",
     "pack",
     "select",
+    "setting",
     "unpack",
+    "whole_file",
     "write_guidance",
 ]

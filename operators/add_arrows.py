@@ -2,8 +2,8 @@
 
 import bpy
 
-from . import engine
-from .arrow_nodes import GROUP_TAG, arrow_group
+from .jobs import detect
+from .scene.arrow_nodes import GROUP_TAG, arrow_group
 
 
 class UMBILICS_OT_add_arrows(bpy.types.Operator):
@@ -18,7 +18,7 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         obj = context.active_object
-        reason = engine.why_not(obj)
+        reason = detect.why_not(obj)
         if not reason and not obj.umbilics.detected:
             reason = f"{obj.name} has no results. Detect first."
         if reason:

@@ -3,7 +3,7 @@
 import bpy
 from mathutils import Matrix, Vector
 
-from . import guidance_results
+from .scene import guidance_objects
 
 
 class UMBILICS_OT_align_to_x(bpy.types.Operator):
@@ -18,7 +18,7 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         obj = context.active_object
-        if obj is None or not guidance_results.parts_of(obj, guidance_results.MIRROR):
+        if obj is None or not guidance_objects.parts_of(obj, guidance_objects.MIRROR):
             cls.poll_message_set("Find the mirror plane first.")
             return False
         return True
@@ -26,7 +26,7 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
     def execute(self, context):
         context.view_layer.update()
         obj = context.active_object
-        plane = guidance_results.parts_of(obj, guidance_results.MIRROR)[0].matrix_world
+        plane = guidance_objects.parts_of(obj, guidance_objects.MIRROR)[0].matrix_world
         normal = plane.col[1].to_3d().normalized()
         if normal.x < 0.0:
             normal = -normal

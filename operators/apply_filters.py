@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import changes, live
+from .base import changes
+from .scene import filters
 
 
 class UMBILICS_OT_apply_filters(bpy.types.Operator):
@@ -16,14 +17,14 @@ class UMBILICS_OT_apply_filters(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if not live.with_results(context):
+        if not filters.with_results(context):
             cls.poll_message_set("Detect umbilics first.")
             return False
         return True
 
     def execute(self, context):
-        for obj in live.with_results(context):
-            live.apply(context, obj, live.chosen_filters(context.scene))
+        for obj in filters.with_results(context):
+            filters.apply(context, obj, filters.chosen_filters(context.scene))
         changes.notify("view", context)
         return {"FINISHED"}
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import running
+from .jobs import worker
 
 
 class UMBILICS_OT_cancel(bpy.types.Operator):
@@ -13,13 +13,13 @@ class UMBILICS_OT_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if running.current() is None:
+        if worker.current() is None:
             cls.poll_message_set("No detection is running.")
             return False
         return True
 
     def execute(self, context):
-        running.current().cancel()
+        worker.current().cancel()
         return {"FINISHED"}
 
 

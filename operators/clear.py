@@ -2,8 +2,8 @@
 
 import bpy
 
-from . import engine, running
-from .workspace import finished
+from .jobs import detect, worker
+from .scene.modes import finished
 
 
 class UMBILICS_OT_clear(bpy.types.Operator):
@@ -16,15 +16,15 @@ class UMBILICS_OT_clear(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        reason = engine.why_not(context.active_object, to_clear=True)
-        if running.current() is not None:
+        reason = detect.why_not(context.active_object, to_clear=True)
+        if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
     def execute(self, context):
-        if not engine.remove(context, context.active_object):
+        if not detect.remove(context, context.active_object):
             self.report({"INFO"}, f"{context.active_object.name} has no umbilics to clear.")
             return {"CANCELLED"}
         return {"FINISHED"}

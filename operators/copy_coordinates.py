@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import record, umbilic_actions
+from .data import record
+from .scene import chosen_umbilic
 
 
 class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
@@ -13,11 +14,11 @@ class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return umbilic_actions.is_chosen(cls, context)
+        return chosen_umbilic.is_chosen(cls, context)
 
     def execute(self, context):
         obj = context.view_layer.objects.active
-        row = umbilic_actions.chosen_row(context)
+        row = chosen_umbilic.chosen_row(context)
         position, _ = record.place_now(obj, record.of(obj), row)
         text = ", ".join(f"{value:.6g}" for value in position)
         context.window_manager.clipboard = text

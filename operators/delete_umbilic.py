@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import umbilic_actions
+from .scene import chosen_umbilic
 
 
 class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
@@ -13,10 +13,10 @@ class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return umbilic_actions.can_be_changed(cls, context)
+        return chosen_umbilic.can_be_changed(cls, context)
 
     def execute(self, context):
-        umbilic_actions.toggle(context, "deleted", umbilic_actions.chosen_row(context))
+        chosen_umbilic.toggle(context, "deleted", chosen_umbilic.chosen_row(context))
         return {"FINISHED"}
 
 

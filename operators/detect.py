@@ -3,9 +3,11 @@
 import bpy
 
 from .. import core
-from . import engine, properties, running, selection
-from .words import outcome, pins_lost
-from .workspace import finished
+from .base.words import outcome, pins_lost
+from .data import properties, reading
+from .jobs import detect, worker
+from .scene import selection
+from .scene.modes import finished
 
 
 class UMBILICS_OT_detect(bpy.types.Operator):
@@ -21,9 +23,9 @@ class UMBILICS_OT_detect(bpy.types.Operator):
     def poll(cls, context):
         modified = _with_modifiers(context)
         wanted = selection.wanted(context)
-        whys = [engine.why_not(obj, with_modifiers=modified) for obj in wanted]
+        whys = [detect.why_not(obj, with_modifiers=modified) for obj in wanted]
         reason = "" if "" in whys else whys[0]
-        if running.current() is not None:
+        if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
             cls.poll_message_set(reason)
@@ -35,7 +37,7 @@ class UMBILICS_OT_detect(bpy.types.Operator):
             jobs, refused = _gather(context)
         except core.UmbilicsError as error:
             return self._fail([error])
-        return self._write(context, jobs, [running.outcome_of(job) for job in jobs], refused)
+        return self._write(context, jobs, [worker.outcome_of(job) for job in jobs], refused)
 
     def invoke(self, context, event):
         """Run beside the window."""
@@ -45,20 +47,20 @@ class UMBILICS_OT_detect(bpy.types.Operator):
             return self._fail([error])
         if not jobs:
             return self._fail(self._refused)
-        running.begin(*jobs)
+        worker.begin(*jobs)
         self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        run = running.current()
+        run = worker.current()
         if event.type == "ESC" and event.value == "PRESS":
             run.cancel()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         if not run.finished:
-            running.show(context)
+            worker.show(context)
             return {"PASS_THROUGH"}
         self.cancel(context)
         try:
@@ -71,9 +73,9 @@ class UMBILICS_OT_detect(bpy.types.Operator):
 
     def cancel(self, context):
         """End the thread and take the progress away, also when a file is opened or closed."""
-        running.end()
+        worker.end()
         context.window_manager.event_timer_remove(self._timer)
-        running.show(context)
+        worker.show(context)
 
     def _write(self, context, jobs, outcomes, refused):
         errors, written = list(refused), 0
@@ -81,7 +83,7 @@ class UMBILICS_OT_detect(bpy.types.Operator):
             try:
                 if isinstance(found, core.UmbilicsError):
                     raise found
-                lost = engine.write(context, job, found)
+                lost = detect.write(context, job, found)
             except core.UmbilicsError as error:
                 errors.append(error)
                 continue
@@ -110,11 +112,13 @@ def _gather(context):
     scene = context.scene
     settings = properties.to_settings(scene.umbilics)
     depsgraph = context.evaluated_depsgraph_get() if _with_modifiers(context) else None
+    scope = reading.scope_of(scene.umbilics_display)
     jobs, refused = [], []
     for obj in selection.wanted(context):
         try:
             names = properties.given_names(scene.umbilics)
-            jobs.append(engine.gather(obj, settings, names, depsgraph=depsgraph))
+            job = detect.gather(obj, settings, names, depsgraph=depsgraph, scope=scope)
+            jobs.append(job)
         except core.UmbilicsError as error:
             refused.append(error)
     return jobs, refused

@@ -2,8 +2,9 @@
 
 import bpy
 
-from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene import guidance_objects
 
 
 class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
@@ -15,11 +16,11 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return guiding.gather(context, context.active_object, guiding.guides)
+        return retopology.gather(context, context.active_object, retopology.guides)
 
     def put(self, context, job, found):
-        with guiding.written(context, job) as obj:
-            guidance_results.write_guides(context, obj, job.inputs.arrays, *found)
+        with retopology.written(context, job) as obj:
+            guidance_objects.write_guides(context, obj, job.inputs.arrays, *found)
         lines, separatrices = found
         return f"{len(lines)} lines of curvature and {len(separatrices)} separatrices drawn."
 

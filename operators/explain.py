@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import StringProperty
 
-from . import summary
+from .data import summary
 
 
 class UMBILICS_OT_explain(bpy.types.Operator):

@@ -5,7 +5,7 @@ from bpy.props import BoolProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import core
-from .guidance_operator import NeedsMesh
+from .jobs.modal import NeedsMesh
 
 _CHOSEN = ("mesh", "rosy", "sharp")
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import framing, umbilic_actions
+from .scene import chosen_umbilic, framing
 
 
 class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
@@ -13,10 +13,10 @@ class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return umbilic_actions.is_chosen(cls, context)
+        return chosen_umbilic.is_chosen(cls, context)
 
     def execute(self, context):
-        framing.frame(context, umbilic_actions.chosen_row(context))
+        framing.frame(context, chosen_umbilic.chosen_row(context))
         return {"FINISHED"}
 
 

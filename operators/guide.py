@@ -4,8 +4,9 @@ import math
 
 import bpy
 
-from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene import guidance_objects
 
 
 class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
@@ -17,11 +18,12 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return guiding.gather(context, context.active_object, guiding.plan)
+        return retopology.gather(context, context.active_object, retopology.plan)
 
     def put(self, context, job, found):
-        with guiding.written(context, job) as obj:
-            guidance_results.write_plan(context, obj, job.inputs.arrays, *found)
+        with retopology.written(context, job):
+            home = retopology.home_of_plan(context, job)
+            guidance_objects.write_plan(context, home, job.inputs.arrays, *found)
         poles = found[0].poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
@@ -37,4 +39,4 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.utils.unregister_class(UMBILICS_OT_guide)
-    guiding.forget()
+    retopology.forget()

@@ -2,8 +2,8 @@
 
 import bpy
 
-from . import maps, targets, view_shading
-from .workspace import object_mode
+from .scene import maps, targets, view_shading
+from .scene.modes import object_mode
 
 
 class UMBILICS_OT_hide_map(bpy.types.Operator):
@@ -27,9 +27,9 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
 
     def execute(self, context):
         for obj in context.scene.objects:
-            if maps.is_shown_on(obj) and targets.is_own(obj):
+            if maps.is_shown_on(obj) and targets.is_local(obj):
                 with object_mode(context, obj):
-                    maps.hide(obj)
+                    maps.hide(context, obj)
         for window in context.window_manager.windows:
             for area in window.screen.areas:
                 if area.type == "VIEW_3D":

@@ -2,8 +2,9 @@
 
 import bpy
 
-from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene import guidance_objects
 
 
 class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
@@ -14,12 +15,12 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return guiding.gather(context, context.active_object, guiding.lines)
+        return retopology.gather(context, context.active_object, retopology.lines)
 
     def put(self, context, job, found):
-        with guiding.written(context, job) as obj:
-            guidance_results.write_lines(
-                context, obj, job.inputs.arrays, found, guidance_results.LINES
+        with retopology.written(context, job) as obj:
+            guidance_objects.write_lines(
+                context, obj, job.inputs.arrays, found, guidance_objects.LINES
             )
         return f"{len(found)} lines of curvature."
 

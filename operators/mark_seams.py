@@ -3,10 +3,11 @@
 import bpy
 from bpy.props import EnumProperty
 
-from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene import guidance_objects
 
-_WORK = {"SEPARATRICES": guiding.separatrices, "LINES": guiding.lines}
+_WORK = {"SEPARATRICES": retopology.separatrices, "LINES": retopology.lines}
 _MARK = {"SEAM": "seam", "SHARP": "edge_sharp"}
 
 
@@ -31,12 +32,12 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        work = guiding.edges_along(_WORK[self.lines])
-        return guiding.gather(context, context.active_object, work, with_edges=True)
+        work = retopology.edges_along(_WORK[self.lines])
+        return retopology.gather(context, context.active_object, work, with_edges=True)
 
     def put(self, context, job, found):
-        with guiding.written(context, job) as obj:
-            count = guidance_results.mark(obj, found, _MARK[self.mark])
+        with retopology.written(context, job) as obj:
+            count = guidance_objects.mark(obj, found, _MARK[self.mark])
         return f"{count} edges marked."
 
 

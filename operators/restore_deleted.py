@@ -2,7 +2,8 @@
 
 import bpy
 
-from . import changes, live, targets
+from .base import changes
+from .scene import filters, targets
 
 
 class UMBILICS_OT_restore_deleted(bpy.types.Operator):
@@ -14,7 +15,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         obj = context.view_layer.objects.active
-        if obj is None or not obj.umbilics.deleted or not targets.is_own(obj):
+        if obj is None or not obj.umbilics.deleted or not targets.is_local(obj):
             cls.poll_message_set("No umbilic was deleted.")
             return False
         return True
@@ -22,7 +23,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     def execute(self, context):
         obj = context.view_layer.objects.active
         obj.umbilics.deleted = ""
-        live.apply(context, obj, live.used_filters(obj))
+        filters.apply(context, obj, filters.used_filters(obj))
         changes.notify("view", context)
         return {"FINISHED"}
 

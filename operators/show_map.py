@@ -2,8 +2,9 @@
 
 import bpy
 
-from . import live, maps, running, view_shading
-from .workspace import object_mode
+from .jobs import worker
+from .scene import filters, maps, view_shading
+from .scene.modes import object_mode
 
 
 class UMBILICS_OT_show_map(bpy.types.Operator):
@@ -18,16 +19,16 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         reason = ""
-        if not live.with_results(context):
+        if not filters.with_results(context):
             reason = "Detect umbilics first: the map shows what the detection measured."
-        if running.current() is not None:
+        if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
             cls.poll_message_set(reason)
         return not reason
 
     def execute(self, context):
-        objects = live.with_results(context)
+        objects = filters.with_results(context)
         edited = next((obj for obj in objects if obj.mode == "EDIT"), objects[0])
         with object_mode(context, edited):
             shown = maps.show(context, objects)

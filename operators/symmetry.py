@@ -2,8 +2,9 @@
 
 import bpy
 
-from . import guidance_results, guiding
-from .guidance_operator import GuidanceOperator
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene import guidance_objects
 
 
 class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
@@ -15,11 +16,11 @@ class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return guiding.gather(context, context.active_object, guiding.mirror)
+        return retopology.gather(context, context.active_object, retopology.mirror)
 
     def put(self, context, job, found):
-        with guiding.written(context, job) as obj:
-            guidance_results.write_mirror(context, obj, job.inputs.arrays, found)
+        with retopology.written(context, job) as obj:
+            guidance_objects.write_mirror(context, obj, job.inputs.arrays, found)
         return (
             f"Mirror plane from {len(found.pairs)} matched umbilics; the image lies "
             f"{found.error:.3g} away from the shape."

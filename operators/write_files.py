@@ -5,8 +5,8 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from . import guiding
-from .guidance_operator import GuidanceOperator
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
 
 
 class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
@@ -21,8 +21,8 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
 
     def job(self, context):
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
-        work = guiding.exported(stem, self.kinds.split())
-        return guiding.gather(context, context.active_object, work)
+        work = retopology.exported(stem, self.kinds.split())
+        return retopology.gather(context, context.active_object, work)
 
     def put(self, context, job, found):
         return f"Wrote {', '.join(path.name for path in found)}."

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from mesh_files import PACKAGED, packaged_path, read_mesh
 
 try:
     import bpy
@@ -58,3 +59,24 @@ def meshes_folder() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real meshes: $UMBILICS_MESHES is not set and {folder} does not exist")
     return folder
+
+
+@pytest.fixture
+def real_mesh(request):
+    """A function from the name of a real mesh to its vertices and triangles.
+
+    Those of `mesh_files.PACKAGED` come with packages of the tests, the others from the folder.
+    """
+
+    def read(name: str):
+        if name in PACKAGED:
+            path = packaged_path(name)
+            if path is None:
+                pytest.skip(f"{name}: {PACKAGED[name][0]} is not installed in this Python")
+            return read_mesh(path)
+        path = request.getfixturevalue("meshes_folder") / name
+        if not path.is_file():
+            pytest.skip(f"{name} is not in the folder of meshes")
+        return read_mesh(path)
+
+    return read

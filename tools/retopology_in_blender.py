@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix
 
 ADD_ON = "bl_ext.user_default.umbilics"
-stages = importlib.import_module(f"{ADD_ON}.operators.command_line.stage")
+stages = importlib.import_module(f"{ADD_ON}.operators.command_line.pictures.stage")
 
 SIZE = 900
 CLAY = (0.82, 0.80, 0.76, 1.0)

@@ -14,6 +14,10 @@ and, only with --matrix,
   matrix    tests/operators and tests/ui in each Blender that there is as a Python module: 4.2 LTS,
             4.5 LTS, 5.0 and 5.2 LTS, where SciPy must come from the zip's own wheel
 
+Two suites run at a time, one of each lane below, on a machine with two cores or more; what the
+second lane prints comes when the suite is through. --quick is core's tests but for those marked
+slow, which take most of the time.
+
 Other arguments are pytest's. Paths among them choose the suites too.
 """
 
@@ -22,11 +26,14 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import blender_modules
@@ -42,8 +49,8 @@ SUITES = {
     "gui": ("tests/gui",),
     "matrix": ("tests/operators", "tests/ui"),
 }
-# Those that run when none is named.
-USUAL = ("core", "tools", "blender", "gui")
+# Those that run when none is named, in lanes beside each other.
+LANES = (("core", "tools"), ("blender", "gui"))
 
 # pytest's own exit codes.
 NO_TESTS = 5
@@ -101,12 +108,32 @@ class Tests:
         self.counts = Counter()
         self.failed = []
         self._installed = None
+        self._installing = threading.Lock()
+        # Where a suite beside another puts what it prints, by thread.
+        self._aside = threading.local()
 
     def run(self, suite: str) -> None:
         paths = paths_of(suite, self.given)
         if not paths:
             return
         self._counted(suite, getattr(self, f"_{suite}"), paths)
+
+    def run_lanes(self, lanes: Iterable[Iterable[str]]) -> None:
+        """The suites of each lane in turn, the lanes beside each other."""
+        first, *others = lanes
+        with ThreadPoolExecutor(max(len(others), 1)) as pool:
+            running = [pool.submit(self._run_aside, lane) for lane in others]
+            for suite in first:
+                self.run(suite)
+            for lane in running:
+                lane.result()
+
+    def _run_aside(self, lane: Iterable[str]) -> None:
+        for suite in lane:
+            path = self.folder / f"{suite}.txt"
+            with path.open("w") as self._aside.output:
+                self.run(suite)
+            print(path.read_text(errors="replace"), end="", flush=True)
 
     def run_matrix(self) -> None:
         """Every Blender module in turn; one that must be there and is not fails."""
@@ -161,6 +188,10 @@ class Tests:
 
     def _environment(self) -> dict[str, str]:
         """Preferences in which the extension is installed and enabled, for these tests only."""
+        with self._installing:
+            return self._install()
+
+    def _install(self) -> dict[str, str]:
         if not self._installed:
             start = time.monotonic()
             zip_file = build_extension.build_for_this_blender(self.folder)
@@ -182,6 +213,8 @@ class Tests:
             cwd=REPOSITORY,
             env=environment,
             stdin=subprocess.DEVNULL,
+            stdout=getattr(self._aside, "output", None),
+            stderr=getattr(self._aside, "output", None),
             check=False,
         ).returncode
 
@@ -197,19 +230,26 @@ def main() -> None:
         parser.add_argument(
             f"--{suite}", action="append_const", const=suite, dest="suites", help="only this suite"
         )
+    parser.add_argument(
+        "--quick", action="store_true", help="core's tests that take no more than a moment"
+    )
     parser.add_argument("--summary", type=Path, help="write the closing line to this file too")
     chosen, rest = parser.parse_known_args()
     paths, options = split_arguments(rest)
+    if chosen.quick:
+        options += ["-m", "not slow"]
 
     scratch = cache_folder() / "test-runs"
     scratch.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         tests = Tests(Path(folder), paths, options)
-        for suite in chosen.suites or USUAL:
-            if suite == "matrix":
-                tests.run_matrix()
-            else:
-                tests.run(suite)
+        if chosen.quick:
+            tests.run("core")
+        elif chosen.suites or (os.cpu_count() or 1) < 2:
+            for suite in chosen.suites or chain(*LANES):
+                tests.run_matrix() if suite == "matrix" else tests.run(suite)
+        else:
+            tests.run_lanes(LANES)
 
     if tests.failed:
         say(f"failed: {', '.join(tests.failed)}")

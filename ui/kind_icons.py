@@ -6,9 +6,9 @@ import bpy
 import bpy.utils.previews
 import numpy as np
 
+from ..operators.data.preferences import Appearance
 from ..operators.drawing.colour_maps import encoded
-from ..operators.glyph_images import drawn
-from ..operators.preferences import Appearance
+from ..operators.scene.glyph_images import drawn
 
 _icons: bpy.utils.previews.ImagePreviewCollection | None = None
 

@@ -3,8 +3,8 @@
 import bpy
 
 from .. import core
-from ..operators import summary
 from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
+from ..operators.data import summary
 from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
 from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
 from ..operators.pin import UMBILICS_OT_pin

@@ -3,12 +3,13 @@
 import bpy
 
 from .. import core
-from ..operators import live, running, stale
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
+from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
-from ..operators.properties import GIVEN_NAMES
+from ..operators.jobs import worker
+from ..operators.scene import filters, staleness
 from .parts import Part, Tab, automatic, explained, paragraph, short, split
 from .presets import UMBILICS_PT_presets
 
@@ -23,7 +24,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         layout = split(self.layout)
         layout.prop(context.scene.umbilics_display, "source")
         actions = layout.column(align=True)
-        run = running.current()
+        run = worker.current()
         if run is not None:
             actions.progress(factor=run.fraction, text=run.stage)
             actions.operator(UMBILICS_OT_cancel.bl_idname, text="Cancel", icon="CANCEL")
@@ -43,7 +44,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
     def draw(self, context):
         layout = split(self.layout)
         settings, display = context.scene.umbilics, context.scene.umbilics_display
-        if live.with_results(context):
+        if filters.with_results(context):
             layout.prop(display, "strength", slider=True)
         automatic(layout, settings, "persistence")
         _dropped(layout, context)
@@ -67,7 +68,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             # The view's own switch: from a mesh whose origin is far off they are in the way.
             overlay = context.space_data.overlay
             row.prop(overlay, "show_relationship_lines", text="Dashed Lines", toggle=True)
-        without = live.without_empty(context, context.active_object)
+        without = filters.without_empty(context, context.active_object)
         if without:
             words = f"{without} less persistent umbilics have no empty. How many may have one is "
             paragraph(layout, context, f"{words}set in the add-on's preferences.")
@@ -126,12 +127,12 @@ def _dropped(layout, context) -> None:
 
 def _freshness(layout, context, obj) -> None:
     """Say what the results do not show any more, with the click that mends it."""
-    reasons = stale.reasons(context, obj)
+    reasons = staleness.reasons(context, obj)
     if reasons:
         box = layout.box()
         paragraph(box, context, " ".join(["Out of date.", *reasons]), icon="ERROR")
         box.operator(UMBILICS_OT_detect.bl_idname, text="Refresh", icon="FILE_REFRESH")
-    elif stale.filters_differ(context, obj):
+    elif staleness.filters_differ(context, obj):
         box = layout.box()
         paragraph(box, context, "These results went through other filters.")
         box.operator(UMBILICS_OT_apply_filters.bl_idname, text="Apply Filters", icon="FILTER")

@@ -60,9 +60,7 @@ def line(layout, number: str, name: str, value: str, **pictures) -> None:
     halves.label(text=value, icon=pictures.get("icon", "NONE"))
 
 
-def explained(
-    layout, number: str, text: str, icon_value: int = 0, alignment: str = "LEFT"
-) -> None:
+def explained(layout, number: str, text: str, icon_value: int = 0, alignment: str = "LEFT") -> None:
     """Text that says, when the mouse rests on it, what a number of the summary is."""
     row = layout.row()
     row.alignment = alignment

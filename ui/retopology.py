@@ -2,13 +2,15 @@
 
 import bpy
 
-from ..operators import guidance_data, guidance_results, running, stale
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.data import plans
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
 from ..operators.export_field import UMBILICS_OT_export_field
 from ..operators.guide import UMBILICS_OT_guide
+from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
+from ..operators.scene import guidance_objects, staleness
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
@@ -20,7 +22,7 @@ class UMBILICS_UL_poles(bpy.types.UIList):
     """Poles: valence, where each comes from, how sure it is."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
-        change = guidance_data.change_of(item)
+        change = plans.change_of(item)
         row = layout.split(factor=0.2)
         row.active = change != "deleted"
         row.label(text=str(item.valence), icon=_ICON.get(item.valence, "DOT"))
@@ -36,7 +38,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
 
     def draw(self, context):
         layout = split(self.layout)
-        layout.active = running.current() is None
+        layout.active = worker.current() is None
         group, obj = context.scene.umbilics_guidance, context.active_object
         column = layout.column()
         column.prop(group, "smoothness", slider=True)
@@ -50,7 +52,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.template_list(
             "UMBILICS_UL_poles", "", plan, "poles", plan, "active", rows=3, maxrows=8
         )
-        total = guidance_results.pole_sum(obj)
+        total = guidance_objects.pole_sum(obj)
         halves = layout.split(factor=0.65)
         halves.label(text="Sum of 4 - valence")
         if not plan.closed:
@@ -58,10 +60,10 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         else:
             icon = "CHECKMARK" if total == plan.expected else "ERROR"
             halves.label(text=f"{total} of {plan.expected}", icon=icon)
-        if any(map(guidance_data.change_of, plan.poles)):
+        if any(map(plans.change_of, plan.poles)):
             told = "Poles were moved or deleted by hand; lines and files do not follow them."
             paragraph(layout, context, told)
-        if stale.plan_is_edited(context, obj):
+        if staleness.plan_is_edited(context, obj):
             paragraph(layout, context, "The mesh was edited since: plan again.", icon="ERROR")
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
@@ -84,7 +86,7 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout = split(self.layout)
-        layout.active = running.current() is None
+        layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
         layout.prop(group, "families")
         automatic(layout, group, "spacing")
@@ -107,7 +109,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        layout.active = running.current() is None
+        layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_export_field.bl_idname, icon="EXPORT")
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")

@@ -51,16 +51,6 @@ def setting(default: Any, **option: Any) -> Any:
     return field(default=default, metadata={"option": Option(**option)})
 
 
-def options(of: type) -> dict[str, Option]:
-    """The option of every setting, by the setting's name, in the order they are shown."""
-    return {item.name: item.metadata["option"] for item in dataclasses.fields(of)}
-
-
-def defaults(of: type) -> dict[str, Any]:
-    """The default of every setting, by name."""
-    return {item.name: item.default for item in dataclasses.fields(of)}
-
-
 def check(settings: Any) -> None:
     """Raise `InvalidSettingsError` if a value does not suit its option."""
     for item in dataclasses.fields(settings):
@@ -84,7 +74,7 @@ def _check(name: str, value: Any, option: Option) -> None:
         wanted = "a whole number" if option.kind == "count" else "a number"
         auto = " or 'auto'" if option.automatic else ""
         raise InvalidSettingsError(f"{name} must be {wanted}{auto}, not {value!r}.")
-    if not option.minimum <= value <= option.maximum:
+    if not option.minimum <= float(value) <= option.maximum:
         raise InvalidSettingsError(
             f"{name} must lie between {option.minimum:g} and {option.maximum:g}, not {value:g}."
         )

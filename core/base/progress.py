@@ -42,10 +42,19 @@ class Progress:
         part.step(0.0)
         return part
 
-    def step(self, fraction: float) -> None:
-        """Say how much of this part is done; raises `CancelledError` if the user wants to stop."""
+    def quiet(self) -> Progress:
+        """This part for work whose length nobody knows: it asks whether to stop, and says
+        nothing."""
+        return Progress(None, self._cancelled)
+
+    def ask(self) -> None:
+        """Raise `CancelledError` if the user wants to stop."""
         if self._cancelled is not None and self._cancelled():
             raise CancelledError("Cancelled.")
+
+    def step(self, fraction: float) -> None:
+        """Say how much of this part is done; raises `CancelledError` if the user wants to stop."""
+        self.ask()
         if self._report is not None:
             self._report(self._start + min(max(fraction, 0.0), 1.0) * self._share, self._name)
 

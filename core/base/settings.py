@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 from .errors import InvalidSettingsError
-from .options import AUTO, Choice, check, setting
+from .options import AUTO, Choice, Option, check, setting
 
 
 @dataclass(frozen=True)
@@ -151,3 +153,13 @@ class Settings:
             raise InvalidSettingsError(
                 "Normal smoothing needs shape operators from jets or normals, not given ones."
             )
+
+
+def options(of: type = Settings) -> dict[str, Option]:
+    """The option of every setting, by the setting's name, in the order they are shown."""
+    return {item.name: item.metadata["option"] for item in dataclasses.fields(of)}
+
+
+def defaults(of: type = Settings) -> dict[str, Any]:
+    """The default of every setting, by name."""
+    return {item.name: item.default for item in dataclasses.fields(of)}

@@ -12,7 +12,7 @@ from ..base.progress import Progress
 from ..base.settings import Settings
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import following
-from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency
+from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
 from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
 from .field import CurvatureField
@@ -73,7 +73,8 @@ def estimate(
     if settings.curvature == "given":
         return _given(surface, given)
     if settings.curvature == "normals" or settings.normal_smoothing:
-        normals = smooth_normals(surface, vertex_normals(surface), settings.normal_smoothing)
+        passes = settings.normal_smoothing
+        normals = smooth_normals(surface, vertex_normals(surface), passes, progress)
         return _from_normals(surface, normals)
     return _from_jets(surface, vertex_normals(surface), settings, sharp, progress)
 
@@ -97,7 +98,7 @@ def _from_jets(
         neighbourhood, start = choose(surface, normals, neighbourhood, part)
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
-        start = starting_normals(surface, normals, neighbourhood)
+        start = starting_normals(surface, normals, neighbourhood, part)
     jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
     if not jets.determined.all():
@@ -109,17 +110,23 @@ def _from_jets(
 
 def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
     if settings.scale_unit == "length":
-        length = settings.scale / surface.unit
-        rings = max(2, round(length / float(np.median(_edge_length(surface)))))
+        length = float(settings.scale) / surface.unit
+        edges = _edge_length(surface)
+        # Doubles leave edges without a length, which say nothing of how far a ring reaches.
+        edge = float(np.median(edges[edges > 0])) if edges.any() else 1.0
+        rings = round(min(max(length / edge, 2.0), MOST_RINGS))
         return Neighbourhood(
             surface,
             neighbourhood.graph,
             neighbourhood.walls,
-            rings=min(rings, MOST_RINGS),
+            rings=rings,
             reach=length,
             focused=False,
         )
-    rings = max(2, round(settings.scale))
+    rings = max(2, round(float(settings.scale)))
+    if rings > MOST_RINGS:
+        # Beyond the mesh there is only the mesh.
+        rings = min(rings, max(rings_across(surface), 2))
     return Neighbourhood(
         surface, neighbourhood.graph, neighbourhood.walls, rings=rings, focused=rings == 2
     )

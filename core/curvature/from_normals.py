@@ -51,7 +51,9 @@ def curvature_from_normals(
 
     run(block, range(0, m, _BLOCK), progress or Progress())
     weight, mean, real, imaginary = (
-        sum(np.bincount(surface.triangles[:, k], part[k], minlength=n) for k in range(3))
+        np.sum(
+            [np.bincount(surface.triangles[:, k], part[k], minlength=n) for k in range(3)], axis=0
+        )
         for part in parts
     )
     weight[weight == 0] = 1.0

@@ -102,11 +102,12 @@ def fit_jets(
     )
     coordinates = np.ascontiguousarray(surface.vertices.T)
     spaces = threading.local()
+    ask = progress.quiet()
 
     def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
-        _fit_some(coordinates, normals, centres[slots], around, slots, jets, spaces.workspace)
+        _fit_some(coordinates, normals, centres[slots], around, slots, jets, spaces.workspace, ask)
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
@@ -115,7 +116,9 @@ def fit_jets(
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
         undetermined = np.flatnonzero(~jets.determined)
-        fit(undetermined, dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more))
+        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more)
+        for first in range(0, len(undetermined), CHUNK):
+            fit(undetermined[first : first + CHUNK], wider)
     return jets
 
 
@@ -127,6 +130,7 @@ def _fit_some(
     slots: np.ndarray,
     jets: Jets,
     workspace: Workspace,
+    progress: Progress,
 ) -> None:
     """Fit the jets of some vertices `centres` (c,), into `slots` (c,) of `jets`.
 
@@ -138,7 +142,7 @@ def _fit_some(
     sums = workspace.array("sums", sum_count(DEGREE), len(centres))
     radius, count = np.empty((2, len(centres)))
     blocks, end = [np.zeros(0, int)], 0
-    for some, members in around.blocks(centres, SAMPLES_PER_BLOCK):
+    for some, members in around.blocks(centres, SAMPLES_PER_BLOCK, progress):
         block = slice(end, end := end + len(some))
         blocks.append(some)
         count[block] = len(members)
@@ -147,7 +151,8 @@ def _fit_some(
         along = axes.take(some, axis=2)
         samples, radius[block] = _samples(coordinates, members, origin, along, workspace)
         weights = _weights(samples[:2], workspace) if around.focused else None
-        sum_samples(*samples, weights, DEGREE, sums[:, block], workspace)
+        x, y, height = samples
+        sum_samples(x, y, height, weights, DEGREE, sums[:, block], workspace)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], DEGREE, workspace)
     _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)

@@ -90,17 +90,21 @@ def choose(
 
 
 def starting_normals(
-    surface: Surface, normals: np.ndarray, neighbourhood: Neighbourhood
+    surface: Surface, normals: np.ndarray, neighbourhood: Neighbourhood, progress: Progress
 ) -> np.ndarray:
     """(n, 3) normals to start the fits from: noise that asks for more than two rings also tilts
     the normals of small triangles, so they are smoothed as far as the rings reach."""
     if neighbourhood.rings == 2:
         return normals
-    return smooth_normals(surface, normals, neighbourhood.rings)
+    return smooth_normals(surface, normals, neighbourhood.rings, progress)
 
 
 def change_of_scale(
-    surface: Surface, field: CurvatureField, neighbourhood: Neighbourhood, vertices: np.ndarray
+    surface: Surface,
+    field: CurvatureField,
+    neighbourhood: Neighbourhood,
+    vertices: np.ndarray,
+    progress: Progress,
 ) -> np.ndarray:
     """(c,) error of the deviator at some vertices by how it changes when the fit reaches further.
 
@@ -118,7 +122,7 @@ def change_of_scale(
         neighbourhood, rings=neighbourhood.rings + FURTHER, reach=None, focused=False
     )
     unique, place = np.unique(vertices, return_inverse=True)
-    jets = fit_jets(surface, field.normal, wider, Progress(), unique)
+    jets = fit_jets(surface, field.normal, wider, progress.quiet(), unique)
     e1, e2 = frame(field.normal[unique].T)
     here = CurvatureField(**{name: value[unique] for name, value in vars(field).items()})
     change = np.abs(_deviator(here, e1, e2) - _deviator(jets, e1, e2))

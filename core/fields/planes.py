@@ -84,11 +84,11 @@ def lay_out(surface: Surface, field: DirectionField, progress: Progress) -> Face
         across[rows] = 0.5 * (slope + 1j * rest)
 
     run(block, range(0, m, BLOCK), progress)
-    edge = edge.ravel()
+    around = edge.ravel()
     twin = surface.twin
     inner = twin >= 0
     turn = np.ones(3 * m, complex)
-    turn[inner] = -edge[twin[inner]] * edge[inner].conj()
+    turn[inner] = -around[twin[inner]] * around[inner].conj()
     return FaceFrames(corner, turn, value, along, across)
 
 

@@ -42,12 +42,14 @@ def read_curves(path: Path | str) -> tuple[list[np.ndarray], np.ndarray, np.ndar
     FormatError
         The file holds a line of points that are not there.
     """
-    points, lines, family = [], [], []
+    points: list[str] = []
+    lines: list[np.ndarray] = []
+    family: list[int] = []
     current = 0
     for row in read_text(path).splitlines():
         word, _, rest = row.partition(" ")
         if word == "v":
-            points.append(rest.split()[:3])
+            points += rest.split()[:3]
         elif word == "g":
             current = FAMILIES.index(rest.strip()) if rest.strip() in FAMILIES else 0
         elif word == "l":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from ..retopology.planner import Guidance, Guide
 from .curves import write_curves
 from .dmat import write_dmat
 from .mesh import write_mesh
-from .points import poles_table, umbilics_table, write_points_csv, write_points_json
+from .points import Table, poles_table, umbilics_table, write_points_csv, write_points_json
 from .rawfield import write_rawfield
 from .rosy import write_rosy
 from .sharp import write_sharp
@@ -23,11 +24,12 @@ from .sing import write_sing
 
 @dataclass(frozen=True)
 class FileKind:
-    """One kind of file: its ending after the common name, and what it is for."""
+    """One kind of file: its ending after the common name, what it is for, further endings."""
 
     ending: str
     label: str
     help: str
+    more: tuple[str, ...] = ()
 
 
 FILE_KINDS = {
@@ -41,7 +43,9 @@ FILE_KINDS = {
     "sharp": FileKind(".sharp", "Sharp Features", "Creases and borders, for QuadWild (.sharp)"),
     "lines": FileKind("-lines.obj", "Lines", "Lines of curvature as polylines (.obj)"),
     "separatrices": FileKind("-separatrices.obj", "Separatrices", "As polylines (.obj)"),
-    "csv": FileKind("-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)"),
+    "csv": FileKind(
+        "-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)", ("-umbilics.csv",)
+    ),
     "json": FileKind("-poles.json", "JSON", "Poles and umbilics in one file (.json)"),
 }
 
@@ -56,6 +60,14 @@ class Exported:
     guidance: Guidance
     lines: Lines | None = None
     separatrices: Lines | None = None
+
+
+def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
+    """The files that `write_guidance` makes."""
+    about = [FILE_KINDS[kind] for kind in kinds]
+    return [
+        stem.with_name(stem.name + ending) for kind in about for ending in (kind.ending, *kind.more)
+    ]
 
 
 def write_guidance(
@@ -90,14 +102,11 @@ def write_guidance(
         stem.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FormatError(f"{stem.parent}: cannot be made ({error.strerror}).") from error
-    written = []
     for number, kind in enumerate(kinds):
         progress.step(number / len(kinds))
-        path = stem.with_name(stem.name + FILE_KINDS[kind].ending)
-        _WRITERS[kind](path, data, turn)
-        written.append(path)
+        _WRITERS[kind](*guidance_paths(stem, [kind]), data, turn)
     progress.step(1.0)
-    return written
+    return guidance_paths(stem, kinds)
 
 
 def _crosses(data: Exported) -> tuple[np.ndarray, np.ndarray]:
@@ -154,7 +163,7 @@ def _separatrices(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_curves(path, _turned(data.separatrices, turn))
 
 
-def _tables(data: Exported, turn: np.ndarray) -> dict:
+def _tables(data: Exported, turn: np.ndarray) -> dict[str, Table]:
     poles, umbilics = data.guidance.poles, data.guide.detection.umbilics
     return {
         "poles": poles_table(
@@ -166,18 +175,17 @@ def _tables(data: Exported, turn: np.ndarray) -> dict:
     }
 
 
-def _csv(path: Path, data: Exported, turn: np.ndarray) -> None:
+def _csv(poles: Path, umbilics: Path, data: Exported, turn: np.ndarray) -> None:
     tables = _tables(data, turn)
-    write_points_csv(path, tables["poles"])
-    name = path.name.replace("-poles.csv", "-umbilics.csv")
-    write_points_csv(path.with_name(name), tables["umbilics"])
+    write_points_csv(poles, tables["poles"])
+    write_points_csv(umbilics, tables["umbilics"])
 
 
 def _json(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_points_json(path, _tables(data, turn))
 
 
-_WRITERS = {
+_WRITERS: dict[str, Callable[..., None]] = {
     "mesh": _mesh,
     "rosy": _rosy,
     "rawfield": _rawfield,

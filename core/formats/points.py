@@ -10,6 +10,7 @@ import io
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ..retopology.poles import Poles
 from ..umbilics.result import Umbilics
 from .text import read_text, write_text
 
-Table = dict[str, list]
+Table = dict[str, list[Any]]
 
 
 def poles_table(poles: Poles) -> Table:
@@ -118,15 +119,15 @@ def read_points_json(path: Path | str) -> dict[str, Table]:
         raise FormatError(f"{path}: is not a JSON object of lists of objects.") from error
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _word(value) -> str:
+def _word(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def _value(word: str):
+def _value(word: str) -> Any:
     if word == "":
         return None
     for kind in (int, float):

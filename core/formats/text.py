@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import FormatError
+from .whole import whole_file
 
 # Seventeen digits bring every double back unchanged.
 NUMBER = "%.17g"
@@ -15,7 +16,7 @@ ROWS = 5000
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write ASCII text with Unix line ends on every system.
+    """Write ASCII text with Unix line ends on every system; the file appears whole or not at all.
 
     Raises
     ------
@@ -23,7 +24,7 @@ def write_text(path: Path | str, text: str) -> None:
         The file cannot be written.
     """
     try:
-        with open(path, "w", encoding="ascii", newline="\n") as file:
+        with whole_file(path) as place, open(place, "w", encoding="ascii", newline="\n") as file:
             file.write(text)
     except OSError as error:
         raise FormatError(f"{path}: cannot be written ({error.strerror}).") from error

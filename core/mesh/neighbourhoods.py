@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import csgraph
 
+from ..base.progress import Progress
 from .surface import Surface
 
 # A cubic has ten coefficients; half as many samples again keep the fit from chasing noise.
 FEWEST_SAMPLES = 15
 # A length that spans more rings than this is beyond what a cubic describes.
 MOST_RINGS = 24
+# Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
+# with eight rings around them, 200 MB at most.
+MOST_GATHERED = 1 << 25
 
 
 def adjacency(surface: Surface) -> sparse.csr_array:
@@ -23,16 +28,60 @@ def adjacency(surface: Surface) -> sparse.csr_array:
     return sparse.csr_array((ones, surface.neighbours, surface.neighbour_start), shape=(n, n))
 
 
-def grow(reach: sparse.csr_array, graph: sparse.csr_array, rings: int) -> sparse.csr_array:
+def rings_across(surface: Surface) -> int:
+    """Rings that hold the whole of every component, from any vertex of it: no more than twice
+    as many as from one."""
+    n = len(surface.vertices)
+    _, first = np.unique(surface.component, return_index=True)
+    hops = csgraph.dijkstra(adjacency(surface), indices=first, unweighted=True, min_only=True)
+    return min(2 * int(hops.max()), n)
+
+
+def grow(
+    reach: sparse.csr_array, graph: sparse.csr_array, rings: int, progress: Progress | None = None
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
     """Each row of `reach` lists vertices; add those within `rings` edges of them, all once.
 
     On a surface every edge has a triangle, so a walk of exactly that many edges (two or more)
-    reaches the nearer vertices too.
+    reaches the nearer vertices too. It ends where rows have all that they can reach.
+
+    Yields
+    ------
+    rows:
+        (r,) rows of `reach`, ascending: all at once unless they become too long for that.
+    grown:
+        (r, n) what they have become.
     """
-    for _ in range(rings):
-        reach = reach @ graph
-        reach.data[:] = 1
-    return reach
+    return _grown_rows(reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress)
+
+
+def _grown_rows(
+    reach: sparse.csr_array,
+    further: Callable[[sparse.csr_array], sparse.csr_array],
+    degree: np.ndarray,
+    rings: int,
+    progress: Progress | None,
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """As `grow`, each ring by `further`, which gathers `degree` (n,) vertices at each vertex."""
+    most = int(degree.max(initial=0)) + 1
+    parts = [(np.arange(reach.shape[0]), reach, rings)]
+    while parts:
+        rows, reach, left = parts.pop()
+        while left:
+            if progress is not None:
+                progress.ask()
+            if len(rows) > 1 and reach.nnz * most > MOST_GATHERED:
+                ends = np.append(0, np.cumsum(degree[reach.indices] + 1.0))[reach.indptr]
+                if ends[-1] > MOST_GATHERED:
+                    half = int(np.clip(np.searchsorted(ends, ends[-1] / 2), 1, len(rows) - 1))
+                    parts.append((rows[half:], reach[half:], left))
+                    rows, reach = rows[:half], reach[:half]
+                    continue
+            larger = further(reach)
+            larger.data[:] = 1
+            left = left - 1 if larger.nnz > reach.nnz else 0
+            reach = larger
+        yield rows, reach
 
 
 @dataclass(frozen=True)
@@ -68,15 +117,17 @@ class Neighbourhood:
     stretch: float = 1.0
 
     def around_triangles(
-        self, corners: np.ndarray, rings: int, most: int
+        self, corners: np.ndarray, rings: int, most: int, progress: Progress | None = None
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`."""
-        reach = self._around(selection(corners, self.graph.shape[0]), self._grown(rings))
-        for rows, members in by_size(reach, most):
-            if self.stretch > 1.0:
-                points = self.surface.vertices[corners[rows]].mean(axis=1)
-                members = self._nearest(members, points, rings)
-            yield rows, members
+        start = selection(corners, self.graph.shape[0])
+        for some, reach in self._around(start, self._grown(rings), progress):
+            for rows, members in by_size(reach, most):
+                rows = some[rows]
+                if self.stretch > 1.0:
+                    points = self.surface.vertices[corners[rows]].mean(axis=1)
+                    members = self._nearest(members, points, rings)
+                yield rows, members
 
     def _grown(self, rings: int) -> int:
         """Rings that hold the nearest samples of as many rings of an even mesh."""
@@ -85,20 +136,24 @@ class Neighbourhood:
         # A tenth of a ring more would not be worth the whole of one.
         return int(np.ceil(rings * np.sqrt(self.stretch) - 0.1))
 
-    def _around(self, start: sparse.csr_array, rings: int) -> sparse.csr_array:
-        """Rows of `start` grown by rings, stopping at walls."""
+    def _around(
+        self, start: sparse.csr_array, rings: int, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """Rows of `start` grown by rings, stopping at walls; as from `grow`."""
         if self.walls is None:
-            return grow(start, self.graph, rings)
+            return grow(start, self.graph, rings, progress)
         passable = sparse.diags_array((~self.walls).astype(np.int32), dtype=np.int32)
         through = (passable @ self.graph).tocsr()
         # A wall vertex still sees its own ring, on both of its sides.
-        reach = start + start @ self.graph
-        for _ in range(rings - 1):
-            reach = (reach + reach @ through).tocsr()
-            reach.data[:] = 1
-        return reach
+        reach = (start + start @ self.graph).tocsr()
+        degree = np.diff(self.graph.indptr)
+        return _grown_rows(
+            reach, lambda rows: (rows + rows @ through).tocsr(), degree, rings - 1, progress
+        )
 
-    def blocks(self, centres: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def blocks(
+        self, centres: np.ndarray, most: int, progress: Progress | None = None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """The samples of each of the vertices `centres`, in blocks of equal size.
 
         Yields
@@ -113,31 +168,37 @@ class Neighbourhood:
         sizes = np.zeros(len(centres), int)
         # Small neighbourhoods grow ring by ring until they suffice or hold a whole component.
         while len(pending):
-            reach = self._ring_rows(centres[pending], self._grown(count))
-            grown = np.diff(reach.indptr)
-            if self.stretch > 1.0:
-                grown = np.minimum(grown, _even_count(count))
-            ready = (grown >= FEWEST_SAMPLES) | (grown == sizes)
-            if self.reach is not None:
-                reach, covered = self._within_reach(reach, centres[pending])
-                ready &= covered | (grown == sizes) | (count >= MOST_RINGS)
-            if ready.all():
-                enough, chosen = reach, pending
-            else:
-                enough, chosen = reach[ready], pending[ready]
-            for rows, members in by_size(enough, most):
-                rows = chosen[rows]
+            short = []
+            for some, reach in self._ring_rows(centres[pending], self._grown(count), progress):
+                asked = pending[some]
+                grown = np.diff(reach.indptr)
                 if self.stretch > 1.0:
-                    points = self.surface.vertices[centres[rows]]
-                    members = self._nearest(members, points, count)
-                yield rows, members
-            pending, sizes = pending[~ready], grown[~ready]
+                    grown = np.minimum(grown, _even_count(count))
+                ready = (grown >= FEWEST_SAMPLES) | (grown == sizes[asked])
+                if self.reach is not None:
+                    reach, covered = self._within_reach(reach, centres[asked])
+                    ready &= covered | (grown == sizes[asked]) | (count >= MOST_RINGS)
+                if ready.all():
+                    enough, chosen = reach, asked
+                else:
+                    enough, chosen = reach[ready], asked[ready]
+                    short.append(asked[~ready])
+                    sizes[short[-1]] = grown[~ready]
+                for rows, members in by_size(enough, most):
+                    rows = chosen[rows]
+                    if self.stretch > 1.0:
+                        points = self.surface.vertices[centres[rows]]
+                        members = self._nearest(members, points, count)
+                    yield rows, members
+            pending = np.concatenate(short) if short else pending[:0]
             count += 1
 
-    def _ring_rows(self, centres: np.ndarray, count: int) -> sparse.csr_array:
+    def _ring_rows(
+        self, centres: np.ndarray, count: int, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         if self.walls is None:
-            return grow(self.graph[centres], self.graph, count - 1)
-        return self._around(selection(centres[:, None], self.graph.shape[0]), count)
+            return grow(self.graph[centres], self.graph, count - 1, progress)
+        return self._around(selection(centres[:, None], self.graph.shape[0]), count, progress)
 
     def _within_reach(
         self, reach: sparse.csr_array, centres: np.ndarray

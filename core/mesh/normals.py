@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from ..base.progress import Progress
 from .surface import Surface
 
 
@@ -53,7 +54,9 @@ def _largest_face_normal(surface: Surface) -> np.ndarray:
     return result
 
 
-def smooth_normals(surface: Surface, normals: np.ndarray, passes: int) -> np.ndarray:
+def smooth_normals(
+    surface: Surface, normals: np.ndarray, passes: int, progress: Progress | None = None
+) -> np.ndarray:
     """`passes` of a linear filter over unit normals (n, 3): the paper's normal smoothing.
 
     Each pass replaces a normal by the mean over the vertex and its one-ring, weighted by the
@@ -71,6 +74,8 @@ def smooth_normals(surface: Surface, normals: np.ndarray, passes: int) -> np.nda
     )
     floor = 1e-9 * (area + ring.sum(axis=1))
     for _ in range(passes):
+        if progress is not None:
+            progress.ask()
         mean = ring @ normals + area[:, None] * normals
         length = np.linalg.norm(mean, axis=1)
         kept = ~(length > floor)

@@ -40,7 +40,7 @@ def clean(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Surface, list[st
     if links is None:
         kept, corners, source = _separate(corners, len(vertices), warnings)
         rows = rows[kept]
-        links = link(corners, len(source))
+        links = _linked(corners, len(source))
     corners, source, links = _split_fans(corners, source, links, warnings)
     surface = _assemble(vertices, corners, rows, source, links)
     _warn_about_geometry(surface, warnings)
@@ -77,12 +77,11 @@ def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) ->
     good = (a != b) & (b != c) & (c != a)
     if not good.all():
         warnings.append(
-            f"{_count(len(good) - np.count_nonzero(good), 'triangle')} with repeated corners "
-            "left out."
+            f"{_count(int(np.count_nonzero(~good)), 'triangle')} with repeated corners left out."
         )
     if not np.isfinite(vertices).all():
         finite = np.isfinite(vertices).all(axis=1)[triangles].all(axis=1)
-        broken = np.count_nonzero(good & ~finite)
+        broken = int(np.count_nonzero(good & ~finite))
         if broken:
             warnings.append(
                 f"{_count(broken, 'triangle')} left out: their corners are not finite numbers. "
@@ -226,7 +225,14 @@ def _later_copies(corners: np.ndarray, vertex_count: int) -> np.ndarray:
     _, first = np.unique(keys, return_index=True)
     later = np.ones(len(keys), bool)
     later[first] = False
-    return later.reshape(-1, 3).any(axis=1)
+    return np.any(later.reshape(-1, 3), axis=1)
+
+
+def _linked(corners: np.ndarray, vertex_count: int) -> HalfEdges:
+    """The half-edges of triangles that were made an oriented manifold before."""
+    links = link(corners, vertex_count)
+    assert links is not None
+    return links
 
 
 def _split_fans(
@@ -252,7 +258,7 @@ def _split_fans(
         rank = np.cumsum(used, dtype=np.int32) - np.int32(1)
         corners = rank[corners]
     source = source[origin]
-    return corners, source, link(corners, len(source))
+    return corners, source, _linked(corners, len(source))
 
 
 def _assemble(

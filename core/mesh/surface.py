@@ -120,7 +120,9 @@ class Surface:
         """How many connected components there are."""
         return int(self.component.max()) + 1 if len(self.component) else 0
 
-    def by_component(self, triangles: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+    def by_component(
+        self, triangles: np.ndarray | slice, weights: np.ndarray | None = None
+    ) -> np.ndarray:
         """(components,) number of the given triangles in each component, or sum of weights."""
         owner = self.component[self.triangles[triangles, 0]]
         return np.bincount(owner, weights=weights, minlength=self.component_count)

@@ -8,6 +8,7 @@ of least squares in closed form at each step.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -96,7 +97,8 @@ def find_mirror_plane(
     finals = [_refined(plane, samples, target, STEPS) for plane, _ in rough[:FINALISTS]]
     best, least = min(finals, key=lambda item: item[1])
     # On meshes that are symmetric vertex by vertex this finds the plane to the last digits.
-    exact, remaining = _refined(best, *_of_vertices(vertices, triangles, face_normal_area), STEPS)
+    corners, tree = _of_vertices(vertices, triangles, face_normal_area)
+    exact, remaining = _refined(best, corners, tree, STEPS)
     if remaining < least:
         best, least = exact, remaining
     normal, offset = best
@@ -117,7 +119,9 @@ def find_mirror_plane(
     )
 
 
-def _sampled(vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple) -> tuple:
+def _sampled(
+    vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
+) -> tuple[Any, ...]:
     """Centroid, (s, 3) points spread by area, and a tree of a denser set with its normals."""
     normal, area = face_normal_area
     centre = vertices[triangles].mean(axis=1)
@@ -135,10 +139,12 @@ def _sampled(vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tupl
     return middle, samples, (cKDTree(dense), normals)
 
 
-def _of_vertices(vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple) -> tuple:
+def _of_vertices(
+    vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
+) -> tuple[Any, ...]:
     """Some vertices to reflect, and a tree of all of them with their normals."""
     normal, area = face_normal_area
-    total = np.stack(
+    total: np.ndarray = np.stack(
         [
             np.bincount(
                 triangles.ravel(), np.repeat(normal[:, axis] * area, 3), minlength=len(vertices)

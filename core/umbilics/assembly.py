@@ -119,7 +119,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
     if fitted.neighbourhood is not None:
         change = change_of_scale(
-            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel()
+            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel(), progress
         )
         noise[clear] = np.hypot(noise[clear], change.reshape(-1, 3).mean(axis=1))
     if fitted.neighbourhood is not None and settings.method != "I":
@@ -190,7 +190,8 @@ def _at_border(
     # Rings alone are blind where the border has few vertices, as the hull of scattered points.
     edge = float(np.sqrt(np.median(surface.side_squares)))
     points = surface.vertices[corners.ravel()]
-    distance = distance_to_border(surface, points, edge).reshape(-1, 3).min(axis=1)
+    distance = distance_to_border(surface, points, edge, BORDER_RINGS * edge)
+    distance = distance.reshape(-1, 3).min(axis=1)
 
     def within(rings: int) -> np.ndarray:
         return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)

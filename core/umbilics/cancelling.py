@@ -8,6 +8,7 @@ at once, in a few rounds of arrays, and only what is left is walked in Python.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -127,7 +128,7 @@ def _closest_pairs(
     return _joined(pairs)
 
 
-def _joined(parts: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _joined(parts: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Triples of arrays, one behind the other."""
     first, second, third = (np.concatenate(part) for part in zip(*parts, strict=True))
     return first, second, third
@@ -185,8 +186,8 @@ def _walk(
             for place, row in enumerate(yours, len(mine)):
                 ours[:, place] = places.across[:, row]
         mine.extend(yours)
-    chosen = (np.array(some, dtype=np.int64) for some in (first, second))
-    return *(rows[some] for some in chosen), np.array(level)
+    one, two = (rows[np.array(some, dtype=np.int64)] for some in (first, second))
+    return one, two, np.array(level)
 
 
 class _Places:

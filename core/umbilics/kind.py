@@ -65,7 +65,7 @@ def separatrix_angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     companion = np.zeros((len(p), 3, 3))
     companion[:, 0] = -np.stack([square / cube, linear / cube, constant / cube], axis=1)
     companion[:, 1, 0] = companion[:, 2, 1] = 1.0
-    finite = np.isfinite(companion).all(axis=(1, 2))
+    finite = np.all(np.isfinite(companion), axis=(1, 2))
     companion[~finite] = 0.0
     roots = np.linalg.eigvals(companion).astype(np.complex128)
     angles = start[:, None] + np.arctan(roots.real)

@@ -108,12 +108,13 @@ def refine(
         found=np.zeros(k, bool),
     )
     degree, more_rings = CLEAN if neighbourhood.focused else NOISY
+    ask = progress.quiet()
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
         rings = neighbourhood.rings + more_rings
-        for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15):
+        for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
             _refine_block(surface, normals, rows[some], members, degree, places)
 
     run(block, range(0, k, BLOCK), progress)
@@ -179,7 +180,7 @@ def _refine_block(
 
 def _operator_at(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> HeightOperator:
     """The shape operator of the fitted surface above (u, v), all in units of its radius."""
-    derivative = dict.fromkeys([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)], 0.0)
+    derivative = {order: np.zeros(len(u)) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
     for (a, b), coefficient in fit.coefficients.items():
         for (i, j), value in derivative.items():
             if a >= i and b >= j:

@@ -1,18 +1,24 @@
-"""One run of the command: open, detect, write, for each file in turn."""
+"""The command: reads its arguments and does the files here, or has other processes do them."""
 
 from __future__ import annotations
 
-import sys
+import time
+import traceback
 
 import bpy
 
 from ... import core
-from .. import engine, properties
-from ..errors import FileError
-from ..words import outcome
-from . import arguments, batch, guidance, importers, mesh_file, panels, picture, report
-
-DONE, FAILED = 0, 1
+from . import (
+    arguments,
+    batch,
+    exit_codes,
+    importers,
+    messages,
+    one_file,
+    version,
+)
+from .batch import lifetime, supervised
+from .guard import shown
 
 
 def run(argv: list[str]) -> int:
@@ -21,104 +27,67 @@ def run(argv: list[str]) -> int:
         request = arguments.parse(argv)
     except SystemExit as stop:
         return int(stop.code or 0)
+    if request.is_worker:
+        lifetime.end_with_parent()
+    # A worker's lines stand between those of the process that started it.
+    telling = request.events and not request.is_worker
+    if telling:
+        messages.tell("command", version=version.OURS, blender=bpy.app.version_string)
+    code = _done(request)
+    if telling:
+        messages.tell("end", exit_code=code)
+    return code
+
+
+def _done(request: arguments.Request) -> int:
     base = bpy.data.filepath
-    if request.batch or request.summary:
-        return _many(request, base)
-    failed = False
-    for file, outputs in zip(request.files, request.outputs, strict=True):
-        try:
-            failed |= not _one_file(request, file, base, outputs)
-        except core.UmbilicsError as error:
-            _complain(str(error))
-            failed = True
-    return FAILED if failed else DONE
-
-
-def _many(request: arguments.Request, base: str) -> int:
-    """Do a batch with other processes of this Blender; the command's exit code."""
     blender = [bpy.app.binary_path, "-b", *([base] if base else []), "--command", "umbilics"]
     try:
         if request.summary:
             return batch.summarize(*request.summary)
-        return batch.run(request.batch, blender)
+        if request.batch:
+            return batch.run(request.batch, blender)
+        # As a module Blender has no program to start; then the work itself looks at the clock.
+        if request.limits and bpy.app.binary_path and (base or request.files != (None,)):
+            return supervised.run(request, blender)
+    except batch.BusyError as error:
+        messages.complain(str(error))
+        return exit_codes.BUSY
     except OSError as error:
-        _complain(f"{error.filename}: {error.strerror}.")
-        return FAILED
+        messages.complain(f"{error.filename}: cannot be written ({error.strerror}).")
+        return exit_codes.FAILED
+    failed = False
+    for file, outputs in zip(request.files, request.outputs, strict=True):
+        failed |= not _one_file(request, file, base, outputs)
+    return exit_codes.FAILED if failed else exit_codes.DONE
 
 
 def _one_file(request: arguments.Request, file: str | None, base: str, outputs: dict) -> bool:
-    """Detect on every wanted mesh of a file and write its results; whether all went well."""
-    opened = importers.open_file(file, base)
-    scene = bpy.context.scene
-    properties.from_settings(scene.umbilics, request.settings)
-    entries, done, compared = [], [], []
-    for obj in _wanted(opened.objects, request.objects, file):
-        label = obj.name if file is None else f"{file}: {obj.name}"
-        try:
-            inputs = engine.gather(obj, request.settings, request.given_names, request.compare)
-            results = engine.compare(inputs) if request.compare else ()
-            detection = results[0].detection if results else engine.compute(inputs)
-            engine.write(bpy.context, inputs, engine.found(inputs, detection))
-            said = []
-            if request.guidance is not None:
-                said = guidance.write(request.guidance, file, inputs, detection, opened.to_file)
-        except core.UmbilicsError as error:
-            _complain(f"{label}: {error}")
-            entries.append(report.failure(file, obj.name, str(error)))
-            continue
-        print(f"{label}: {outcome(detection)}.", flush=True)
-        for warning in detection.warnings:
-            print(f"  {warning}", flush=True)
-        for sentence in said:
-            print(f"  {sentence}", flush=True)
-        if results:
-            print(core.comparison_table(results), flush=True)
-            compared.append((inputs, results))
-        done.append((inputs, detection))
-        entry = report.success(file, inputs, detection, opened.to_file, request.per_vertex)
-        if results:
-            entry["comparison"] = report.comparison(results, opened.to_file)
-        entries.append(entry)
-    if done:
-        if "json" in outputs:
-            report.write(outputs["json"], request.settings, entries)
-        if "blend" in outputs:
-            _save(outputs["blend"])
-        if "png" in outputs and compared:
-            panels.write_comparison(outputs["png"], compared, opened.up)
-        elif "png" in outputs:
-            picture.write(outputs["png"], done, opened.up)
-        if "ply" in outputs:
-            mesh_file.write(outputs["ply"], done, opened.to_file)
-    return len(done) == len(entries)
-
-
-def _wanted(
-    objects: list[bpy.types.Object], names: tuple[str, ...], file: str | None
-) -> list[bpy.types.Object]:
-    """The objects to analyse: those named, else all that have faces."""
-    where = file or bpy.data.filepath or "The scene"
-    by_name = {obj.name: obj for obj in objects}
-    for name in names:
-        if name not in by_name:
-            raise FileError(f"{where}: there is no mesh called {name}.")
-    if names:
-        return [by_name[name] for name in names]
-    solid = [obj for obj in objects if obj.data.polygons]
-    if not solid:
-        what = "its meshes have no faces" if objects else "there is no mesh in it"
-        raise FileError(f"{where}: {what}; curvature needs a surface.")
-    return solid
-
-
-def _save(path) -> None:
+    """Do one file, so that the next ones are done whatever is in it; whether all went well."""
+    label = "" if file is None else f"{shown(file)}: "
+    start = time.monotonic()
+    if request.events:
+        messages.tell("start", file=None if file is None else shown(file))
+    failure = ""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with importers.quiet():
-            bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), copy=True, compress=True)
-    except (OSError, RuntimeError) as error:
-        raise FileError(f"{path}: cannot be written ({str(error).strip()}).") from error
-
-
-def _complain(text: str) -> None:
-    print(f"umbilics: {text}", file=sys.stderr, flush=True)
+        opened = importers.open_file(file, base)
+        done = one_file.analyse(request, file, opened, outputs)
+    except core.UmbilicsError as error:
+        failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
+    except MemoryError:
+        failure = f"{label}out of memory: give it more with fewer --jobs or --memory-limit."
+    except Exception as error:
+        # Not foreseen: said in full for those who can mend it, and the other files go on.
+        traceback.print_exc()
+        failure = f"{label}stopped by a fault of this program ({type(error).__name__}: {error})."
+    if failure:
+        messages.complain(failure)
+        done = False
+    if request.events:
+        facts = {"error": failure} if failure else {}
+        told = None if file is None else shown(file)
+        seconds = round(time.monotonic() - start, 3)
+        messages.tell(
+            "file", file=told, status="done" if done else "failed", seconds=seconds, **facts
+        )
+    return done

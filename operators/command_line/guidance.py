@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from ... import core
-from .. import engine
+from ..jobs import detect
+from .guard import Guard
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
 
@@ -22,6 +24,33 @@ class GuidanceRequest:
     kinds: tuple[str, ...]
     settings: core.GuidanceSettings
 
+    def stem(self, file: str | None, object_name: str, frame: int | None) -> Path:
+        """The path of a mesh's files, without their endings."""
+        name = object_name if file is None else Path(file).stem
+        if file is not None and object_name != name:
+            name = f"{name}-{object_name}"
+        name = "".join("_" if letter in '/\\:*?"<>|' else letter for letter in name)
+        return self.folder / (name if frame is None else f"{name}.{frame:04d}")
+
+    def claim_file(self, guard: Guard, file: str, frames: Iterable[int]) -> None:
+        """Claim the files of the mesh that is called like its file, before any is opened.
+
+        Raises
+        ------
+        OverwriteError
+            They would overwrite something.
+        """
+        self.claim(guard, file, [Path(file).stem], frames)
+
+    def claim(
+        self, guard: Guard, file: str | None, object_names: Iterable[str], frames: Iterable[int]
+    ) -> None:
+        """Claim the files of some objects; otherwise as `claim_file`."""
+        for name in object_names:
+            for frame in tuple(frames) or (None,):
+                for path in core.guidance_paths(self.stem(file, name, frame), self.kinds):
+                    guard.writes(path)
+
 
 def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
     """Add the options; `add_setting` adds one to a group by name, option and default."""
@@ -29,7 +58,10 @@ def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
         "retopology", "With --guide a cross field, its poles and lines are written for remeshers."
     )
     group.add_argument(
-        "--guide", metavar="DIR", type=Path, help="write DIR/FILE-OBJECT.rosy and the like"
+        "--guide",
+        metavar="DIR",
+        type=Path,
+        help="write DIR/FILE-OBJECT.rosy and the like; with --out in DIR/FILE/",
     )
     group.add_argument(
         "--guide-files",
@@ -49,22 +81,24 @@ def request_of(
     """What the arguments ask for; None without --guide."""
     if found.guide is None:
         return None
-    if found.guide.is_file():
+    if found.guide.exists() and not found.guide.is_dir():
         parser.error(f"--guide {found.guide} is a file; name a folder.")
     values = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
     try:
         settings = core.GuidanceSettings(**values)
     except core.InvalidSettingsError as error:
         parser.error(str(error))
-    return GuidanceRequest(found.guide, tuple(found.guide_files), settings)
+    kinds = tuple(dict.fromkeys(found.guide_files))
+    return GuidanceRequest(found.guide, kinds, settings)
 
 
 def write(
     request: GuidanceRequest,
-    file: str | None,
-    inputs: engine.Inputs,
+    stem: Path,
+    inputs: detect.Inputs,
     detection: core.Detection,
     to_file: np.ndarray,
+    progress: core.Progress,
 ) -> list[str]:
     """Write the files of one mesh; sentences on what was written and what there is not.
 
@@ -75,22 +109,22 @@ def write(
     """
     arrays = inputs.arrays
     guide = core.Guide(arrays.vertices, arrays.triangles, detection)
-    guidance = guide.guidance(request.settings, sharp=arrays.sharp)
+    part = progress.part("Planning", 0.0, 0.5)
+    guidance = guide.guidance(request.settings, part, sharp=arrays.sharp)
     kinds, said = list(request.kinds), []
     lines = None
     if "lines" in kinds:
         try:
-            lines = guide.lines(request.settings)
+            lines = guide.lines(request.settings, progress.part("Lines", 0.5, 0.7))
         except core.GuidanceError as error:
             kinds.remove("lines")
             said.append(str(error))
-    arcs = guide.separatrices(request.settings) if "separatrices" in kinds else None
+    arcs = None
+    if "separatrices" in kinds:
+        arcs = guide.separatrices(request.settings, progress.part("Separatrices", 0.7, 0.8))
     data = core.Exported(arrays.vertices, arrays.triangles, guide, guidance, lines, arcs)
-    name = inputs.object_name if file is None else Path(file).stem
-    if file is not None and inputs.object_name != name:
-        name = f"{name}-{inputs.object_name}"
-    name = "".join("_" if letter in '/\\:*?"<>|' else letter for letter in name)
-    written = core.write_guidance(request.folder / name, kinds, data, to_file)
+    part = progress.part("Writing files", 0.8, 1.0)
+    written = core.write_guidance(stem, kinds, data, to_file, part)
     poles = guidance.poles
     three = int(np.count_nonzero(poles.valence == 3))
     said.insert(

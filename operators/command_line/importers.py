@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 import bmesh
 import bpy
 import numpy as np
 
-from ..errors import FileError
-from ..mesh_data import positions
+from ..base.errors import FileError
+from ..mesh.read import positions
+from .guard import shown
 
 _UPRIGHT = np.eye(3)
 # glTF has y up by definition; Blender's importer turns (x, y, z) into (x, -z, y).
@@ -91,16 +94,18 @@ def open_file(path: str | None, base: str) -> Opened:
     """
     if path is None:
         return Opened(_meshes(set()), _UPRIGHT, "Z")
-    file = Path(path)
+    file, name = Path(path), shown(path)
     suffix = file.suffix.lower()
     if not file.exists():
-        raise FileError(f"{path}: there is no such file.")
+        raise FileError(f"{name}: there is no such file.")
+    if file.is_dir():
+        raise FileError(f"{name}: this is a folder, not a file.")
     if not file.is_file():
-        raise FileError(f"{path}: this is a folder, not a file.")
+        raise FileError(f"{name}: this is not a file but a pipe, a socket or a device.")
     if suffix not in _FORMATS:
-        raise FileError(f"{path}: not a kind of file that can be read ({', '.join(SUFFIXES)}).")
+        raise FileError(f"{name}: not a kind of file that can be read ({', '.join(SUFFIXES)}).")
     if not file.stat().st_size:
-        raise FileError(f"{path}: the file is empty.")
+        raise FileError(f"{name}: the file is empty.")
     load, to_file, up = _FORMATS[suffix]
     before = set() if suffix == ".blend" else _start(base)
     try:
@@ -108,14 +113,32 @@ def open_file(path: str | None, base: str) -> Opened:
             load(str(file.resolve()))
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
-        raise FileError(f"{path}: Blender cannot read it ({reason})") from error
+        raise FileError(f"{name}: Blender cannot read it ({reason})") from error
     objects = _meshes(before)
     if not objects:
-        raise FileError(f"{path}: no mesh was found in it.")
+        raise FileError(f"{name}: no mesh was found in it.")
     if suffix in (".gltf", ".glb"):
         for obj in objects:
             _weld(obj.data)
     return Opened(objects, to_file, up)
+
+
+def files_read(path: str | None) -> list[str]:
+    """The files that belong to the one that is open: pictures, libraries, buffers."""
+    files = bpy.utils.blend_paths(absolute=True, packed=False, local=False)
+    if path is not None and path.lower().endswith(".gltf"):
+        # Blender does not keep the names of the buffers.
+        try:
+            parts = json.loads(Path(path).read_bytes())
+            uris = [
+                part.get("uri", "data:")
+                for key in ("buffers", "images")
+                for part in parts.get(key, [])
+            ]
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise FileError(f"{shown(path)}: its list of files cannot be read.") from error
+        files += [str(Path(path).parent / unquote(uri)) for uri in uris if "data:" not in uri[:5]]
+    return files
 
 
 @contextlib.contextmanager

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from ... import core
-from ..engine import Inputs
-from ..errors import FileError
+from ..base.errors import FileError
+from ..jobs.detect import Inputs
+from .guard import shown
 
 _VERTEX = [
     *((name, "<f8") for name in ("x", "y", "z")),
@@ -42,21 +43,18 @@ def write(path: Path, found: list[tuple[Inputs, core.Detection]], to_file: np.nd
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     header += [f"property {_NAMES[kind]} {name}" for name, kind in _FACE[2:]]
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(path, "wb") as file:
+        with core.whole_file(path) as partial, open(partial, "wb") as file:
             file.write("\n".join([*header, "end_header\n"]).encode())
             file.write(vertices.tobytes())
             file.write(faces.tobytes())
     except OSError as error:
-        raise FileError(f"{path}: cannot be written ({error.strerror}).") from error
+        raise FileError(f"{shown(path)}: cannot be written ({error.strerror}).") from error
 
 
 def _vertices(inputs: Inputs, detection: core.Detection, to_file: np.ndarray) -> np.ndarray:
     field = detection.curvature
     rows = np.empty(len(inputs.arrays.vertices), dtype=_VERTEX)
-    position, d1, d2 = (
-        array @ to_file.T for array in (inputs.arrays.vertices, field.d1, field.d2)
-    )
+    position, d1, d2 = (array @ to_file.T for array in (inputs.arrays.vertices, field.d1, field.d2))
     for axis, name in enumerate("xyz"):
         rows[name] = position[:, axis]
         rows[f"d1{name}"] = d1[:, axis]

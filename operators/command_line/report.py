@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 from pathlib import Path
@@ -11,23 +12,49 @@ import bpy
 import numpy as np
 
 from ... import core
-from ..engine import Inputs
-from ..errors import FileError
+from ..base.errors import FileError
+from ..jobs.detect import Inputs
+from . import version
+from .guard import shown
 
 SCHEMA = 1
+# Bytes that are read at a time for the digest.
+_PIECE = 1 << 20
+
+
+def source_of(file: str | None) -> dict | None:
+    """What tells a file from every other; None for what Blender has open without a file.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read.
+    """
+    path = file or bpy.data.filepath
+    if not path:
+        return None
+    digest = hashlib.sha256()
+    try:
+        with open(path, "rb") as data:
+            while piece := data.read(_PIECE):
+                digest.update(piece)
+            size = data.tell()
+    except OSError as error:
+        raise FileError(f"{shown(path)}: cannot be read ({error.strerror}).") from error
+    return {"file": shown(path), "bytes": size, "sha256": digest.hexdigest()}
 
 
 def success(
-    file: str | None,
+    about: dict,
     inputs: Inputs,
     detection: core.Detection,
     to_file: np.ndarray,
     per_vertex: bool,
 ) -> dict:
-    """What the report says of one object; `to_file` (3, 3) turns world into file coordinates."""
+    """What the report says of one object besides the names in `about`; `to_file` (3, 3) turns
+    world into file coordinates."""
     entry = {
-        "file": file,
-        "object": inputs.object_name,
+        **about,
         "vertices": len(inputs.arrays.vertices),
         "faces": inputs.arrays.polygon_count,
         "triangles": len(inputs.arrays.triangles),
@@ -86,13 +113,8 @@ def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> l
     ]
 
 
-def failure(file: str | None, name: str, error: str) -> dict:
-    """What the report says of an object that could not be analysed."""
-    return {"file": file, "object": name, "error": error}
-
-
-def write(path: Path, settings: core.Settings, entries: list[dict]) -> None:
-    """Write the report.
+def write(path: Path, settings: core.Settings, source: dict | None, entries: list[dict]) -> None:
+    """Write the report, whole or not at all.
 
     Raises
     ------
@@ -101,17 +123,19 @@ def write(path: Path, settings: core.Settings, entries: list[dict]) -> None:
     """
     content = {
         "schema": SCHEMA,
+        "version": version.OURS,
         "blender": bpy.app.version_string,
+        "source": source,
         "settings": dataclasses.asdict(settings),
         "objects": entries,
     }
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(path, "w", encoding="utf-8") as file:
+        with core.whole_file(path) as partial, open(partial, "w", encoding="utf-8") as file:
+            # In ASCII: names may hold what some readers take for ends of lines.
             json.dump(_plain(content), file, allow_nan=False, indent=1)
             file.write("\n")
     except OSError as error:
-        raise FileError(f"{path}: cannot be written ({error.strerror}).") from error
+        raise FileError(f"{shown(path)}: cannot be written ({error.strerror}).") from error
 
 
 def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> list[dict]:

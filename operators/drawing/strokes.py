@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import bpy
 import numpy as np
 
-from .. import guidance_results, mesh_data
 from .layers import layers
 from .shapes import SOFT, Places, Shape, repeated, strips
 
@@ -44,35 +42,6 @@ class Strokes:
     blocks: np.ndarray
     sphere: np.ndarray
     cell: float
-
-
-def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
-    """Places, d1, d2 (n, 3) and gap (n,) at the vertices; None where there is nothing to draw."""
-    if obj.mode != "OBJECT":
-        return None
-    names = ("umbilics_d1", "umbilics_d2", "umbilics_gap")
-    found = [mesh_data.read_result(obj.data, name) for name in names]
-    if any(values is None for values in found):
-        return None
-    return mesh_data.positions(obj.data), *found
-
-
-def read_cross(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
-    """As `read_field`, of the smoothed cross field; the gap is 1, since it means the same
-    everywhere."""
-    if obj.mode != "OBJECT":
-        return None
-    name = "umbilics_cross"
-    d1 = mesh_data.read_result(obj.data, name, guidance_results.ATTRIBUTES)
-    if d1 is None:
-        return None
-    # The arms are at right angles in the world, not in the space of a stretched object.
-    matrix = np.array(obj.matrix_world)[:3, :3]
-    back = np.linalg.inv(matrix)
-    normal = mesh_data.unit(mesh_data.vertex_normals(obj.data) @ back)
-    across = np.cross(normal, mesh_data.unit(d1 @ matrix.T))
-    d2 = mesh_data.unit(across @ back.T).astype(np.float32)
-    return mesh_data.positions(obj.data), d1, d2, np.ones(len(d1), np.float32)
 
 
 def arranged(places: np.ndarray, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray) -> Strokes:

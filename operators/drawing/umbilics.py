@@ -1,82 +1,35 @@
-"""Glyphs, rays and discs of the umbilics, and the diamonds that stand for a crowd of them."""
+"""Glyphs, rays and discs of umbilics, and the diamonds that stand for a crowd of them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Protocol
 
-import bpy
 import numpy as np
 
 from ... import core
-from .. import live, record, results
-from ..glyphs import OUTLINES
-from ..preferences import Appearance
+from .frames import frames_of
+from .glyphs import OUTLINES
 from .shapes import SOFT, Places, Shape, bands, fan, repeated, strips
 
 # Rays and rims in sizes of a glyph; the ring around the chosen one.
 _RAY, _RIM, _RING = 3.4, 1.28, 2.1
 _CIRCLE = 32
-# With more umbilics than these their glyphs would hide each other and hold up a drag of the
-# slider: they are drawn as small diamonds, without rays and discs.
-_CROWD = 1500
 _DIAMOND = 0.5
-# Opacity of what a filter leaves out.
-_FAINT = 0.6
 _DARK = (0.008, 0.008, 0.01)
 
 
-def shapes_of(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> list[Shape]:
-    """Discs, rays and glyphs of the object's umbilics, in the order they are drawn.
+class Look(Protocol):
+    """What the user chose for how umbilics look; sizes in pixels."""
 
-    `faint`: the results are stale, and look it. What is in `crowds` is not among them.
-    """
-    kept = record.of(obj)
-    if kept is None:
-        return []
-    display, look = context.scene.umbilics_display, Appearance(context)
-    opacity = _opacity(faint)
-    shapes = _left_out(obj, context.scene, look, opacity) if display.dropped else []
-    rows = live.shown_rows(obj, context.scene)
-    if not len(rows):
-        return shapes
-    back = np.linalg.inv(kept.matrix)
-    if len(rows) <= _CROWD:
-        chosen = kept.detection.candidates.select(rows)
-        places = _places(chosen, back)
-        if display.discs:
-            shapes.append(_discs(places, chosen.uncertainty, opacity))
-        if display.rays:
-            shapes.append(_rays(chosen, places.centre, back, look, opacity))
-        drawn = ~np.isin(rows, shown_by_empties(obj))
-        for kind in core.KINDS if display.glyphs else ():
-            of_kind = drawn & (chosen.kind == kind)
-            if of_kind.any():
-                shapes += _glyphs(kind, places.at(of_kind), look, opacity)
-    active = rows[rows == obj.umbilics.active_row]
-    if len(active):
-        shapes.append(_ring(_places(kept.detection.candidates.select(active), back), look))
-    return shapes
+    glyph_size: float
+    stroke_width: float
+    colours: dict[str, tuple[float, ...]]
 
 
-def crowds(
-    context: bpy.types.Context, obj: bpy.types.Object, faint: bool
-) -> list[tuple[np.ndarray, float]]:
-    """Rows (k,) of the candidates to be drawn by `diamonds`, since they are too many for glyphs,
-    with their opacity; in the order they are drawn."""
-    display = context.scene.umbilics_display
-    found, opacity = [], _opacity(faint)
-    if display.dropped:
-        found.append((live.left_out_rows(obj, context.scene), _FAINT * opacity))
-    if display.glyphs:
-        found.append((live.shown_rows(obj, context.scene), opacity))
-    return [
-        (np.setdiff1d(rows, shown_by_empties(obj), assume_unique=True), opacity)
-        for rows, opacity in found
-        if len(rows) > _CROWD
-    ]
-
-
-def diamonds(kept: record.Record, look: Appearance) -> Shape:
+def diamonds(
+    candidates: core.Umbilics, kind_codes: np.ndarray, back: np.ndarray, look: Look
+) -> Shape:
     """A diamond at each candidate, in the colour of its kind.
 
     They are made once: `diamonds_of` chooses among them, which keeps up with a slider.
@@ -84,8 +37,8 @@ def diamonds(kept: record.Record, look: Appearance) -> Shape:
     size = _DIAMOND * look.glyph_size
     corners = np.array([(0, 0, size, 0), (0, 0, 0, size), (0, 0, 0, -size), (0, 0, -size, 0)])
     colours = np.array([(*look.colours[kind][:3], 1.0) for kind in core.KINDS], np.float32)
-    places = _places(kept.detection.candidates, np.linalg.inv(kept.matrix))
-    return repeated(places, corners, colours[kept.kind_codes], strips(2, 2))
+    places = places_of(candidates, back)
+    return repeated(places, corners, colours[kind_codes], strips(2, 2))
 
 
 def diamonds_of(rows: np.ndarray) -> np.ndarray:
@@ -94,43 +47,14 @@ def diamonds_of(rows: np.ndarray) -> np.ndarray:
     return (first[:, None, None] + strips(2, 2).astype(np.int32)).reshape(-1, 3)
 
 
-def shown_by_empties(obj: bpy.types.Object) -> np.ndarray:
-    """(k,) rows of candidates whose glyph a visible empty shows already."""
-    empties = [empty for empty in results.empties_of(obj) if empty.empty_display_type == "IMAGE"]
-    rows = [empty.get("umbilics_row", -1) for empty in empties if empty.visible_get()]
-    return np.array(sorted(rows), dtype=int)
-
-
-def _opacity(faint: bool) -> float:
-    return 0.35 if faint else 1.0
-
-
-def _places(chosen: core.Umbilics, back: np.ndarray) -> Places:
+def places_of(chosen: core.Umbilics, back: np.ndarray) -> Places:
     """Where umbilics are in the object's space; `back` (4, 4) leads there from the world."""
-    frames = results.frames_of(chosen)
+    frames = frames_of(chosen)
     u, v = (frames[:, :3, axis] @ back[:3, :3].T for axis in (0, 1))
     return Places(chosen.position @ back[:3, :3].T + back[:3, 3], u, v)
 
 
-def _left_out(
-    obj: bpy.types.Object, scene: bpy.types.Scene, look: Appearance, opacity: float
-) -> list[Shape]:
-    """Hollow, faint glyphs of what the opening leaves out."""
-    kept, rows = record.of(obj), live.left_out_rows(obj, scene)
-    if len(rows) > _CROWD:
-        return []
-    candidates = kept.detection.candidates.select(rows)
-    back = np.linalg.inv(kept.matrix)
-    shapes = []
-    for kind in core.KINDS:
-        of_kind = candidates.kind == kind
-        if of_kind.any():
-            places = _places(candidates.select(of_kind), back)
-            shapes.append(_hollow(kind, places, look, _FAINT * opacity))
-    return shapes
-
-
-def _hollow(kind: str, places: Places, look: Appearance, opacity: float) -> Shape:
+def hollow_glyphs(kind: str, places: Places, look: Look, opacity: float) -> Shape:
     """Only the line around a glyph."""
     outline = OUTLINES[kind]
     count = len(outline)
@@ -144,7 +68,7 @@ def _hollow(kind: str, places: Places, look: Appearance, opacity: float) -> Shap
     return repeated(places, corners, colour, bands(3, count), opacities)
 
 
-def _glyphs(kind: str, places: Places, look: Appearance, opacity: float) -> list[Shape]:
+def glyphs(kind: str, places: Places, look: Look, opacity: float) -> list[Shape]:
     """A dark rim, then the glyph in its colour: it stands out from any background."""
     shapes = []
     outline = OUTLINES[kind]
@@ -165,8 +89,8 @@ def _glyphs(kind: str, places: Places, look: Appearance, opacity: float) -> list
     return shapes
 
 
-def _rays(
-    chosen: core.Umbilics, centre: np.ndarray, back: np.ndarray, look: Appearance, opacity: float
+def rays(
+    chosen: core.Umbilics, centre: np.ndarray, back: np.ndarray, look: Look, opacity: float
 ) -> Shape:
     """From the umbilic outwards, thinning out."""
     known = np.isfinite(chosen.separatrix).all(axis=2)
@@ -186,7 +110,7 @@ def _rays(
     return repeated(places, corners, colours, strips(3, 2), (0.0, 0.0, 1.0, 0.4, 0.0, 0.0))
 
 
-def _discs(places: Places, radius: np.ndarray, opacity: float) -> Shape:
+def discs(places: Places, radius: np.ndarray, opacity: float) -> Shape:
     """Translucent discs as wide as the standard error of the place."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
     corners = np.zeros((_CIRCLE + 1, 4), np.float32)
@@ -196,7 +120,7 @@ def _discs(places: Places, radius: np.ndarray, opacity: float) -> Shape:
     return shape
 
 
-def _ring(places: Places, look: Appearance) -> Shape:
+def ring(places: Places, look: Look) -> Shape:
     """A white ring around the umbilic that is active in the list, wherever it hides."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)
     around = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -204,5 +128,5 @@ def _ring(places: Places, look: Appearance) -> Shape:
     corners = np.zeros((4 * _CIRCLE, 4), np.float32)
     corners[:, 2:] = (radii[:, None, None] * around).reshape(-1, 2)
     opacities = np.repeat((0.0, 1.0, 1.0, 0.0), _CIRCLE)
-    ring = repeated(places, corners, np.ones(4), bands(4, _CIRCLE), opacities)
-    return replace(ring, on_top=True)
+    around_it = repeated(places, corners, np.ones(4), bands(4, _CIRCLE), opacities)
+    return replace(around_it, on_top=True)

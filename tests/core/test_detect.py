@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import surfaces
-from mesh_files import read_mesh
 
 import core
 
@@ -130,8 +129,8 @@ def test_filtering_again_needs_no_detection():
     "name, least, most",
     [("bunny_hr_os.obj", 20, 40), ("rangemap_lato000_ml.ply", 10, 40), ("spot_os.obj", 50, 70)],
 )
-def test_a_scan_keeps_a_handful(name, least, most, meshes_folder):
-    vertices, triangles = read_mesh(meshes_folder / name)
+def test_a_scan_keeps_a_handful(name, least, most, real_mesh):
+    vertices, triangles = real_mesh(name)
     detection = core.detect(vertices, triangles)
     assert least <= len(detection.umbilics) <= most
     closed = np.isfinite(detection.expected_index_sum)

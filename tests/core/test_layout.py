@@ -12,9 +12,12 @@ ROOT = Path(__file__).resolve().parents[2]
 # A room imports only from itself and from the rooms before it.
 ROOMS = {
     "core": ("base", "mesh", "fields", "curvature", "umbilics", "retopology", "formats"),
+    "operators": ("base", "drawing", "mesh", "data", "scene", "jobs", "command_line"),
 }
-# Files that a newcomer can take in at one glance.
+# Files that a newcomer can take in at one glance. The root of operators is a list of what the user
+# can do, one file an operator and nothing else.
 CROWDED = 18
+ONE_AN_OPERATOR = "operators"
 BLENDER = {"bpy", "bmesh", "mathutils", "gpu", "gpu_extras", "blf", "bl_ui"}
 
 
@@ -118,4 +121,17 @@ def test_no_module_imports_itself_by_way_of_others(house):
 def test_no_folder_is_crowded(house):
     folders = {path.parent for path in modules(house)}
     counts = {str(f.relative_to(ROOT)): len(list(f.glob("*.py"))) for f in folders}
+    counts.pop(ONE_AN_OPERATOR, None)
     assert not {name: count for name, count in counts.items() if count > CROWDED}
+
+
+def test_the_root_of_operators_holds_operators_only():
+    for path in (ROOT / ONE_AN_OPERATOR).glob("*.py"):
+        classes = [n.name for n in ast.parse(path.read_text()).body if isinstance(n, ast.ClassDef)]
+        operators = [name for name in classes if name.startswith("UMBILICS_OT_")]
+        assert path.name == "__init__.py" or len(operators) == 1, path.name
+
+
+@pytest.mark.parametrize("path", modules("operators/drawing"), ids=lambda path: path.name)
+def test_drawing_knows_no_blender(path):
+    assert not imported(path) & BLENDER

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mesh_files import read_mesh
+from mesh_files import PACKAGED
 from surfaces import ellipsoid, icosphere, noisy, seed_patch, torus
 
 import core
@@ -232,7 +232,7 @@ MESHES = [
     "rangemap_lato000_ml.ply", "rocker-arm.obj", "ship_wigley_of.stl", "skull_os.obj",
     "soup_tm.stl", "spot_os.obj", "spot_quad_control_os.obj", "stanford-bunny.obj",
     "suzanne.obj", "sword_quaddom_os.obj", "teapot_npm.obj", "torso_vtk.obj",
-    "triple_vierbein_gc.obj", "wingnut_os.obj",
+    "triple_vierbein_gc.obj", "wingnut_os.obj", *PACKAGED,
 ]  # fmt: skip
 
 # What a user must be told about these.
@@ -247,11 +247,8 @@ WARNED = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MESHES)
-def test_real_meshes(name, meshes_folder):
-    if not (meshes_folder / name).is_file():
-        pytest.skip(f"{name} is not in the folder of meshes")
-    vertices, triangles = read_mesh(meshes_folder / name)
-    detection = check(vertices, triangles)
+def test_real_meshes(name, real_mesh):
+    detection = check(*real_mesh(name))
     assert detection is not None
     for words in WARNED.get(name, []):
         assert any(words in text for text in detection.warnings), detection.warnings
@@ -259,12 +256,11 @@ def test_real_meshes(name, meshes_folder):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["spot_os.obj", "rocker-arm.obj", "double-torus_gpjs.obj", "hand_closed_os.obj"]
+    "name",
+    ["spot_os.obj", "rocker-arm.obj", "double-torus_gpjs.obj", "hand_closed_os.obj", "cortex"],
 )
-def test_sums_of_noisy_real_meshes(name, meshes_folder):
-    if not (meshes_folder / name).is_file():
-        pytest.skip(f"{name} is not in the folder of meshes")
-    vertices, triangles = read_mesh(meshes_folder / name)
+def test_sums_of_noisy_real_meshes(name, real_mesh):
+    vertices, triangles = real_mesh(name)
     corners = vertices[triangles]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean()
     random = np.random.default_rng(0)

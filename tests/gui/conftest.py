@@ -29,7 +29,7 @@ def play(tmp_path_factory):
             [window, "--python", script, "--", *arguments, report],
             capture_output=True,
             text=True,
-            timeout=400,
+            timeout=1800,
             check=False,
             env=os.environ | (environment or {}),
         )

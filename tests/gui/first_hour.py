@@ -11,7 +11,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
-from hands import View, click, drag, insist, open_tab, pixels, play, point, press
+from hands import PATIENCE, View, click, drag, insist, open_tab, pixels, play, point, press
 from stage import (
     DETECT,
     FIRST_ROW,
@@ -86,7 +86,7 @@ def escape():
     for moment in (0.0, 0.3, 0.5, 0.7):
         before = state()
         click(*view.in_sidebar(0.5, DETECT))
-        end = time.monotonic() + 15.0
+        end = time.monotonic() + PATIENCE
         while running() is None and time.monotonic() < end:
             yield 0.05
         run = running()

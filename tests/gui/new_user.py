@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 from hands import (
+    PATIENCE,
     View,
     choose_file,
     click,
@@ -65,7 +66,7 @@ class NewUser:
         self.shot("install_from_disk")
         click(*place_in(window, *INSTALL_FROM_DISK))
         yield from choose_file(zip_file)
-        end = time.monotonic() + 60.0
+        end = time.monotonic() + PATIENCE
         while NAME not in bpy.context.preferences.addons and time.monotonic() < end:
             yield 0.5
         yield 2.0
@@ -122,7 +123,7 @@ class NewUser:
         self.found["before"] = self.state()
         self.shot("before")
         click(*self.view.in_sidebar(0.5, DETECT))
-        end = time.monotonic() + 60.0
+        end = time.monotonic() + PATIENCE
         while not self.mesh.umbilics.detected and time.monotonic() < end:
             yield 0.2
         yield 2.0

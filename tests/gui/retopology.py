@@ -5,7 +5,6 @@ beside it. tests/gui/test_retopology.py reads them.
 """
 
 import sys
-import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -89,7 +88,7 @@ def files(obj):
     ticks = []
 
     def tick():
-        ticks.append(time.monotonic())
+        ticks.append(running() is not None)
         return 0.02
 
     start("export_field", filepath=str(folder / "thing.obj"), rawfield=True, sing=True)
@@ -98,14 +97,10 @@ def files(obj):
     yield 0.1
     found["export_runs_beside"] = running() is not None
     bpy.app.timers.register(tick)
-    started = time.monotonic()
     while running() is not None:
         yield 0.05
-    ended = time.monotonic()
     bpy.app.timers.unregister(tick)
-    inside = [at for at in ticks if at < ended]
-    found["export_seconds"] = ended - started
-    found["export_longest_pause"] = float(np.diff(inside).max()) if len(inside) > 2 else 1e9
+    found["ticks_while_exporting"] = sum(ticks)
     found["files"] = sorted(path.name for path in folder.iterdir())
     yield 0.5
 

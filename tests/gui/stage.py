@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
-from hands import View, picture
+from hands import PATIENCE, View, picture
 
 NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top; the same in every run.
@@ -24,16 +24,16 @@ SHOW_MAP = 0.75, 598
 
 
 def part(name: str) -> ModuleType:
-    """A module of the installed add-on, such as "operators.running"."""
+    """A module of the installed add-on, such as "operators.jobs.worker"."""
     return sys.modules[f"{NAME}.{name}"]
 
 
 def running():
     """The detection or plan that is being computed, or None."""
-    return part("operators.running").current()
+    return part("operators.jobs.worker").current()
 
 
-def settled(pause: float = 1.0, limit: float = 90.0) -> Iterator[float]:
+def settled(pause: float = 1.0, limit: float = PATIENCE) -> Iterator[float]:
     """Until nothing is computed and the overlay has all its strokes."""
     end = time.monotonic() + limit
     yield pause

@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from hands import (
+    PATIENCE,
     View,
     arrange_windows,
     click,
@@ -60,7 +61,7 @@ def ellipsoid(name, place):
 def umbilics(name):
     """World places and normals of the object's umbilics."""
     obj = bpy.data.objects[name]
-    record = part("operators.record")
+    record = part("operators.data.record")
     kept = record.of(obj)
     rows = [item.row for item in obj.umbilics.items]
     return [tuple(map(Vector, record.place_now(obj, kept, row))) for row in rows]
@@ -179,7 +180,7 @@ def searched():
     write("detect umbilics")
     yield 3.0
     press("Return")
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + PATIENCE
     while obj.umbilics.stamp == before and time.monotonic() < end:
         yield 0.2
     found["search_detects"] = obj.umbilics.stamp != before

@@ -174,7 +174,7 @@ def test_missing_uv_map():
 
 
 def test_mesh_that_changes_meanwhile(addon):
-    engine = addon.operators.engine
+    engine = addon.operators.jobs.detect
     obj = add_ellipsoid(subdivisions=3)
     inputs = engine.gather(obj, addon.core.Settings())
     detection = engine.compute(inputs)
@@ -186,7 +186,7 @@ def test_mesh_that_changes_meanwhile(addon):
 
 
 def test_object_that_disappears_meanwhile(addon):
-    engine = addon.operators.engine
+    engine = addon.operators.jobs.detect
     obj = add_ellipsoid(subdivisions=3)
     inputs = engine.gather(obj, addon.core.Settings())
     detection = engine.compute(inputs)
@@ -196,7 +196,7 @@ def test_object_that_disappears_meanwhile(addon):
 
 
 def test_run_can_be_cancelled_and_leaves_no_thread(addon):
-    engine, running = addon.operators.engine, addon.operators.running
+    engine, running = addon.operators.jobs.detect, addon.operators.jobs.worker
     obj = add_ellipsoid(subdivisions=5)
     before = census()
     run = running.begin(engine.gather(obj, addon.core.Settings()))

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from importlib import import_module
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -85,11 +86,12 @@ def test_two_files_of_one_name_are_refused(plan, tmp_path):
 
 def test_a_torn_line_of_the_journal_is_dropped(journal, tmp_path):
     path = tmp_path / "report.jsonl"
-    whole = {"name": "a.obj", "status": "done"}
+    rest = {"results": {}, "seconds": 1.0, "peak_mb": 1, "arguments": "", "objects": []}
+    whole = {"name": "a.obj", "status": "done", "file": "a.obj"} | rest
     path.write_text(json.dumps(whole) + "\n" + '{"name": "b.obj", "sta')
     kept = journal.Journal(path, fresh=False)
     assert list(kept.entries) == ["a.obj"]
-    kept.add({"name": "c.obj", "status": "done"})
+    kept.add({"name": "c.obj", "status": "done", "file": "c.obj"} | rest)
     assert [entry["name"] for entry in journal.read(path)] == ["a.obj", "c.obj"]
 
 
@@ -140,14 +142,17 @@ def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path)
     arguments = (tmp_path / "in", "--out", out, "--jobs", 1)
     running = subprocess.Popen(command(*arguments), stderr=subprocess.DEVNULL)
     journal = out / "report.jsonl"
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + 600
     while time.monotonic() < deadline:
-        if journal.exists() and journal.read_text().count("\n") >= 2:
+        if journal.exists() and journal.read_text().count('"done"') >= 2:
             break
         time.sleep(0.05)
     os.kill(running.pid, signal.SIGKILL)
     running.wait()
-    before = journal.read_text().splitlines()
+    # Nothing of it goes on alone.
+    while _processes_that_name(out):
+        time.sleep(0.05)
+    before = [line for line in journal.read_text().splitlines() if '"done"' in line]
     assert 2 <= len(before) < count + 1
     stamps = {path: path.stat().st_mtime_ns for path in out.glob("*.json")}
 
@@ -167,6 +172,18 @@ def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path)
 
     again = run(*arguments, "--resume")
     assert f"1 files to do, {count} done before" in again.stderr
+
+
+def _processes_that_name(path):
+    """Numbers of the processes whose command has the path in it, on Linux."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if os.fsencode(path) in place.read_bytes():
+                found.append(int(place.parent.name))
+        except OSError:
+            continue
+    return found
 
 
 def write_large_ply(path):
@@ -211,7 +228,7 @@ def test_a_file_that_needs_more_than_its_share_of_memory_fails_alone(
     assert "each with at most 700 MB of memory" in said
     large, small = rows_of(tmp_path / "out" / "report.csv")
     assert (large["status"], small["status"]) == ("failed", "done")
-    assert large["error"] == "out of memory: give it more with fewer --jobs"
+    assert "out of memory: give it more with fewer --jobs" in large["error"]
 
 
 @needs_program

@@ -7,11 +7,11 @@ from scene_building import add_ellipsoid, empties
 
 
 def place_of(addon, obj, row):
-    return addon.operators.record.place_now(obj, addon.operators.record.of(obj), row)[0]
+    return addon.operators.data.record.place_now(obj, addon.operators.data.record.of(obj), row)[0]
 
 
 def rows_of(addon, text):
-    return addon.operators.summary.rows_of(text)
+    return addon.operators.data.summary.rows_of(text)
 
 
 def choose(obj, place):
@@ -93,7 +93,7 @@ def test_on_the_copy_that_holds_the_results_of_modifiers(addon):
 
 def test_no_umbilic_stands_for_two(addon, obj):
     """Of two deletions at one place the nearer one is kept, and the other is told of."""
-    record, by_hand = addon.operators.record, addon.operators.by_hand
+    record, by_hand = addon.operators.data.record, addon.operators.data.pins
     now = record.of(obj)
     pinned = rows_of(addon, obj.umbilics.pinned)
     assert by_hand.carry_over(obj, (pinned, pinned), now, now) == 0
@@ -104,7 +104,7 @@ def test_no_umbilic_stands_for_two(addon, obj):
 
 
 def test_what_has_no_counterpart_is_told_of(addon, obj):
-    engine, core = addon.operators.engine, addon.core
+    engine, core = addon.operators.jobs.detect, addon.core
     points = np.array([vertex.co for vertex in obj.data.vertices])
     obj.data.vertices.foreach_set("co", points[:, (1, 2, 0)].astype(np.float32).ravel())
     obj.data.update()
@@ -112,7 +112,7 @@ def test_what_has_no_counterpart_is_told_of(addon, obj):
     assert engine.write(bpy.context, inputs, engine.found(inputs, engine.compute(inputs))) == 2
     assert obj.umbilics.pinned == obj.umbilics.deleted == ""
     assert len(empties(obj)) == 4
-    words = addon.operators.words
+    words = addon.operators.base.words
     assert "2 pinned or deleted" in words.pins_lost(2)
 
 

@@ -59,7 +59,7 @@ def jobs(addon):
 
 def run(addon, stop_at=None):
     """Run to the moment number `stop_at` and press Esc there; the moments that there were."""
-    running, core = addon.operators.running, addon.core
+    running, core = addon.operators.jobs.worker, addon.core
     moments = []
     job_list = jobs(addon)
     worker = running.Run(job_list)
@@ -107,24 +107,24 @@ def test_at_every_moment_nothing_is_left_behind(addon, detected):
 
 def test_esc_between_the_last_step_and_the_writing_counts(addon):
     scene()
-    worker = addon.operators.running.begin(*jobs(addon))
+    worker = addon.operators.jobs.worker.begin(*jobs(addon))
     worker.join()
     worker.cancel()
-    addon.operators.running.end()
+    addon.operators.jobs.worker.end()
     with pytest.raises(addon.core.CancelledError):
         worker.results()
 
 
 def test_the_end_of_a_finished_run_does_not_cancel_it(addon):
     scene()
-    worker = addon.operators.running.begin(*jobs(addon))
+    worker = addon.operators.jobs.worker.begin(*jobs(addon))
     worker.join()
-    addon.operators.running.end()
+    addon.operators.jobs.worker.end()
     assert len(worker.results()) == 2
 
 
 def test_what_takes_long_is_packed_before_the_final_write(addon, monkeypatch):
-    engine, record = addon.operators.engine, addon.operators.record
+    engine, record = addon.operators.jobs.detect, addon.operators.data.record
     obj = add_ellipsoid(subdivisions=4)
     inputs = engine.gather(obj, addon.core.Settings())
     found = engine.found(inputs, engine.compute(inputs))

@@ -324,7 +324,7 @@ def test_marked_edges_and_corners_reach_the_core(addon):
     for sign in (1.0, -1.0):
         obj.scale.x = sign
         bpy.context.view_layer.update()
-        arrays = addon.operators.mesh_data.read(obj, with_uv=True)
+        arrays = addon.operators.mesh.read.read_mesh(obj, with_uv=True)
         assert arrays.seams.tolist() == [list(obj.data.edges[3].vertices)]
         assert arrays.sharp.tolist() == [list(obj.data.edges[5].vertices)]
         layer = obj.data.uv_layers.active

@@ -8,7 +8,7 @@ from scene_building import add_ellipsoid, empty_scene
 def detected(addon):
     bpy.ops.umbilics.detect()
     mesh = bpy.context.active_object.data
-    return addon.operators.mesh_data.read_result(mesh, "umbilics_k1")
+    return addon.operators.mesh.attributes.read_result(mesh, "umbilics_k1")
 
 
 def test_a_file_with_a_normal_for_each_corner_gives_what_one_without_gives(addon, tmp_path):

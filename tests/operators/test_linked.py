@@ -52,39 +52,46 @@ WAYS = (linked, overridden, overridden_with_its_mesh)
 @pytest.mark.parametrize("way", WAYS)
 def test_it_is_refused_in_words_that_name_the_ways_out(library, way):
     obj = way(library)
+    bpy.context.scene.umbilics_display.source = "BASE"
     before = census()
     with pytest.raises(RuntimeError) as caught:
         bpy.ops.umbilics.detect()
     assert "Traceback" not in str(caught.value)
     assert "linked from another file" in str(caught.value)
-    assert "With Modifiers" in str(caught.value)
+    assert "As Seen" in str(caught.value)
     assert "Make Local" in str(caught.value)
     assert census() == before
     assert not obj.umbilics.detected
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_with_modifiers_the_results_are_on_a_copy_and_stay_in_the_file(library, way, tmp_path):
+def test_results_are_beside_it_and_stay_in_the_file(library, way, tmp_path):
     source = way(library)
     before = census()
-    bpy.context.scene.umbilics_display.source = "EVALUATED"
     assert bpy.ops.umbilics.detect() == {"FINISHED"}
-    copy = bpy.context.object
-    assert copy != source
-    assert copy.library is None
-    assert copy["umbilics_copy_of"] == source.name_full
-    assert len(empties(copy)) == 4
-    assert source.hide_get()
-    # Again on the same copy.
-    assert bpy.ops.umbilics.detect() == {"FINISHED"}
-    assert bpy.context.object == copy
+    beside = bpy.context.object
+    assert beside != source
+    assert beside.library is None
+    assert beside.parent == source
+    assert len(empties(beside)) == 4
+    assert not source.hide_get()
+    assert beside.hide_render, "a picture shows one of the two"
+    # Again, from either of the two, on the same object.
+    for active in (beside, source):
+        bpy.context.view_layer.objects.active = active
+        assert bpy.ops.umbilics.detect() == {"FINISHED"}
+        assert bpy.context.view_layer.objects.active == beside
+        assert len(empties(beside)) == 4
+    assert bpy.ops.umbilics.guide() == {"FINISHED"}
+    assert beside.umbilics_plan.planned
+    assert {"umbilics_k1", "umbilics_cross"} <= set(beside.data.attributes.keys())
     path = str(tmp_path / "main.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
-    copy = bpy.context.object
-    assert len(empties(copy)) == 4
+    beside = bpy.context.object
+    assert len(empties(beside)) == 4
     bpy.context.scene.umbilics_display.kinds = {"star"}
-    assert not empties(copy)
+    assert not empties(beside)
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
     assert census() == before
 
@@ -98,7 +105,7 @@ def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library
     bpy.ops.wm.save_mainfile()
     obj = way(library)
     assert obj.umbilics.detected
-    live = addon.operators.live
+    live = addon.operators.scene.filters
     assert len(live.shown_rows(obj, bpy.context.scene)) == 4
     assert obj not in live.with_results(bpy.context)
     assert bpy.ops.umbilics.copy_coordinates.poll()

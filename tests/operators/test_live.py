@@ -132,7 +132,7 @@ def test_a_copy_of_the_object_has_results_of_its_own():
 def test_foreign_record_is_said_to_be_one(addon):
     obj = noisy()
     obj.umbilics.record, obj.umbilics.stamp = "bm90IGEgcmVjb3Jk", "other"
-    stale = addon.operators.stale
+    stale = addon.operators.scene.staleness
     assert "another version" in stale.reasons(bpy.context, obj)[0]
     bpy.context.scene.umbilics.persistence = 1.0
 
@@ -203,7 +203,7 @@ def test_kinds_chosen_in_edit_mode_are_there_when_it_is_left():
 
 def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     obj = noisy()
-    live, umbilics = addon.operators.live, addon.operators.drawing.umbilics
+    live, umbilics = addon.operators.scene.filters, addon.operators.scene.umbilic_shapes
     scene = bpy.context.scene
     scene.umbilics_display.dropped = True
     everything = live.shown_rows(obj, scene).tolist()
@@ -213,7 +213,7 @@ def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     assert 0 < len(left_out) < len(everything)
     assert sorted([*shown, *left_out]) == everything
     assert not set(left_out) & set(rows(obj))
-    kinds = set(addon.operators.record.of(obj).detection.candidates.kind[left_out])
+    kinds = set(addon.operators.data.record.of(obj).detection.candidates.kind[left_out])
     scene.umbilics_display.dropped = False
     without = len(umbilics.shapes_of(bpy.context, obj, faint=False))
     scene.umbilics_display.dropped = True
@@ -231,10 +231,10 @@ def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
 def test_the_overlay_is_drawn_anew_when_only_what_is_left_out_changes(addon):
     painter = addon.ui.overlay.painter
     obj, scene = noisy(), bpy.context.scene
-    live, display = addon.operators.live, scene.umbilics_display
+    live, display = addon.operators.scene.filters, scene.umbilics_display
     display.empties, display.opened, display.dropped = False, True, True
     # Between these two levels only umbilics outside the opened part are dropped.
-    candidates = addon.operators.record.of(obj).detection.candidates
+    candidates = addon.operators.data.record.of(obj).detection.candidates
     levels = np.unique(candidates.persistence[np.isfinite(candidates.persistence)])
     for level in levels:
         before = live.shown_rows(obj, scene), live.left_out_rows(obj, scene)

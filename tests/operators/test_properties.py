@@ -8,7 +8,7 @@ import pytest
 
 def test_untouched_properties_are_the_cores_defaults(addon):
     group = bpy.context.scene.umbilics
-    assert addon.operators.properties.to_settings(group) == addon.core.Settings()
+    assert addon.operators.data.properties.to_settings(group) == addon.core.Settings()
 
 
 def test_every_setting_is_a_property_with_its_words(addon):
@@ -38,12 +38,12 @@ def changed(core):
 def test_settings_survive_the_way_to_blender_and_back(addon):
     group = bpy.context.scene.umbilics
     settings = changed(addon.core)
-    addon.operators.properties.from_settings(group, settings)
-    found = addon.operators.properties.to_settings(group)
+    addon.operators.data.properties.from_settings(group, settings)
+    found = addon.operators.data.properties.to_settings(group)
     for name, value in dataclasses.asdict(settings).items():
         assert getattr(found, name) == pytest.approx(value)
-    addon.operators.properties.from_settings(group, addon.core.Settings())
-    assert addon.operators.properties.to_settings(group) == addon.core.Settings()
+    addon.operators.data.properties.from_settings(group, addon.core.Settings())
+    assert addon.operators.data.properties.to_settings(group) == addon.core.Settings()
 
 
 def test_properties_are_clamped_to_the_cores_bounds(addon):
@@ -53,4 +53,4 @@ def test_properties_are_clamped_to_the_cores_bounds(addon):
             setattr(group, name, -1e6 if option.kind == "number" else -1000)
             if option.automatic:
                 setattr(group, f"{name}_auto", False)
-    addon.operators.properties.to_settings(group)
+    addon.operators.data.properties.to_settings(group)

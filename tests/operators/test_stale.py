@@ -9,7 +9,7 @@ from scene_building import add_ellipsoid, census, empties
 def reasons(addon):
     def ask(obj):
         bpy.context.view_layer.update()
-        return " ".join(addon.operators.stale.reasons(bpy.context, obj))
+        return " ".join(addon.operators.scene.staleness.reasons(bpy.context, obj))
 
     return ask
 
@@ -53,7 +53,7 @@ def test_filters_are_no_reason_to_detect_again(addon, reasons):
     first, second = detected(), detected()
     bpy.context.scene.umbilics.opening = 2
     assert reasons(second) == reasons(first) == ""
-    stale = addon.operators.stale
+    stale = addon.operators.scene.staleness
     assert stale.filters_differ(bpy.context, first)
     assert not stale.filters_differ(bpy.context, second)
     bpy.context.scene.umbilics.opening = 5
@@ -70,7 +70,6 @@ def test_colours_of_a_map_are_no_edit(reasons):
 def with_modifier(kind):
     obj = add_ellipsoid(subdivisions=3)
     obj.modifiers.new("Modifier", kind)
-    bpy.context.scene.umbilics_display.source = "EVALUATED"
     return obj
 
 
@@ -84,31 +83,6 @@ def test_modifier_that_keeps_the_vertices_gives_results_on_the_base(reasons):
     assert "edited" in reasons(obj)
 
 
-def test_subdivision_gives_results_on_a_tagged_copy_that_clear_removes(reasons):
-    obj = with_modifier("SUBSURF")
-    before = census()
-    assert bpy.ops.umbilics.detect() == {"FINISHED"}
-    copy = bpy.context.object
-    assert copy["umbilics_copy_of"] == obj.name
-    assert obj.hide_get()
-    assert len(copy.data.vertices) > 3 * len(obj.data.vertices)
-    assert len(empties(copy)) == 4
-    assert "umbilics_k1" not in obj.data.attributes
-    assert reasons(copy) == ""
-    # Detecting on the copy analyses its source again; there is still one copy.
-    count = len(bpy.data.objects)
-    bpy.ops.umbilics.detect()
-    assert len(bpy.data.objects) == count
-    obj.data.vertices[0].co.x += 0.1
-    obj.data.update()
-    bpy.context.object.data.update_tag()
-    assert "edited" in reasons(bpy.context.object)
-    bpy.ops.umbilics.clear()
-    assert not obj.hide_get()
-    assert bpy.context.object == obj
-    assert census() == before
-
-
 def test_shape_keys_are_analysed_as_they_show():
     obj = add_ellipsoid(radii=(1.0, 1.0, 1.0), subdivisions=4)
     obj.shape_key_add(name="Basis")
@@ -116,7 +90,6 @@ def test_shape_keys_are_analysed_as_they_show():
     for point, vertex in zip(key.data, obj.data.vertices, strict=True):
         point.co = (3.0 * vertex.co.x, 2.0 * vertex.co.y, vertex.co.z)
     key.value = 1.0
-    bpy.context.scene.umbilics_display.source = "EVALUATED"
     assert bpy.ops.umbilics.detect() == {"FINISHED"}
     assert len(empties(obj)) == 4
 

@@ -196,7 +196,7 @@ def test_a_click_on_a_number_opens_its_chapter_of_the_manual(addon, monkeypatch)
 
 def test_running_detection_can_be_watched_and_cancelled(addon, draw):
     obj = add_ellipsoid(subdivisions=4)
-    engine, running = addon.operators.engine, addon.operators.running
+    engine, running = addon.operators.jobs.detect, addon.operators.jobs.worker
     running.begin(engine.gather(obj, addon.core.Settings()))
     try:
         paper = draw()
@@ -211,7 +211,7 @@ def test_running_detection_can_be_watched_and_cancelled(addon, draw):
 def test_what_is_too_much_for_list_and_empties_is_said(addon, draw, monkeypatch):
     obj = add_ellipsoid(subdivisions=4)
     preferences = bpy.context.preferences.addons["bl_ext.user_default.umbilics"].preferences
-    monkeypatch.setattr(addon.operators.summary, "MOST_ITEMS", 1)
+    monkeypatch.setattr(addon.operators.data.summary, "MOST_ITEMS", 1)
     preferences.most_empties = 3
     try:
         bpy.ops.umbilics.detect()

@@ -7,8 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from bl_ext.user_default.umbilics.operators import mesh_data
-from bl_ext.user_default.umbilics.operators.command_line import importers, panels
-from bl_ext.user_default.umbilics.operators.command_line.panels import Panel, view_of, write
+from bl_ext.user_default.umbilics.operators.command_line import importers
+from bl_ext.user_default.umbilics.operators.command_line.pictures import panels
+from bl_ext.user_default.umbilics.operators.command_line.pictures.panels import (
+    Panel,
+    view_of,
+    write,
+)
 from surfaces import AnalyticSurface
 
 import core

@@ -7,8 +7,12 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from bl_ext.user_default.umbilics.operators.command_line.stage import Stage, View, save_pixels
-from bl_ext.user_default.umbilics.operators.mesh_data import from_triangles
+from bl_ext.user_default.umbilics.operators.command_line.pictures.stage import (
+    Stage,
+    View,
+    save_pixels,
+)
+from bl_ext.user_default.umbilics.operators.mesh.build import from_triangles
 
 _SIZE = (900, 760)
 _INK = (0.10, 0.11, 0.13, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import gpu
 
-from ...operators import changes
+from ...operators.base import changes
 from . import legend, painter, shader
 from .camera import Camera
 

@@ -10,10 +10,12 @@ from dataclasses import dataclass, field
 
 import bpy
 import gpu
+import numpy as np
 
-from ...operators import live, maps, record, stale
+from ...operators.data import record
+from ...operators.data.preferences import Appearance
 from ...operators.drawing import strokes, umbilics
-from ...operators.preferences import Appearance
+from ...operators.scene import direction_fields, filters, maps, staleness, umbilic_shapes
 from . import shader
 from .camera import Camera
 
@@ -68,7 +70,7 @@ def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> N
     if display.directions:
         _draw_directions(context, obj, camera, program)
     depth_test = gpu.state.depth_test_get()
-    for drawn in _drawn_umbilics(context, obj, stale.is_edited(context, obj)):
+    for drawn in _drawn_umbilics(context, obj, staleness.is_edited(context, obj)):
         gpu.state.depth_test_set("NONE" if drawn.on_top else depth_test)
         program.uniform_float("size", (1.0, camera.pixel, drawn.opacity, 0.0))
         drawn.batch.draw(program)
@@ -101,10 +103,10 @@ def collect() -> bool:
 def _draw_directions(context, obj, camera: Camera, program) -> None:
     display, look = context.scene.umbilics_display, Appearance(context)
     crosses = display.field == "CROSS"
-    if crosses and not stale.plan_is_edited(context, obj):
-        kept = _arranged(obj, obj.umbilics_plan.stamp, strokes.read_cross)
-    elif not crosses and not stale.is_edited(context, obj):
-        kept = _arranged(obj, obj.umbilics.stamp, strokes.read_field)
+    if crosses and not staleness.plan_is_edited(context, obj):
+        kept = _arranged(obj, obj.umbilics_plan.stamp, direction_fields.read_cross)
+    elif not crosses and not staleness.is_edited(context, obj):
+        kept = _arranged(obj, obj.umbilics.stamp, direction_fields.read_field)
     else:
         return
     if kept is None or kept.strokes is None:
@@ -173,13 +175,13 @@ def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
     kept = _umbilics.setdefault(obj.name_full, _Umbilics())
     if kept.signature != signature:
         kept.drawn = []
-        for rows, opacity in umbilics.crowds(context, obj, faint):
+        for rows, opacity in umbilic_shapes.crowds(context, obj, faint):
             if len(rows):
                 some = shader.batch_of(_diamonds(kept, obj, look), umbilics.diamonds_of(rows))
                 kept.drawn.append(_Drawn(some, opacity=opacity))
         kept.drawn += [
             _Drawn(shader.batch(shape), shape.on_top)
-            for shape in umbilics.shapes_of(context, obj, faint)
+            for shape in umbilic_shapes.shapes_of(context, obj, faint)
             if len(shape.triangles)
         ]
         kept.signature = signature
@@ -191,11 +193,11 @@ def _signature(context, obj, faint: bool) -> tuple:
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
     # The empties say by their number and visibility which glyphs they take over.
-    visible = umbilics.shown_by_empties(obj).tobytes() if display.glyphs else b""
+    visible = umbilic_shapes.shown_by_empties(obj).tobytes() if display.glyphs else b""
     return (
         mine.stamp,
-        live.shown_rows(obj, context.scene).tobytes(),
-        live.left_out_rows(obj, context.scene).tobytes() if display.dropped else b"",
+        filters.shown_rows(obj, context.scene).tobytes(),
+        filters.left_out_rows(obj, context.scene).tobytes() if display.dropped else b"",
         mine.active_row,
         faint,
         visible,
@@ -208,6 +210,11 @@ def _diamonds(kept: _Umbilics, obj, look: Appearance) -> gpu.types.GPUVertBuf:
     """The diamonds of all candidates, made anew for each detection and change of its look."""
     signature = obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())
     if kept.diamonds_signature != signature:
-        kept.diamonds = shader.corners(umbilics.diamonds(record.of(obj), look))
+        found = record.of(obj)
+        kept.diamonds = shader.corners(
+            umbilics.diamonds(
+                found.detection.candidates, found.kind_codes, np.linalg.inv(found.matrix), look
+            )
+        )
         kept.diamonds_signature = signature
     return kept.diamonds

@@ -122,7 +122,9 @@ def _edges(
     return edge, height
 
 
-def _root(field: tuple, z: np.ndarray, sign: np.ndarray, near: np.ndarray) -> np.ndarray:
+def _root(
+    field: tuple[np.ndarray, ...], z: np.ndarray, sign: np.ndarray, near: np.ndarray
+) -> np.ndarray:
     """The direction of the line field at z that is nearer to `near`; `near` at its zeros."""
     value, along, across = field
     root = np.sqrt(sign * (value + along * z + across * z.conj()))

@@ -71,7 +71,7 @@ def draw_round(
 class _Meeting:
     """Ends lines that come near to others of their family, and both halves of a closed one."""
 
-    def __init__(self, canvas: Canvas, family: np.ndarray, trees: dict) -> None:
+    def __init__(self, canvas: Canvas, family: np.ndarray, trees: dict[int, cKDTree]) -> None:
         self._canvas, self._family, self._trees = canvas, family, trees
         count = len(family)
         self._head = np.full((count, 6), 1e9)

@@ -214,7 +214,7 @@ def skeleton(lines: Lines) -> Lines:
     """Separatrices with each arc between two umbilics once, though both ends started it."""
     ends = np.sort(np.stack([lines.source, lines.target], axis=1), axis=1)
     drop = np.zeros(len(lines), bool)
-    joined = np.flatnonzero(lines.target >= 0)
+    joined = np.flatnonzero(lines.target >= 0).tolist()
     for position, one in enumerate(joined):
         for two in joined[position + 1 :]:
             same = lines.family[one] == lines.family[two] and (ends[one] == ends[two]).all()

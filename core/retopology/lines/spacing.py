@@ -42,7 +42,7 @@ def accepted(
     begin_other = np.searchsorted(other[:, 0], np.arange(len(sample) + 1))
     taken = np.zeros(len(sample), bool)
     of_line = np.searchsorted(line, np.arange(count + 1))
-    pieces = []
+    pieces: list[tuple[int, float, float, bool]] = []
     for number in np.argsort(-length, kind="stable"):
         one, two = of_line[number], of_line[number + 1]
         bad = blocked[one:two].copy()
@@ -96,7 +96,7 @@ def _second_turns(
     return np.where(np.abs(arc[one]) > np.abs(arc[two]), one, two)
 
 
-def _cut(drawn: Round, pieces: list, begin: np.ndarray) -> Round:
+def _cut(drawn: Round, pieces: list[tuple[int, float, float, bool]], begin: np.ndarray) -> Round:
     """The stretches (line, from, to, whether whole) of a round's lines."""
     number = np.array([piece[0] for piece in pieces])
     low, high, whole = (np.array([piece[k] for piece in pieces]) for k in (1, 2, 3))

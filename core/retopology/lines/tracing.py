@@ -7,7 +7,7 @@ direction is the root of the deviator nearest to the one before, never a signed 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -155,7 +155,7 @@ def trace(
             records.append((ids, chords.triangle, chords.z, running.length))
             block = obstacle[running.triangle]
             hit = running.arrived(block, chords)
-            told = -1
+            told: np.ndarray | int = -1
             if stop is not None and steps % every == 0:
                 told = stop(ids, chords.triangle, chords.z, running.length)
             lost = headway.lost(ids, chords.triangle, chords.length)
@@ -266,7 +266,11 @@ class _Running:
 
 
 def _collected(
-    records: list, count: int, end: np.ndarray, obstacle: np.ndarray, last: np.ndarray
+    records: Sequence[tuple[np.ndarray, ...]],
+    count: int,
+    end: np.ndarray,
+    obstacle: np.ndarray,
+    last: np.ndarray,
 ) -> Traces:
     ids, triangle, z, length = (np.concatenate(part) for part in zip(*records, strict=True))
     order = np.argsort(ids, kind="stable")

@@ -1,129 +1,160 @@
-"""What has become of each file: a journal that survives being killed, and the summaries."""
+"""What has become of each file: a journal that survives being killed and a full disk."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
-from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
-KINDS = ("star", "lemon", "monstar", "uncertain")
-_NUMBERS = ("vertices", "triangles", "index_sum", "expected_index_sum", "euler_characteristic")
-COLUMNS = (
-    *("file", "status", "object", *_NUMBERS, *KINDS, "regions", "warnings", "error"),
-    *("seconds", "peak_mb", "json"),
-)
+from .... import core
+
+ENDED = ("done", "failed")
+# What an entry tells of an object that was analysed, besides its counts.
+NUMBERS = ("vertices", "triangles", "index_sum", "expected_index_sum", "euler_characteristic")
 
 
 class Journal:
-    """A JSON-lines file with one line for each file that has ended, added as they end."""
+    """A JSON-lines file with one line for each file that has ended, added as they end.
+
+    A line with the status "delivering" stands before the results of a file are put into their
+    places, so that whatever lies there is known to be a result.
+    """
 
     def __init__(self, path: Path, fresh: bool) -> None:
-        """Open it, empty if `fresh`; a line torn by a kill is dropped, and of several lines on
-        one file the last one counts."""
+        """Open it; of several lines on one file the last one counts.
+
+        If `fresh`, the files are to be done again, but that their results are results stays
+        known. Lines that are torn or incomplete are dropped.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
         self._path = path
-        self.entries = {} if fresh else {entry["name"]: entry for entry in read(path)}
-        write_whole(path, "".join(map(_line, self.entries.values())))
+        self.entries = {entry["name"]: entry for entry in read(path)}
+        if fresh:
+            self.entries = {
+                name: {"name": name, "status": "earlier", "results": entry["results"]}
+                for name, entry in self.entries.items()
+                if entry["results"]
+            }
+        text = "".join(map(line, self.entries.values()))
+        write_whole(path, text)
+        self._whole = len(text.encode())
+        self._waiting: list[str] = []
+        self.trouble = ""
 
-    def add(self, entry: dict) -> None:
-        """Add an entry and wait until it is on disk."""
+    def add(self, entry: dict) -> bool:
+        """Add an entry and wait until it is on disk; whether it is.
+
+        What cannot be written, as when the disk is full, is written with the next entry.
+        """
         self.entries[entry["name"]] = entry
-        with open(self._path, "a", encoding="utf-8") as file:
-            file.write(_line(entry))
-            file.flush()
-            os.fsync(file.fileno())
+        self._waiting.append(line(entry))
+        data = "".join(self._waiting).encode()
+        try:
+            with open(self._path, "r+b") as file:
+                # Half of a line may stand there, from an attempt that failed.
+                file.truncate(self._whole)
+                file.seek(self._whole)
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            self.trouble = f"{self._path}: cannot be written ({error.strerror})"
+            return False
+        self._whole += len(data)
+        self._waiting.clear()
+        self.trouble = ""
+        return True
 
 
-def _line(entry: dict) -> str:
-    return json.dumps(entry, ensure_ascii=False) + "\n"
+def line(entry: dict) -> str:
+    """An entry as one line of ASCII: names may hold what some readers take for ends of lines."""
+    return json.dumps(entry) + "\n"
 
 
 def read(path: Path) -> list[dict]:
-    """The whole entries of a journal, none if there is no such file."""
-    if not path.exists():
+    """The whole entries of a journal, none if there is no such file.
+
+    Every entry has a "name", a "status" and "results", and what has ended all the rest.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
         return []
     entries = []
-    for line in path.read_text("utf-8", errors="replace").splitlines():
+    # Only \\n ends a line.
+    for text in data.decode("utf-8", "replace").split("\n"):
         try:
-            entry = json.loads(line)
+            entry = json.loads(text)
         except ValueError:
             continue
-        if isinstance(entry, dict) and "name" in entry:
+        if _is_complete(entry):
             entries.append(entry)
     return entries
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that nobody ever sees a part of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    with open(partial, "w", encoding="utf-8", newline="") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+def ended(entries: Iterable[dict]) -> list[dict]:
+    """Those of files that have been done or have failed."""
+    return [entry for entry in entries if entry["status"] in ENDED]
 
 
-def write_report(path: Path, entries: list[dict]) -> None:
-    """The summary: JSON lines (one a file) if the path ends in .jsonl, else CSV (one an object,
-    or one for a file without any)."""
-    entries = sorted(entries, key=lambda entry: entry["name"])
-    if path.suffix.lower() == ".jsonl":
-        write_whole(path, "".join(map(_line, entries)))
-        return
-    text = io.StringIO()
-    table = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    table.writeheader()
-    for entry in entries:
-        table.writerows(_rows(entry))
-    write_whole(path, text.getvalue())
+_TYPES = {
+    "file": str,
+    "seconds": (int, float),
+    "peak_mb": (int, float),
+    "arguments": str,
+    "objects": list,
+}
 
 
-def _rows(entry: dict) -> list[dict]:
-    about = {
-        "file": entry["file"],
-        "status": entry["status"],
-        "error": entry.get("error", ""),
-        "seconds": entry["seconds"],
-        "peak_mb": entry["peak_mb"],
-        "json": entry.get("results", {}).get("json", ""),
-    }
-    rows = []
-    for found in entry["objects"]:
-        row = about | {"object": found["object"]}
-        if "error" in found:
-            row["error"] = found["error"]
-        else:
-            row["error"] = ""
-            row |= {name: found[name] for name in (*_NUMBERS, "regions")}
-            row |= {kind: found["counts"].get(kind, 0) for kind in KINDS}
-            row["warnings"] = " ".join(found["warnings"])
-        rows.append(row)
-    return rows or [about]
+def _is_complete(entry: object) -> bool:
+    if not isinstance(entry, dict):
+        return False
+    if not isinstance(entry.get("name"), str) or not isinstance(entry.get("results"), dict):
+        return False
+    if entry.get("status") not in ENDED:
+        return entry.get("status") in ("delivering", "earlier")
+    if any(not isinstance(entry.get(name), kind) for name, kind in _TYPES.items()):
+        return False
+    if entry["status"] == "failed" and not (isinstance(entry.get("error"), str) and entry["error"]):
+        return False
+    return all(map(_is_complete_object, entry["objects"]))
 
 
-def objects_in(report: bytes | None) -> list[dict]:
-    """The objects of a file's JSON report, with what the summaries tell of them."""
-    if report is None:
-        return []
-    found = []
-    for entry in json.loads(report)["objects"]:
-        if "error" in entry:
-            found.append({"object": entry["object"], "error": entry["error"]})
-            continue
-        kept = {name: entry[name] for name in ("object", *_NUMBERS, "counts", "warnings")}
-        found.append(kept | {"regions": len(entry["regions"])})
+def _is_complete_object(found: object) -> bool:
+    if not isinstance(found, dict) or not isinstance(found.get("object"), str):
+        return False
+    return "error" in found or found.keys() >= {*NUMBERS, "counts", "warnings", "regions"}
+
+
+def results_in(folders: Iterable[Path]) -> set[str]:
+    """Real paths of all the results that the journals in some folders know of."""
+    found = set()
+    for folder in folders:
+        for path in sorted(Path(folder).glob("report*.jsonl")):
+            try:
+                entries = read(path)
+            except OSError:
+                # A folder of this name, or not ours to read: then it says nothing.
+                continue
+            for entry in entries:
+                for kind in entry["results"]:
+                    for place in places_of(entry, kind):
+                        found.add(os.path.realpath(path.parent / place))
     return found
 
 
-def in_words(entry: dict) -> str:
-    """One line on a file."""
-    if entry["status"] != "done":
-        return f"{entry['file']}: FAILED, {entry['error'].removeprefix(entry['file'] + ': ')}"
-    counts = Counter()
-    for found in entry["objects"]:
-        counts.update(found["counts"])
-    kinds = ", ".join(f"{counts[kind]} {kind}" for kind in KINDS if counts[kind])
-    return f"{entry['file']}: {kinds or 'no umbilics'} ({entry['seconds']:.1f} s)"
+def places_of(entry: dict, kind: str) -> list[str]:
+    """Where the results of a kind are, as seen from the journal's folder."""
+    places = entry["results"].get(kind, [])
+    return [places] if isinstance(places, str) else [str(place) for place in places]
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that nobody ever sees a part of it."""
+    with core.whole_file(path) as partial:
+        partial.write_text(text, "utf-8", newline="")

@@ -55,6 +55,11 @@ def limit_memory(process: int, size: int) -> bool:
     return True
 
 
+def end_in_words(code: int) -> str:
+    """How a process ended, from what `subprocess` says of it."""
+    return f"signal {-code}" if code < 0 else f"exit code {code}"
+
+
 def _meminfo() -> int | None:
     try:
         text = Path("/proc/meminfo").read_text()

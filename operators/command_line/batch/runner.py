@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import hashlib
 import shutil
 import signal
@@ -12,12 +14,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from . import journal, machine
+from .. import exit_codes, messages
+from ..guard import shown
+from . import journal, lock, machine, summary
 from .display import Display, duration
 from .plan import Plan, Task
-from .worker import Worker
-
-DONE, FAILED, INTERRUPTED = 0, 1, 130
+from .worker import DeliveryError, Worker
 
 # Memory of a process with a file of so many bytes: Blender itself, and what a mesh becomes.
 # Measured on files of 1.3 million triangles; see docs/batch.md.
@@ -33,93 +35,147 @@ def run(plan: Plan, blender: list[str]) -> int:
     Raises
     ------
     OSError
-        The folder of the results cannot be written.
+        The folder of the results or the summary cannot be written.
+    BusyError
+        Another batch is at work in the folder.
     """
-    part = "" if plan.part == (1, 1) else "-{}-of-{}".format(*plan.part)
     plan.out.mkdir(parents=True, exist_ok=True)
-    kept = journal.Journal(plan.out / f"report{part}.jsonl", fresh=not plan.resume)
-    # A name of its own: what a killed batch left running may still write into its folder.
-    prefix = f".umbilics-running{part}."
-    for left in plan.out.glob(f"{prefix}*"):
-        shutil.rmtree(left, ignore_errors=True)
-    scratch = Path(tempfile.mkdtemp(prefix=prefix, dir=plan.out))
-    batch = _Batch(plan, blender, kept, scratch)
-    try:
-        with _stoppable(batch):
-            batch.run()
-    finally:
-        batch.stop_workers()
-        shutil.rmtree(scratch, ignore_errors=True)
-    # Only what this batch is about: an earlier one may have had other files.
-    entries = [kept.entries[task.name] for task in plan.tasks if task.name in kept.entries]
-    report = plan.report or plan.out / f"report{part}.csv"
-    journal.write_report(report, entries)
-    code = _conclude(entries, report, len(plan.tasks) - len(entries))
-    return DONE if code == FAILED and plan.tolerant else code
+    with lock.held(plan.out, f"batch{plan.suffix}"):
+        # Before hours of work, not after.
+        _check_writable(plan.summary)
+        kept = journal.Journal(plan.journal, fresh=not plan.resume)
+        with _scratch(plan.out, plan.suffix) as scratch, contextlib.ExitStack() as stack:
+            beside = None
+            if plan.guide:
+                beside = stack.enter_context(_scratch(plan.guide, plan.suffix))
+            batch = _Batch(plan, blender, kept, scratch, beside)
+            try:
+                with _stoppable(batch):
+                    batch.run()
+            finally:
+                batch.stop_workers()
+        # Only what this batch is about: an earlier one may have had other files.
+        entries = [kept.entries[task.name] for task in plan.tasks if task.name in kept.entries]
+        entries = journal.ended(entries)
+        if kept.trouble:
+            print(f"umbilics: {kept.trouble}; --resume will not know all.", file=sys.stderr)
+        summary.write_report(plan.summary, entries)
+    code = _conclude(entries, plan.summary, len(plan.tasks) - len(entries))
+    if kept.trouble:
+        return exit_codes.FAILED
+    return exit_codes.DONE if code == exit_codes.FAILED and plan.tolerant else code
 
 
 def summarize(out: Path, report: Path | None) -> int:
     """One summary of all the parts in a folder; the exit code that they have together."""
     entries = {}
     for path in sorted(out.glob("report*.jsonl")):
-        entries |= {entry["name"]: entry for entry in journal.read(path)}
+        entries |= {entry["name"]: entry for entry in journal.ended(journal.read(path))}
     report = report or out / "report.csv"
-    journal.write_report(report, list(entries.values()))
+    summary.write_report(report, list(entries.values()))
     return _conclude(list(entries.values()), report, 0)
 
 
 def _conclude(entries: list[dict], report: Path, missing: int) -> int:
     failed = [entry for entry in entries if entry["status"] != "done"]
     for entry in failed:
-        print(journal.in_words(entry), file=sys.stderr)
+        print(shown(summary.in_words(entry)), file=sys.stderr)
     text = f"{len(entries) - len(failed)} done, {len(failed)} failed"
     if missing:
         text += f", {missing} not done: the same command with --resume does them"
-    print(f"{text}; summary in {report}", file=sys.stderr, flush=True)
+    print(f"{text}; summary in {shown(report)}", file=sys.stderr, flush=True)
     if missing:
-        return INTERRUPTED
-    return FAILED if failed else DONE
+        return exit_codes.INTERRUPTED
+    return exit_codes.FAILED if failed else exit_codes.DONE
+
+
+def _check_writable(path: Path) -> None:
+    """Raise OSError if a file cannot be written there; what is there stays as it is."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+@contextmanager
+def _scratch(folder: Path, suffix: str) -> Iterator[Path]:
+    """A folder for what is not complete yet, on the file system where it will be; removed
+    afterwards, with what killed batches have left."""
+    folder.mkdir(parents=True, exist_ok=True)
+    prefix = f".umbilics-running{suffix}."
+    for left in folder.glob(f"{prefix}*"):
+        shutil.rmtree(left, ignore_errors=True)
+    # A name of its own: what a killed batch left running may still write into its folder.
+    scratch = Path(tempfile.mkdtemp(prefix=prefix, dir=folder))
+    try:
+        yield scratch
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
 
 
 class _Batch:
     """The files still to do and the processes that are running."""
 
     def __init__(
-        self, plan: Plan, blender: list[str], kept: journal.Journal, scratch: Path
+        self,
+        plan: Plan,
+        blender: list[str],
+        kept: journal.Journal,
+        scratch: Path,
+        beside: Path | None,
     ) -> None:
         self._plan = plan
         self._command = blender
         self._journal = kept
         self._scratch = scratch
+        self._beside = beside
         self._running: list[Worker] = []
-        self._digest = hashlib.sha256(repr(plan.worker_arguments).encode()).hexdigest()[:16]
+        key = repr((plan.worker_arguments, plan.key))
+        self._digest = hashlib.sha256(key.encode("utf-8", "surrogatepass")).hexdigest()[:16]
         self.stopping = False
 
     def run(self) -> None:
         plan = self._plan
         waiting = [task for task in plan.tasks if not self._is_done(task)]
         display = Display(len(waiting), sys.stderr)
-        jobs, memory = _shares(waiting, plan.jobs)
+        jobs, memory = _shares(waiting, plan.jobs, plan.memory_limit)
         skipped = len(plan.tasks) - len(waiting)
         display.say(
             f"{len(waiting)} files to do{f', {skipped} done before' if skipped else ''}; "
             f"{jobs} at a time, each with at most {memory >> 20} MB of memory."
         )
+        if plan.events:
+            messages.tell("start", files=len(waiting), skipped=skipped)
         start = time.monotonic()
         waiting.reverse()
-        number = 0
+        number = ended = 0
         while (waiting and not self.stopping) or self._running:
+            finished = []
             while waiting and len(self._running) < jobs and not self.stopping:
                 number += 1
-                self._start(waiting.pop(), self._scratch / str(number), memory)
-            time.sleep(_PAUSE)
+                refused = self._start(waiting.pop(), str(number), memory)
+                finished += [refused] if refused else []
+            if not finished:
+                time.sleep(_PAUSE)
             if self.stopping:
                 self.stop_workers()
             for worker in [w for w in self._running if w.has_ended(plan.time_limit)]:
                 self._running.remove(worker)
-                entry = self._outcome(worker)
+                finished.append(self._outcome(worker))
+                worker.clear()
+            for entry in finished:
+                ended += 1
                 self._journal.add(entry)
-                display.ended(journal.in_words(entry), entry["status"] != "done")
+                display.ended(shown(summary.in_words(entry)), entry["status"] != "done")
+                if plan.events:
+                    known = {name: entry[name] for name in ("file", "status", "seconds")}
+                    if "error" in entry:
+                        known["error"] = entry["error"]
+                    messages.tell("file", **known, done=ended, files=number + len(waiting))
             display.tick()
         display.close()
         display.say(f"Took {duration(time.monotonic() - start)}.")
@@ -130,39 +186,66 @@ class _Batch:
             worker.stop()
         self._running.clear()
 
-    def _start(self, task: Task, scratch: Path, memory: int) -> None:
-        command = [*self._command, task.source, *self._plan.worker_arguments]
-        worker = Worker(task, command, scratch, self._plan.kinds)
+    def _start(self, task: Task, number: str, memory: int) -> dict | None:
+        """Start on a file; if that cannot be, its entry."""
+        if task.refusal:
+            return self._failure(task, f"{shown(task.source)}: {task.refusal}.")
+        plan = self._plan
+        places = {kind: plan.out / f"{task.name}.{kind}" for kind in plan.kinds}
+        guide = (plan.guide / task.name, self._beside / number) if plan.guide else None
+        arguments = plan.worker_arguments
+        try:
+            worker = Worker(task, self._command, arguments, self._scratch / number, places, guide)
+        except (OSError, ValueError) as error:
+            return self._failure(task, f"no process could be started for it ({error}).")
         worker.limit_memory(memory)
         self._running.append(worker)
+        return None
+
+    def _failure(self, task: Task, why: str, **facts: object) -> dict:
+        usual = {"seconds": 0.0, "peak_mb": 0, "results": {}, "objects": []}
+        return usual | self._about(task) | {"status": "failed", "error": why} | facts
+
+    def _about(self, task: Task) -> dict:
+        return {
+            "name": task.name,
+            "file": shown(task.source),
+            "arguments": self._digest,
+            "source": _identity(task.source),
+        }
 
     def _outcome(self, worker: Worker) -> dict:
-        objects = journal.objects_in(worker.result())
-        entry = {
-            "name": worker.task.name,
-            "file": worker.task.source,
-            "status": "done" if worker.succeeded and objects else "failed",
-            "arguments": self._digest,
-            "source": _identity(worker.task.source),
-            "seconds": round(worker.seconds, 2),
-            "peak_mb": round(worker.peak / 2**20),
-            "results": worker.deliver(self._plan.out),
-            "objects": objects,
-        }
-        if entry["status"] != "done":
-            entry["error"] = worker.why()
-        return entry
+        task = worker.task
+        facts = {"seconds": round(worker.seconds, 2), "peak_mb": round(worker.peak / 2**20)}
+        # The report is written last: without it the results are not complete.
+        objects = summary.objects_in(worker.result())
+        if not objects or worker.timed_out:
+            return self._failure(task, worker.why(), **facts)
+        facts["objects"] = objects
+        made = worker.makes(self._plan.out)
+        self._journal.add({"name": task.name, "status": "delivering", "results": made})
+        try:
+            worker.deliver()
+        except DeliveryError as error:
+            return self._failure(task, str(error), **facts)
+        facts["results"] = made
+        if not worker.succeeded:
+            return self._failure(task, worker.why(), **facts)
+        return self._about(task) | {"status": "done"} | facts
 
     def _is_done(self, task: Task) -> bool:
         """Whether an earlier run has done this very file, in the same way."""
         entry = self._journal.entries.get(task.name)
         if entry is None or entry["status"] != "done":
             return False
-        results = [entry["results"].get(kind, ".") for kind in self._plan.kinds]
+        wanted = {*self._plan.kinds, *(["guide"] if self._plan.guide else [])}
+        if not wanted <= entry["results"].keys():
+            return False
+        places = [place for kind in wanted for place in journal.places_of(entry, kind)]
         return (
             entry["arguments"] == self._digest
-            and entry["source"] == _identity(task.source)
-            and all((self._plan.out / result).is_file() for result in results)
+            and entry.get("source") == _identity(task.source)
+            and all((self._plan.out / place).is_file() for place in places)
         )
 
 
@@ -170,30 +253,32 @@ def _identity(source: str) -> list[int] | None:
     """Size and time of change of a file, None if there is none."""
     try:
         status = Path(source).stat()
-    except OSError:
+    except (OSError, ValueError):
         return None
     return [status.st_size, status.st_mtime_ns]
 
 
-def _shares(tasks: list[Task], jobs: int | None) -> tuple[int, int]:
+def _shares(tasks: list[Task], jobs: int | None, limit: int | None) -> tuple[int, int]:
     """How many files at a time, and bytes of memory for each process."""
     free = machine.free_memory()
     largest = max((size[0] for task in tasks if (size := _identity(task.source))), default=0)
     if jobs is None:
-        fitting = free // (_BLENDER + _PER_BYTE * largest)
+        fitting = free // (limit or (_BLENDER + _PER_BYTE * largest))
         jobs = min(machine.processors(), fitting)
     jobs = max(1, min(jobs, len(tasks)))
-    return jobs, free // jobs
+    return jobs, limit or free // jobs
 
 
 @contextmanager
 def _stoppable(batch: _Batch) -> Iterator[None]:
-    """Ctrl-C and the wish to end stop the batch in an orderly way."""
+    """Ctrl-C, the wish to end and the end of the terminal stop the batch in an orderly way."""
 
     def stop(*_: object) -> None:
         batch.stopping = True
 
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield
     finally:

@@ -3,37 +3,66 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import time
 from pathlib import Path
 
+from ..guard import shown
 from . import machine
 from .plan import Task
 
 # A process that failed with this part of its bound in use has run out of memory: what is asked
 # for last may be large, and native code says nothing of it.
 _NEARLY_FULL = 0.75
+# Name of the results in the scratch folder.
+_RESULT = "result"
+
+
+class DeliveryError(Exception):
+    """A result cannot be put into its place; the text says why."""
 
 
 class Worker:
     """A running process; its results lie in a scratch folder until they are complete."""
 
-    def __init__(self, task: Task, command: list[str], scratch: Path, kinds: tuple[str, ...]):
+    def __init__(
+        self,
+        task: Task,
+        command: list[str],
+        arguments: tuple[str, ...],
+        scratch: Path,
+        places: dict[str, Path],
+        guide: tuple[Path, Path] | None = None,
+    ) -> None:
+        """Start `command` with `arguments` on the task's file.
+
+        `places` are those of the results by kind. `guide` is the folder that the files of the
+        guidance go to, and one on the same file system where they are made.
+        """
         self.task = task
         self.started = time.monotonic()
         self.peak = 0
         self._bound = self._fullest = 0
         self.timed_out = False
-        self._made = {kind: scratch / f"result.{kind}" for kind in kinds}
+        self._places = places
+        self._guide = guide
+        self._scratch = scratch
         self._log = scratch / "log"
         scratch.mkdir(parents=True)
-        for kind, path in self._made.items():
-            command = [*command, f"--{kind}", str(path)]
-        # Ctrl-C is for the batch alone, which then stops its workers.
+        command = [*command, *arguments, "--worker"]
+        for kind, place in places.items():
+            command += [f"--{kind}={scratch / f'{_RESULT}.{kind}'}", f"--final={place}"]
+        if guide:
+            command += [f"--guide={guide[1]}", f"--final={guide[0]}"]
+        # A name may look like an option.
+        command += ["--", task.source]
+        # Ctrl-C is for the batch alone, which then stops its workers. The end of the pipe tells a
+        # worker that the batch has ended, however it did.
         apart = {"start_new_session": True} if os.name == "posix" else {}
         with open(self._log, "wb") as log:
             self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, **apart
+                command, stdin=subprocess.PIPE, stdout=log, stderr=log, **apart
             )
 
     def limit_memory(self, size: int) -> None:
@@ -46,6 +75,7 @@ class Worker:
         peak, data = machine.memory_of(self._process.pid)
         self.peak, self._fullest = max(self.peak, peak), max(self._fullest, data)
         if self._process.poll() is not None:
+            self._process.stdin.close()
             return True
         if self.seconds > time_limit:
             self.timed_out = True
@@ -65,40 +95,95 @@ class Worker:
         """End the process now."""
         self._process.kill()
         self._process.wait()
+        self._process.stdin.close()
 
     def result(self) -> bytes | None:
         """The JSON report, if there is one."""
         try:
-            return self._made["json"].read_bytes()
+            return (self._scratch / f"{_RESULT}.json").read_bytes()
         except OSError:
             return None
 
     def why(self) -> str:
-        """Why the file failed, from what the process has said."""
+        """Why the file failed, from what the process has said; never empty."""
         if self.timed_out:
             return f"given up after {self.seconds:.0f} s"
-        lines = self._log.read_text("utf-8", errors="replace").splitlines()
+        try:
+            lines = self._log.read_text("utf-8", errors="replace").split("\n")
+        except OSError as error:
+            lines = [f"its log cannot be read: {error.strerror}"]
         said = [line.removeprefix("umbilics: ") for line in lines if line.startswith("umbilics: ")]
+        said = [line.strip() for line in said if line.strip()]
         if said:
-            return " ".join(said)
+            return self._with_places(" ".join(said))
         code = self._process.returncode
         full = self._bound and self._fullest > _NEARLY_FULL * self._bound
         if full or any("MemoryError" in line or "alloc" in line.lower() for line in lines[-20:]):
-            return "out of memory: give it more with fewer --jobs"
-        end = f"signal {-code}" if code < 0 else f"exit code {code}"
+            return "out of memory: give it more with fewer --jobs or --memory-limit"
+        if code == 0:
+            return "its report is missing or incomplete, although Blender ended well"
         last = next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
-        return f"Blender ended with {end} ({last[:200]})"
+        return f"Blender ended with {machine.end_in_words(code)} ({last[:200]})"
 
-    def deliver(self, out: Path) -> dict[str, str]:
-        """Move what was made to its place, the JSON last; names of the files by kind.
+    def _with_places(self, text: str) -> str:
+        """What a process says of its files, with the places where they would have come to lie."""
+        for kind, place in self._places.items():
+            text = text.replace(str(self._scratch / f"{_RESULT}.{kind}"), shown(place))
+        return text.replace(str(self._guide[1]), shown(self._guide[0])) if self._guide else text
 
-        Each appears whole or not at all, because scratch and place are on one file system.
+    def makes(self, out: Path) -> dict[str, list[str]]:
+        """What has been made: the places of the results by kind, as seen from a folder."""
+        made: dict[str, list[str]] = {}
+        for kind, _, place in self._moves():
+            made.setdefault(kind, []).append(_seen_from(out, place))
+        return made
+
+    def deliver(self) -> None:
+        """Move what was made to its place, the JSON last, as it says that all is there.
+
+        Each file appears whole or not at all, because scratch and place are on one file system
+        and the process itself writes it whole or not at all.
+
+        Raises
+        ------
+        DeliveryError
+            A place is taken by a folder or cannot be written.
         """
-        delivered = {}
-        for kind in sorted(self._made, key=lambda kind: kind == "json"):
-            if self._made[kind].exists():
-                place = out / f"{self.task.name}.{kind}"
+        for _, made, place in self._moves():
+            try:
                 place.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(self._made[kind], place)
-                delivered[kind] = place.relative_to(out).as_posix()
-        return delivered
+                os.replace(made, place)
+            except OSError as error:
+                reason = "it is a folder" if place.is_dir() else error.strerror
+                raise DeliveryError(f"{shown(place)}: cannot be written ({reason}).") from error
+
+    def clear(self) -> None:
+        """Remove what was not delivered."""
+        for folder in (self._scratch, *(self._guide[1:] if self._guide else ())):
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _moves(self) -> list[tuple[str, Path, Path]]:
+        """Kind, path and place of everything that was made, the JSON last."""
+        moves = []
+        if self._guide and self._guide[1].is_dir():
+            # A process that was killed leaves what it was writing.
+            moves += [
+                ("guide", path, self._guide[0] / path.relative_to(self._guide[1]))
+                for path in sorted(self._guide[1].rglob("*"))
+                if path.is_file() and not path.name.startswith(".umbilics-")
+            ]
+        for path in sorted(self._scratch.glob(f"{_RESULT}*"), key=lambda p: p.suffix == ".json"):
+            place = self._places[path.suffix[1:]]
+            # Between name and ending stands the frame, if there are several.
+            frame = path.name[len(_RESULT) : -len(path.suffix)]
+            place = place.with_name(f"{place.stem}{frame}{place.suffix}")
+            moves.append((path.suffix[1:], path, place))
+        return moves
+
+
+def _seen_from(folder: Path, path: Path) -> str:
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:
+        # On another drive of Windows.
+        return str(path.resolve())

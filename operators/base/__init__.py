@@ -1,0 +1,1 @@
+"""What all of the operators stand on: errors, words, units, notices."""

@@ -1,0 +1,44 @@
+"""Results as sentences, the same in the window and on the command line."""
+
+import math
+
+from ... import core
+
+
+def counts_in_words(counts: dict[str, int]) -> str:
+    """For example "4 lemons and 2 stars"; "no umbilics" if all are zero."""
+    parts = []
+    for kind, count in sorted(counts.items(), key=lambda item: -item[1]):
+        if kind == core.KINDS[-1] and count:
+            parts.append(f"{count} of uncertain kind")
+        elif count:
+            parts.append(f"{count} {kind}{'s' if count > 1 else ''}")
+    if not parts:
+        return "no umbilics"
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if parts[1:] else parts)
+
+
+def is_balanced(index_sum: float, expected: float) -> bool:
+    """Whether the indices of a closed surface sum up to its Euler characteristic."""
+    return math.isclose(index_sum, expected, abs_tol=1e-6)
+
+
+def outcome(detection: core.Detection) -> str:
+    """One sentence: what was found, and whether the indices sum up as they must."""
+    found = counts_in_words(detection.umbilics.counts())
+    if detection.regions:
+        count = len(detection.regions)
+        found += f", {count} umbilical region{'s' if count > 1 else ''}"
+    total = f"index sum {detection.index_sum:g}"
+    if not math.isfinite(detection.expected_index_sum):
+        return f"{found}; {total} on an open surface"
+    if is_balanced(detection.index_sum, detection.expected_index_sum):
+        return f"{found}; {total}, as the Euler characteristic wants"
+    return f"{found}; {total}, but the Euler characteristic is {detection.expected_index_sum:g}"
+
+
+def pins_lost(count: int) -> str:
+    """That pinned or deleted umbilics were not found again by a new detection."""
+    if count == 1:
+        return "One pinned or deleted umbilic has no umbilic of its index near it any more."
+    return f"{count} pinned or deleted umbilics have none of their index near them any more."

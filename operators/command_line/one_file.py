@@ -1,0 +1,189 @@
+"""One file: detect on every wanted mesh of it and write its results."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from pathlib import Path
+
+import bpy
+
+from ... import core
+from ..base.errors import FileError
+from ..base.words import outcome
+from ..data import properties
+from ..jobs import detect
+from . import frames, guidance, importers, mesh_file, messages, report
+from .arguments import Request
+from .guard import shown
+from .messages import complain
+from .pictures import panels, picture
+
+
+@dataclasses.dataclass
+class _Frame:
+    """What has been found at one frame, or in the file as it is."""
+
+    number: int | None
+    done: list[tuple[detect.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
+    compared: list[tuple] = dataclasses.field(default_factory=list)
+
+
+def analyse(
+    request: Request, file: str | None, opened: importers.Opened, outputs: dict[str, Path]
+) -> bool:
+    """Do what is asked for with an opened file; whether all went well.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The file holds no mesh that is wanted, or a result would overwrite something or cannot be
+        written; the text says why.
+    """
+    source = report.source_of(file)
+    request.guard.reads(importers.files_read(file))
+    wanted = [obj.name for obj in _wanted(opened.objects, request, file)]
+    _claim_guidance(request, file, wanted)
+    properties.from_settings(bpy.context.scene.umbilics, request.settings)
+    entries = []
+    for number in request.frames or (None,):
+        if number is not None:
+            bpy.context.scene.frame_set(number)
+        found = _Frame(number)
+        for name in wanted:
+            entries.append(_one_object(request, file, opened, name, found, "blend" in outputs))
+        if found.done:
+            _write(found, opened, outputs)
+    if any("error" not in entry for entry in entries) and "json" in outputs:
+        # Last: where it is, all the other results are.
+        report.write(outputs["json"], request.settings, source, entries)
+    return all("error" not in entry for entry in entries)
+
+
+def _one_object(
+    request: Request,
+    file: str | None,
+    opened: importers.Opened,
+    name: str,
+    found: _Frame,
+    is_kept: bool,
+) -> dict:
+    """Detect on one mesh; its entry in the report."""
+    label = name if file is None else f"{shown(file)}: {name}"
+    if found.number is not None:
+        label += f", frame {found.number}"
+    told = None if file is None else shown(file)
+    about = {"file": told, "object": name}
+    about |= {} if found.number is None else {"frame": found.number}
+    seconds = request.limits.seconds
+    progress = messages.progress_until(
+        None if seconds is None else time.monotonic() + seconds,
+        messages.Watched(about) if request.events else None,
+    )
+    try:
+        inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
+        said = []
+        if request.guidance is not None:
+            stem = request.guidance.stem(file, name, found.number)
+            part = progress.part("Planning", 0.6, 1.0)
+            said = guidance.write(request.guidance, stem, inputs, detection, opened.to_file, part)
+    except core.CancelledError:
+        error = f"given up after {seconds:g} s (--time-limit)."
+    except core.UmbilicsError as reason:
+        error = str(reason) or f"stopped without a word ({type(reason).__name__})."
+    else:
+        found.done.append((inputs, detection))
+        if results:
+            found.compared.append((inputs, results))
+        entry = report.success(about, inputs, detection, opened.to_file, request.per_vertex)
+        if results:
+            entry["comparison"] = report.comparison(results, opened.to_file)
+        if request.events:
+            facts = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
+            messages.tell("object", **about, **facts)
+        else:
+            _say(label, detection, said, results)
+        return entry
+    complain(f"{label}: {error}")
+    if request.events:
+        messages.tell("object", **about, error=error)
+    return about | {"error": error}
+
+
+def _detected(
+    request: Request, name: str, frame: int | None, progress: core.Progress, is_kept: bool
+) -> tuple[detect.Inputs, core.Detection, tuple[core.MethodResult, ...]]:
+    """Read one mesh and detect on it, at a frame as modifiers make it."""
+    context = bpy.context
+    depsgraph = None if frame is None else context.evaluated_depsgraph_get()
+    obj = context.scene.objects[name]
+    inputs = detect.gather(obj, request.settings, request.given_names, request.compare, depsgraph)
+    share = 0.6 if request.guidance is not None else 1.0
+    part = progress.part("Detecting", 0.0, share)
+    results = detect.compare(inputs, part) if request.compare else ()
+    detection = results[0].detection if results else detect.compute(inputs, part)
+    if is_kept or frame is None:
+        detect.write(context, inputs, detect.found(inputs, detection))
+    return inputs, detection, results
+
+
+def _say(label: str, detection: core.Detection, said: list[str], results: tuple) -> None:
+    lines = [f"{label}: {outcome(detection)}."]
+    lines += [f"  {sentence}" for sentence in (*detection.warnings, *said)]
+    lines += [core.comparison_table(results)] if results else []
+    text = "\n".join(lines).encode("utf-8", "backslashreplace").decode()
+    print(text, flush=True)
+
+
+def _claim_guidance(request: Request, file: str | None, names: list[str]) -> None:
+    """Claim the files of the guidance, now that the objects are known."""
+    if request.guidance is None:
+        return
+    if file is not None and not request.is_worker:
+        # Claimed when the arguments were read.
+        names = [name for name in names if name != Path(file).stem]
+    request.guidance.claim(request.guard, file, names, request.frames)
+
+
+def _wanted(
+    objects: list[bpy.types.Object], request: Request, file: str | None
+) -> list[bpy.types.Object]:
+    """The objects to analyse: those named, else all that have faces."""
+    where = shown(file or bpy.data.filepath or "The scene")
+    by_name = {obj.name: obj for obj in objects}
+    for name in request.objects:
+        if name not in by_name:
+            raise FileError(f"{where}: there is no mesh called {name}.")
+    if request.objects:
+        return [by_name[name] for name in dict.fromkeys(request.objects)]
+    # At a frame, modifiers may make the faces.
+    solid = [obj for obj in objects if obj.data.polygons or (request.frames and obj.modifiers)]
+    if not solid:
+        what = "its meshes have no faces" if objects else "there is no mesh in it"
+        raise FileError(f"{where}: {what}; curvature needs a surface.")
+    return solid
+
+
+def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) -> None:
+    """Write what was found, but for the report."""
+    places = {
+        kind: path if found.number is None else frames.path_at(path, found.number)
+        for kind, path in outputs.items()
+    }
+    if "blend" in places:
+        _save(places["blend"])
+    if "png" in places and found.compared:
+        panels.write_comparison(places["png"], found.compared, opened.up)
+    elif "png" in places:
+        picture.write(places["png"], found.done, opened.up)
+    if "ply" in places:
+        mesh_file.write(places["ply"], found.done, opened.to_file)
+
+
+def _save(path: Path) -> None:
+    try:
+        with core.whole_file(path) as partial, importers.quiet():
+            bpy.ops.wm.save_as_mainfile(filepath=str(partial.resolve()), copy=True, compress=True)
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).strip()
+        raise FileError(f"{shown(path)}: cannot be written ({reason}).") from error

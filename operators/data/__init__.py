@@ -1,0 +1,1 @@
+"""What is kept in the file and in the preferences: settings, results, plans."""

@@ -1,0 +1,278 @@
+"""What is analysed, and what is shown of the results and how; one group for each scene."""
+
+import math
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ... import core
+from ..base.changes import notify
+from . import reading, record
+
+KIND_ITEMS = [
+    (core.KINDS[0], "Stars", "Index -1/2, three separatrices", 1),
+    (core.KINDS[1], "Lemons", "Index +1/2, one separatrix", 2),
+    (core.KINDS[2], "Monstars", "Index +1/2, three separatrices", 4),
+    (core.KINDS[3], "Uncertain", "The index and the cubic form disagree about the kind", 8),
+]
+MAPS = [
+    ("k1", "κ₁", "Larger principal curvature: how strongly the surface bends at most"),
+    ("k2", "κ₂", "Smaller principal curvature: how strongly the surface bends at least"),
+    ("mean", "Mean H", "Mean curvature, half the sum of the principal curvatures"),
+    ("gauss", "Gauss K", "Gaussian curvature, their product: above 0 domes, below 0 saddles"),
+    ("gap", "Gap κ₁ - κ₂", "How far the principal curvatures differ; 0 at an umbilic"),
+    ("type", "Surface Type", "Peaks, pits, ridges, valleys and saddles, by the signs of H and K"),
+    ("region", "Regions", "Spherical and flat areas, where every point is umbilical"),
+]
+FIELDS = [
+    (
+        "PRINCIPAL",
+        "Principal Directions",
+        "The lines of curvature. Strokes fade where the curvatures are nearly equal, since a "
+        "direction means nothing there",
+    ),
+    (
+        "CROSS",
+        "Cross Field",
+        "The smoothed field of the last Plan Poles, which a quad mesh follows: both arms of each "
+        "cross, and it has a direction everywhere",
+    ),
+]
+SORTS = [
+    ("persistence", "Persistence", "The most certain umbilics first"),
+    ("kind", "Kind", "Stars, lemons, monstars, uncertain"),
+    ("curvature", "Curvature", "The most strongly curved places first"),
+]
+# The slider of the filter spans the persistences that there are, on a logarithmic scale.
+_DECADES = 4.0
+
+
+def _filter_changed(self, context):
+    notify("filter", context)
+
+
+def _view_changed(self, context):
+    notify("view", context)
+
+
+def _glyphs_changed(self, context):
+    notify("glyphs", context)
+    notify("view", context)
+
+
+def _map_changed(self, context):
+    notify("map", context)
+
+
+def _top(obj) -> float:
+    """The largest finite persistence of the object's candidates; 0 without any."""
+    kept = record.of(obj)
+    return kept.top if kept else 0.0
+
+
+def _active() -> bpy.types.Object | None:
+    # Not every context that a property is read in has an active object.
+    return getattr(bpy.context, "active_object", None)
+
+
+def _get_strength(self) -> float:
+    settings = self.id_data.umbilics
+    top = _top(_active())
+    level = settings.persistence
+    if settings.persistence_auto:
+        level = record.of(_active()).automatic_level if top else 0.0
+    if top <= 0.0 or level <= 0.0:
+        return 0.0
+    return min(max(1.0 + math.log10(level / (1.001 * top)) / _DECADES, 0.0), 1.0)
+
+
+def _set_strength(self, value: float) -> None:
+    settings = self.id_data.umbilics
+    top = _top(_active())
+    level = 1.001 * top * 10.0 ** (_DECADES * (value - 1.0)) if value > 0.0 else 0.0
+    # In this order the first change has no effect while the switch is on.
+    settings.persistence = level
+    if settings.persistence_auto:
+        settings.persistence_auto = False
+
+
+def _get_opened(self) -> bool:
+    return self.id_data.umbilics.opening > 0
+
+
+def _set_opened(self, value: bool) -> None:
+    settings = self.id_data.umbilics
+    kept = record.of(_active())
+    strength = (kept.settings["opening"] if kept else 0) or core.USUAL_OPENING
+    settings.opening = strength if value else 0
+
+
+class UMBILICS_PG_display(bpy.types.PropertyGroup):
+    """What is shown; one for each scene."""
+
+    strength: FloatProperty(
+        name="Strength",
+        description="Drag to thin out the umbilics: pairs that cancel more easily go first. "
+        "Nothing is computed again",
+        subtype="FACTOR",
+        min=0.0,
+        max=1.0,
+        precision=3,
+        get=_get_strength,
+        set=_set_strength,
+    )
+    opened: BoolProperty(
+        name="Opening",
+        description="Keep only umbilics inside broad elliptic parts of the surface, where both "
+        "curvatures have one sign",
+        get=_get_opened,
+        set=_set_opened,
+    )
+    kinds: EnumProperty(
+        name="Kinds",
+        description="Kinds of umbilics that are shown; hold Shift to choose several",
+        items=KIND_ITEMS,
+        options={"ENUM_FLAG"},
+        default=set(core.KINDS),
+        update=_filter_changed,
+    )
+    empties: BoolProperty(
+        name="Empties",
+        description="Put an empty at each umbilic, to snap to, export or animate. Without them "
+        "the overlay draws the umbilics and the scene stays tidy",
+        default=True,
+        update=_filter_changed,
+    )
+    overlay: BoolProperty(
+        name="Overlay",
+        description="Draw the results over the 3D views; nothing is added to the scene",
+        default=True,
+        update=_glyphs_changed,
+    )
+    directions: BoolProperty(
+        name="Directions",
+        description="Strokes along a field of directions",
+        default=True,
+        update=_view_changed,
+    )
+    field: EnumProperty(
+        name="Field",
+        description="Which directions the strokes show",
+        items=FIELDS,
+        default="PRINCIPAL",
+        update=_view_changed,
+    )
+    crosses: BoolProperty(
+        name="Both Directions",
+        description="Draw the direction of the smaller curvature as well, as a cross",
+        default=False,
+        update=_view_changed,
+    )
+    density: FloatProperty(
+        name="Spacing",
+        description="Distance between strokes on the screen, in pixels",
+        subtype="PIXEL",
+        default=20.0,
+        min=8.0,
+        max=100.0,
+        update=_view_changed,
+    )
+    glyphs: BoolProperty(
+        name="Glyphs",
+        description="A star with three points, a lemon's drop and a monstar's three narrow "
+        "fingers, where there is no empty that shows them",
+        default=True,
+        update=_glyphs_changed,
+    )
+    rays: BoolProperty(
+        name="Separatrices",
+        description="Rays along which a line of curvature runs into the umbilic: three at stars "
+        "and monstars, one at lemons",
+        default=True,
+        update=_view_changed,
+    )
+    dropped: BoolProperty(
+        name="Show Dropped",
+        description="Draw faintly, as hollow glyphs, the umbilics that the opening leaves out",
+        default=False,
+        update=_view_changed,
+    )
+    discs: BoolProperty(
+        name="Uncertainty",
+        description="A circle as wide as the standard error of the umbilic's place",
+        default=False,
+        update=_view_changed,
+    )
+    map: EnumProperty(
+        name="Map",
+        description="What the colours show",
+        items=MAPS,
+        default="gap",
+        update=_map_changed,
+    )
+    percentile: FloatProperty(
+        name="Outliers",
+        description="Share of the values at either end that the range of the colours leaves out, "
+        "so that a few extremes do not wash out the rest",
+        subtype="PERCENTAGE",
+        default=2.0,
+        min=0.0,
+        max=25.0,
+        precision=1,
+        update=_map_changed,
+    )
+    lock_range: BoolProperty(
+        name="Lock Range",
+        description="Keep the range of the colours, to compare objects or steps of your work",
+        default=False,
+        update=_map_changed,
+    )
+    range_low: FloatProperty(
+        name="From",
+        description="Value at the lower end of the colours, in 1 / length or 1 / length²",
+        default=0.0,
+        precision=4,
+        update=_map_changed,
+    )
+    range_high: FloatProperty(
+        name="To",
+        description="Value at the upper end of the colours, in 1 / length or 1 / length²",
+        default=1.0,
+        precision=4,
+        update=_map_changed,
+    )
+    sort: EnumProperty(
+        name="Sort By",
+        description="Order of the list",
+        items=SORTS,
+        default="persistence",
+    )
+    descending: BoolProperty(name="Reverse", description="Turn the order round", default=False)
+    preset: StringProperty(description="Name of the preset that was chosen last")
+    legend: BoolProperty(
+        name="Legend",
+        description="Colours and their values in a corner of the view",
+        default=True,
+        update=_view_changed,
+    )
+    text_size: IntProperty(
+        name="Text Size",
+        description="Size of the legend's text, in points",
+        default=12,
+        min=6,
+        max=48,
+        update=_view_changed,
+    )
+
+
+UMBILICS_PG_display.__annotations__ |= reading.properties()
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_PG_display)
+    bpy.types.Scene.umbilics_display = bpy.props.PointerProperty(type=UMBILICS_PG_display)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.umbilics_display
+    bpy.utils.unregister_class(UMBILICS_PG_display)

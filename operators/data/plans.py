@@ -1,0 +1,133 @@
+"""The settings of the guidance in the scene, and what the panel shows of a plan."""
+
+import math
+import uuid
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ... import core
+from .properties import annotations_of, values_of
+
+
+class UMBILICS_PG_guidance(bpy.types.PropertyGroup):
+    """How to plan; one for each scene."""
+
+
+UMBILICS_PG_guidance.__annotations__ = annotations_of(core.GuidanceSettings) | {
+    "zone": StringProperty(
+        name="Avoid",
+        description="Vertex group that poles keep out of, for example where the mesh deforms",
+    ),
+}
+
+
+class UMBILICS_PG_pole(bpy.types.PropertyGroup):
+    """One pole of the table; its name is that of its empty."""
+
+    valence: IntProperty(description="Edges that should meet there")
+    origin: StringProperty(description="The umbilic that it comes from")
+    confidence: FloatProperty(description="How sure it is, 0 to 1")
+    place: FloatVectorProperty(description="Where the plan put its empty", size=3)
+
+
+def _pole_chosen(self, context):
+    """Select the empty of the pole that was clicked in the table."""
+    obj = self.id_data
+    if obj.mode != "OBJECT" or not self.active < len(self.poles):
+        return
+    name = self.poles[self.active].name
+    for child in obj.children:
+        if "umbilics_valence" in child and child.name in context.view_layer.objects:
+            child.select_set(child.name == name)
+
+
+class UMBILICS_PG_plan(bpy.types.PropertyGroup):
+    """The pole plan of an object, in numbers."""
+
+    planned: BoolProperty(description="The object has a plan")
+    stamp: StringProperty(description="Tells one plan from another")
+    signature: StringProperty(description="The mesh that was planned on, as a hash")
+    source: StringProperty(description="What was planned on: BASE or EVALUATED")
+    poles: CollectionProperty(type=UMBILICS_PG_pole)
+    active: IntProperty(update=_pole_chosen)
+    closed: BoolProperty(description="The surface has no border, so that the sum is known")
+    expected: IntProperty(description="What the sum of 4 - valence must be on a closed surface")
+    mirror: StringProperty(description="The mirror plane that was found, in words")
+    mesh: PointerProperty(
+        type=bpy.types.Mesh, description="Holds the fields that the object's own mesh cannot hold"
+    )
+
+
+def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:
+    """The core's settings with the values of the property group.
+
+    Raises
+    ------
+    core.InvalidSettingsError
+        A value is out of bounds.
+    """
+    return core.GuidanceSettings(**values_of(group, core.GuidanceSettings))
+
+
+def store(
+    obj: bpy.types.Object,
+    signature: str,
+    poles: core.Poles,
+    empties: list[bpy.types.Object],
+    origins: list[str],
+) -> None:
+    """Put a plan into the object's table, in place of an earlier one."""
+    plan = obj.umbilics_plan
+    plan.planned = True
+    plan.stamp, plan.signature = uuid.uuid4().hex, signature
+    plan.closed = math.isfinite(poles.expected)
+    plan.expected = int(poles.expected) if plan.closed else 0
+    plan.poles.clear()
+    for row, empty in enumerate(empties):
+        item = plan.poles.add()
+        item.name = empty.name
+        item.place = empty.location
+        item.valence = int(poles.valence[row])
+        item.origin = origins[row]
+        item.confidence = float(poles.confidence[row])
+
+
+def change_of(pole: UMBILICS_PG_pole) -> str:
+    """What the user has done to a pole of the table: "deleted", "moved" or nothing."""
+    empty = bpy.data.objects.get(pole.name)
+    if empty is None or not empty.users_scene:
+        return "deleted"
+    return "moved" if tuple(empty.location) != tuple(pole.place) else ""
+
+
+def forget(obj: bpy.types.Object) -> bool:
+    """Clear the object's plan; says whether there was one."""
+    was_there = obj.umbilics_plan.planned or bool(obj.umbilics_plan.mirror)
+    obj.property_unset("umbilics_plan")
+    return was_there
+
+
+_CLASSES = (UMBILICS_PG_guidance, UMBILICS_PG_pole, UMBILICS_PG_plan)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.umbilics_guidance = PointerProperty(type=UMBILICS_PG_guidance)
+    bpy.types.Object.umbilics_plan = PointerProperty(type=UMBILICS_PG_plan)
+
+
+def unregister() -> None:
+    del bpy.types.Object.umbilics_plan
+    del bpy.types.Scene.umbilics_guidance
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

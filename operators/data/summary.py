@@ -1,0 +1,226 @@
+"""What the panel shows of a detection, kept with the object in the file."""
+
+import math
+from collections.abc import Iterable
+
+import bpy
+import numpy as np
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ... import core
+from ..base.changes import notify, silence
+from ..base.words import is_balanced
+from .record import Record
+
+# A longer list would neither be read nor keep up with a slider.
+MOST_ITEMS = 1000
+
+
+def _active_changed(self, context):
+    notify("active", context)
+
+
+class UMBILICS_PG_warning(bpy.types.PropertyGroup):
+    """One warning of a detection."""
+
+    text: StringProperty()
+
+
+class UMBILICS_PG_item(bpy.types.PropertyGroup):
+    """One umbilic of the list."""
+
+    row: IntProperty(description="Row among all candidates of the detection")
+    kind: IntProperty(description="Row of the kind in star, lemon, monstar, uncertain")
+    index: FloatProperty(description="Index of the direction field around it")
+    persistence: FloatProperty(description="Gap at which it cancels with its partner")
+    curvature: FloatProperty(description="Mean curvature there")
+
+
+class UMBILICS_PG_summary(bpy.types.PropertyGroup):
+    """The outcome of the object's last detection, in numbers."""
+
+    detected: BoolProperty(description="The object has results")
+    method: StringProperty(description="Method that found them")
+    star: IntProperty(
+        name="Stars", description="Umbilics of index -1/2: three lines of curvature run into each"
+    )
+    lemon: IntProperty(
+        name="Lemons", description="Umbilics of index +1/2: one line of curvature runs into each"
+    )
+    monstar: IntProperty(
+        name="Monstars",
+        description="Umbilics of index +1/2: three lines of curvature run into each, within a "
+        "right angle",
+    )
+    uncertain: IntProperty(
+        name="Uncertain",
+        description="Umbilics whose index and cubic form disagree about the kind: look before "
+        "you trust them",
+    )
+    candidates: IntProperty(
+        name="Candidates",
+        description="All umbilics that the detection found; the filters choose among them",
+    )
+    regions: IntProperty(
+        name="Umbilical Regions",
+        description="Areas that are spherical or flat, where every point is umbilical; each is "
+        "counted once",
+    )
+    index_sum: FloatProperty(
+        name="Index Sum",
+        description="Sum of the indices of the umbilics and regions that the filters keep",
+    )
+    euler_characteristic: IntProperty(
+        name="Euler Characteristic",
+        description="Vertices - edges + faces: 2 for all that is like a ball, 0 for a ring, 2 "
+        "less with each further hole. On a closed surface the indices sum to it, which the tick "
+        "says; an open surface has no such rule",
+    )
+    closed: BoolProperty(description="The surface has no border, so that the sum is known")
+    expected_index_sum: FloatProperty(description="What the sum must be on a closed surface")
+    balanced: BoolProperty(description="The sum of the indices is what it must be")
+    persistence_level: FloatProperty(
+        name="Persistence",
+        description="What Persistence has dropped, in 1 / length. A number that you set: all "
+        "pairs that cancel below it. Auto, which judges each pair by the noise where it is: "
+        "nothing above this value, the persistence of the strongest pair dropped; weaker pairs "
+        "in quieter places are kept",
+    )
+    noise_multiple: FloatProperty(
+        name="Auto",
+        description="Auto drops a pair that cancels below this many times the noise: the error "
+        "of the gap of the curvatures where the pair is. The more umbilics there are, the "
+        "larger it is. The value behind it, in 1 / length, is the strongest pair that was dropped",
+    )
+    trust_ratio: FloatProperty(
+        name="Noise / Median Gap",
+        description="Gap at which noise makes pairs cancel, over the median gap. Up to 0.5 what "
+        "is left sits where the surface has it; above 0.7 the noise is as strong as the shape",
+    )
+    noise: FloatProperty(
+        name="Noise",
+        description="How far the vertices scatter about a smooth surface, in length: their "
+        "standard deviation, estimated from the fits",
+    )
+    scale: FloatProperty(
+        name="Fitted Radius",
+        description="Median radius of the neighbourhoods that curvature was fitted over, in length",
+    )
+    warnings: CollectionProperty(type=UMBILICS_PG_warning)
+    record: StringProperty(description="The detection itself, see operators/record.py")
+    stamp: StringProperty(description="Changes with every detection")
+    signature: StringProperty(description="Tells whether the mesh is still the one analysed")
+    source: StringProperty(description="What was analysed: BASE or EVALUATED")
+    scope: StringProperty(description="Which faces were: WHOLE, VISIBLE, SELECTED or GROUP")
+    group: StringProperty(description="The vertex group of the scope GROUP")
+    analysed: StringProperty(description="What was analysed and what was left out, in words")
+    mesh: PointerProperty(
+        type=bpy.types.Mesh, description="Holds the results that the object's own mesh cannot hold"
+    )
+    pinned: StringProperty(description="Rows of candidates that are kept in any case")
+    deleted: StringProperty(description="Rows of candidates that the user deleted")
+    items: CollectionProperty(type=UMBILICS_PG_item)
+    hidden_items: IntProperty(description="Umbilics that are too many for the list")
+    active: IntProperty(
+        name="Active Umbilic",
+        description="Click to select the umbilic, double-click to bring it into view",
+        default=-1,
+        update=_active_changed,
+    )
+    active_row: IntProperty(description="Row of the umbilic chosen last", default=-1)
+    used_persistence: FloatProperty(description="Filter of what is shown; -1 for automatic")
+    used_opening: BoolProperty(description="Whether what is shown was opened")
+
+
+def store(obj: bpy.types.Object, detected: Record, chosen: core.Selection) -> None:
+    """Replace the object's numbers by those of a detection and what the filters keep of it."""
+    kept, detection = obj.umbilics, detected.detection
+    kept.detected = True
+    codes = detected.kind_codes[chosen.rows]
+    for kind, count in zip(core.KINDS, np.bincount(codes, minlength=len(core.KINDS)), strict=True):
+        setattr(kept, kind, int(count))
+    kept.candidates = len(detection.candidates)
+    kept.regions = len(detection.regions)
+    kept.index_sum = chosen.index_sum
+    kept.euler_characteristic = detection.euler_characteristic
+    kept.closed = math.isfinite(detection.expected_index_sum)
+    kept.expected_index_sum = detection.expected_index_sum if kept.closed else 0.0
+    kept.balanced = is_balanced(chosen.index_sum, detection.expected_index_sum)
+    kept.persistence_level = chosen.persistence_level
+    for name in ("trust_ratio", "noise", "scale"):
+        value = getattr(detection, name)
+        setattr(kept, name, value if math.isfinite(value) else 0.0)
+    known = np.isfinite(detection.candidates.noise).any()
+    kept.noise_multiple = core.noise_multiple(len(detection.candidates)) if known else 0.0
+    kept.warnings.clear()
+    for text in chosen.warnings:
+        kept.warnings.add().text = text
+
+
+def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> None:
+    """Fill the object's list with the candidates `rows` (k,), the most persistent if they are
+    too many."""
+    kept = obj.umbilics
+    chosen = detected.most_persistent(rows, MOST_ITEMS)
+    umbilics = detected.detection.candidates.select(chosen)
+    persistence = np.where(np.isnan(umbilics.persistence), -1.0, umbilics.persistence)
+    items = kept.items
+    while len(items) > len(chosen):
+        items.remove(len(items) - 1)
+    while len(items) < len(chosen):
+        items.add()
+    largest = float(np.finfo(np.float32).max)
+    for name, values, dtype in (
+        ("row", chosen, np.int32),
+        ("kind", detected.kind_codes[chosen], np.int32),
+        ("index", umbilics.index, np.float32),
+        ("persistence", np.minimum(persistence, largest), np.float32),
+        ("curvature", np.nan_to_num(umbilics.curvature), np.float32),
+    ):
+        items.foreach_set(name, np.asarray(values, dtype=dtype))
+    kept.hidden_items = len(rows) - len(chosen)
+    # None is active until one is clicked: the list would scroll to it.
+    place = np.flatnonzero(chosen == kept.active_row)
+    active = int(place[0]) if len(place) else -1
+    if active != kept.active:
+        with silence("active"):
+            kept.active = active
+
+
+def rows_of(text: str) -> list[int]:
+    """The rows in `pinned` or `deleted`."""
+    return [int(row) for row in text.split()]
+
+
+def text_of(rows: Iterable[int]) -> str:
+    """What `rows_of` reads."""
+    return " ".join(str(row) for row in sorted(set(rows)))
+
+
+def forget(obj: bpy.types.Object) -> bool:
+    """Clear the object's summary; says whether there was one."""
+    was_there = obj.umbilics.detected
+    obj.property_unset("umbilics")
+    return was_there
+
+
+_CLASSES = (UMBILICS_PG_warning, UMBILICS_PG_item, UMBILICS_PG_summary)
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.umbilics = PointerProperty(type=UMBILICS_PG_summary)
+
+
+def unregister() -> None:
+    del bpy.types.Object.umbilics
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

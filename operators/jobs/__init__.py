@@ -1,0 +1,1 @@
+"""Work in three steps: gather reads the scene, compute touches arrays only, write changes it."""

@@ -1,0 +1,245 @@
+"""One detection in three steps, so that it can block in background and run beside the window.
+
+`gather` reads the scene, `compute` and `found` touch arrays only (any thread may run them), `write`
+changes the scene, once, at the end.
+"""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ... import core
+from ..base.errors import ObjectError
+from ..data import pins, record, summary
+from ..mesh.attributes import RESULTS, check_result_names, write_results
+from ..mesh.evaluated import is_in, outside, works_on
+from ..mesh.read import MeshArrays, check_unchanged, read_mesh, unit_vectors
+from ..mesh.scope import WHOLE, Scope
+from ..scene import display_objects, empties, filters, guidance_objects, homes, maps, targets
+from ..scene.modes import object_mode
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a detection needs, read from the scene; holds no reference to Blender's data."""
+
+    object_name: str  # the full name, which tells a linked object from one of this file
+    arrays: MeshArrays
+    settings: core.Settings
+    evaluated: bool = False
+    scope: Scope = WHOLE
+    analysed: str = ""  # source and scope in words
+
+
+def gather(
+    obj: bpy.types.Object,
+    settings: core.Settings,
+    given_names: tuple[str, ...] | None = None,
+    all_methods: bool = False,
+    depsgraph: bpy.types.Depsgraph | None = None,
+    scope: Scope = WHOLE,
+) -> Inputs:
+    """Read an object; the scene is not changed. `all_methods`: also what only method C needs.
+
+    With a `depsgraph` the mesh is read as modifiers and shape keys make it in Object Mode. Faces
+    outside the `scope` are left out.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The object cannot be analysed, or its results could not be stored; the text says why.
+    """
+    check_object(obj, with_modifiers=depsgraph is not None)
+    check_result_names(obj)
+    evaluated = depsgraph is not None
+    leaving = object_mode(bpy.context, obj, push=False) if evaluated else nullcontext()
+    with leaving:
+        if evaluated:
+            # What a script did to the mesh is evaluated only when it is told of.
+            obj.data.update_tag()
+            bpy.context.view_layer.update()
+        arrays = read_mesh(
+            obj,
+            given_names if settings.curvature == "given" else None,
+            with_uv=(settings.method == "C" or all_methods) and settings.charts != "seams",
+            depsgraph=depsgraph,
+            scope=scope,
+        )
+    analysed = in_words(works_on(obj) if evaluated else (), scope, arrays)
+    return Inputs(obj.name_full, arrays, settings, evaluated, scope, analysed)
+
+
+def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
+    """The detection itself; NumPy arrays in and out, nothing of Blender is touched."""
+    arrays = inputs.arrays
+    return core.detect(
+        arrays.vertices, arrays.triangles, inputs.settings, progress, **_extra(arrays)
+    )
+
+
+@dataclass(frozen=True)
+class Found:
+    """A detection, and what of it goes to the mesh and into the file."""
+
+    detection: core.Detection
+    attributes: dict[str, np.ndarray]
+    packed: record.Packed
+
+
+def found(inputs: Inputs, detection: core.Detection) -> Found:
+    """What `write` wants: packing takes seconds where umbilics are many, and any thread will do."""
+    packed = record.pack(inputs.arrays, inputs.settings, detection)
+    return Found(detection, _attributes(detection, inputs.arrays), packed)
+
+
+def compare(inputs: Inputs, progress: core.Progress | None = None) -> tuple[core.MethodResult, ...]:
+    """All three methods on the same operators; otherwise as `compute`."""
+    arrays = inputs.arrays
+    return core.compare(
+        arrays.vertices, arrays.triangles, inputs.settings, progress, **_extra(arrays)
+    )
+
+
+def _extra(arrays: MeshArrays) -> dict:
+    """What the core takes besides vertices and triangles."""
+    given = None
+    if arrays.given is not None:
+        k1, k2, d1, d2 = arrays.given
+        given = core.CurvatureField(k1, k2, d1, d2, np.cross(d1, d2), np.full(len(k1), np.nan))
+    return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
+
+
+def write(context: bpy.types.Context, inputs: Inputs, outcome: Found) -> int:
+    """Store attributes, empties and summary, in place of those of an earlier detection.
+
+    Pins and deletions stay with their umbilics; how many have none any more is the answer.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The object is gone or was changed since `gather`; then nothing is written.
+    """
+    obj = targets.named(inputs.object_name)
+    if obj is None:
+        raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
+    check_object(obj, inputs.evaluated)
+    check_result_names(obj)
+    with object_mode(context, obj):
+        depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
+        check_unchanged(obj, inputs.arrays, depsgraph)
+        home = homes.home_for(context, obj, depsgraph)
+        obj = home.owner
+        was_shown = maps.is_shown_on(obj)
+        maps.hide(context, obj)
+        homes.leave(obj, RESULTS)
+        write_results(home.mesh, inputs.arrays, outcome.attributes)
+        before, chosen = record.of(obj), pins.rows(obj)
+        summary.forget(obj)
+        kept = obj.umbilics
+        kept.detected = True
+        kept.method = inputs.settings.method
+        kept.scope, kept.group = inputs.scope.kind, inputs.scope.group
+        kept.analysed = inputs.analysed
+        kept.signature = inputs.arrays.signature
+        record.store(obj, outcome.packed)
+        homes.settle(home)
+        lost = pins.carry_over(obj, chosen, before, outcome.packed.record)
+        filters.apply(context, obj, inputs.settings, fresh=True)
+        if was_shown:
+            maps.show(context, [obj])
+    return lost
+
+
+def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Remove everything a detection left on the object; says whether there was anything."""
+    obj = homes.owner_of(obj)
+    with object_mode(context, obj):
+        maps.hide(context, obj)
+        values = homes.leave(obj, RESULTS)
+        emptied = empties.remove(obj)
+        guided = guidance_objects.remove_all(obj)
+        described = summary.forget(obj)
+        stands_in = display_objects.is_ours(obj)
+        if stands_in:
+            display_objects.remove(context, obj)
+    return bool(values or emptied or described or guided or stands_in)
+
+
+def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
+    """What was analysed and what was left out, in a line for the panel."""
+    source = f"With {', '.join(works)}" if works else "The mesh itself"
+    wanted = len(np.unique(arrays.polygon))
+    where = {
+        "WHOLE": "whole object",
+        "VISIBLE": "visible faces",
+        "SELECTED": "selected faces",
+        "GROUP": f"group {scope.group}",
+    }[scope.kind]
+    left_out = 0 if scope.kind == "WHOLE" else arrays.polygon_count - wanted
+    ignored = f"; {left_out} of {arrays.polygon_count} faces left out" if left_out else ""
+    return f"{source}, {where}{ignored}"
+
+
+def check_object(obj: bpy.types.Object | None, with_modifiers: bool = False) -> None:
+    """Raise `ObjectError` if the object's mesh cannot be read and written."""
+    reason = why_not(obj, with_modifiers=with_modifiers)
+    if reason:
+        raise ObjectError(reason)
+
+
+def why_not(
+    obj: bpy.types.Object | None, to_clear: bool = False, with_modifiers: bool = False
+) -> str:
+    """Why the object can have no results, in words for the user; empty if it can.
+
+    With `to_clear`, why none can be removed from it: then faces are not needed. Results of the
+    mesh `with_modifiers` can go to a mesh of ours.
+    """
+    if obj is None:
+        return "There is no active object. Click a mesh first."
+    if obj.type != "MESH":
+        return f"{obj.name} is not a mesh. Choose a mesh, or convert it: Object > Convert > Mesh."
+    if not with_modifiers and not targets.is_own(homes.owner_of(obj)):
+        return (
+            f"{obj.name} is linked from another file and cannot keep results here. Choose "
+            "Source: As Seen, which puts them beside it, or make the object and its mesh "
+            "local: Object > Relations > Make Local."
+        )
+    if with_modifiers and not is_in(bpy.context.view_layer, obj):
+        return outside(obj)
+    if obj.mode == "SCULPT":
+        return "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+    # Modifiers may make faces of a mesh that has none.
+    faces_needed = not (to_clear or with_modifiers)
+    if faces_needed and obj.mode != "EDIT" and not obj.data.polygons:
+        return f"{obj.name} has no faces: curvature needs a surface."
+    return ""
+
+
+def _attributes(detection: core.Detection, arrays: MeshArrays) -> dict[str, np.ndarray]:
+    """The arrays of `RESULTS`, from a detection."""
+    field = detection.curvature
+    # A direction is stored so that it is right when drawn under the object's transform.
+    to_object = np.linalg.inv(arrays.matrix[:3, :3]).T
+    region = np.zeros(arrays.polygon_count, dtype=np.int32)
+    for number, found in enumerate(detection.regions, start=1):
+        region[arrays.polygon[found.triangles]] = number
+    values = {
+        "umbilics_k1": field.k1,
+        "umbilics_k2": field.k2,
+        "umbilics_gap": field.gap,
+        "umbilics_d1": unit_vectors(field.d1 @ to_object),
+        "umbilics_d2": unit_vectors(field.d2 @ to_object),
+        "umbilics_surface_type": detection.surface_type,
+        "umbilics_index": np.bincount(
+            arrays.polygon, weights=detection.triangle_index, minlength=arrays.polygon_count
+        ),
+        "umbilics_region": region,
+    }
+    if np.isfinite(detection.conformal_scale).any():
+        values["umbilics_conformal_scale"] = detection.conformal_scale
+    return values

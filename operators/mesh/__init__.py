@@ -1,0 +1,1 @@
+"""The one boundary between NumPy arrays and Blender's mesh data."""

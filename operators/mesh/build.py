@@ -1,0 +1,47 @@
+"""New meshes from arrays."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .fetch import fetch
+
+
+def from_triangles(
+    vertices: np.ndarray, triangles: np.ndarray, smooth: bool = False
+) -> bpy.types.Mesh:
+    """A new mesh of (n, 3) vertices and (m, 3) triangles."""
+    mesh = bpy.data.meshes.new("umbilics")
+    mesh.vertices.add(len(vertices))
+    mesh.loops.add(3 * len(triangles))
+    mesh.polygons.add(len(triangles))
+    if len(triangles):
+        positions = np.nan_to_num(vertices).astype(np.float32)
+        mesh.attributes["position"].data.foreach_set("vector", positions.ravel())
+        corners = np.ascontiguousarray(triangles, dtype=np.int32).ravel()
+        mesh.loops.foreach_set("vertex_index", corners)
+        starts = np.arange(0, len(corners), 3, dtype=np.int32)
+        mesh.polygons.foreach_set("loop_start", starts)
+        mesh.polygons.foreach_set("use_smooth", np.full(len(triangles), smooth))
+    mesh.update(calc_edges=True)
+    mesh.validate()
+    return mesh
+
+
+def same_surface(mesh: bpy.types.Mesh, name: str) -> bpy.types.Mesh:
+    """A new mesh of the vertices and faces of another, not in Edit Mode, and of nothing else."""
+    made = bpy.data.meshes.new(name)
+    made.vertices.add(len(mesh.vertices))
+    made.loops.add(len(mesh.loops))
+    made.polygons.add(len(mesh.polygons))
+    positions = fetch(mesh.attributes["position"].data, "vector", 3, np.float32)
+    made.attributes["position"].data.foreach_set("vector", positions.ravel())
+    for kind, key, dtype in (
+        ("loops", "vertex_index", np.int32),
+        ("polygons", "loop_start", np.int32),
+        ("polygons", "use_smooth", bool),
+    ):
+        getattr(made, kind).foreach_set(key, fetch(getattr(mesh, kind), key, 1, dtype))
+    made.update(calc_edges=True)
+    return made

@@ -1,0 +1,84 @@
+"""Which faces of a mesh are analysed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..base.errors import ObjectError
+from .fetch import fetch
+
+# A vertex belongs to a group above this weight.
+_WEIGHT = 0.5
+
+
+@dataclass(frozen=True)
+class Scope:
+    """A part of an object.
+
+    Attributes
+    ----------
+    kind:
+        "WHOLE", "VISIBLE" (faces that are not hidden in Edit Mode), "SELECTED" (faces that are
+        selected there) or "GROUP".
+    group:
+        Name of the vertex group of "GROUP": faces all of whose vertices weigh more than a half.
+    """
+
+    kind: str = "WHOLE"
+    group: str = ""
+
+
+WHOLE = Scope()
+
+
+def faces_in(obj: bpy.types.Object, mesh: bpy.types.Mesh, scope: Scope) -> np.ndarray | None:
+    """(p,) bool faces of the mesh in the scope, or None for all.
+
+    `mesh` is the object's own or what modifiers make of it, not in Edit Mode.
+
+    Raises
+    ------
+    ObjectError
+        No face is in the scope; the text says what to do.
+    """
+    if scope.kind == "WHOLE":
+        return None
+    if scope.kind == "GROUP":
+        inside = in_vertex_group(obj, mesh, scope.group)
+        if inside is None:
+            name = f" {scope.group}" if scope.group else ""
+            raise ObjectError(
+                f"{obj.name} has no vertex group{name}. Choose another group under Scope, or "
+                "Whole Object."
+            )
+        corners = fetch(mesh.loops, "vertex_index", 1, np.int32)
+        starts = fetch(mesh.polygons, "loop_start", 1, np.int32)
+        found = np.logical_and.reduceat(inside[corners], starts)
+        missing = f"No face of {obj.name} lies in the vertex group {scope.group}."
+    elif scope.kind == "SELECTED":
+        found = fetch(mesh.polygons, "select", 1, bool) & ~fetch(mesh.polygons, "hide", 1, bool)
+        missing = f"No face of {obj.name} is selected. Select faces in Edit Mode."
+    else:
+        found = ~fetch(mesh.polygons, "hide", 1, bool)
+        missing = f"All faces of {obj.name} are hidden. Show some in Edit Mode: Mesh > Show/Hide."
+    if not found.any():
+        raise ObjectError(f"{missing} Or choose Scope: Whole Object.")
+    return found
+
+
+def in_vertex_group(
+    obj: bpy.types.Object, mesh: bpy.types.Mesh, name: str
+) -> np.ndarray | None:
+    """(n,) bool vertices that weigh more than a half in a group; None without the group."""
+    group = obj.vertex_groups.get(name) if name else None
+    if group is None:
+        return None
+    index = group.index
+    weights = (
+        any(one.group == index and one.weight > _WEIGHT for one in vertex.groups)
+        for vertex in mesh.vertices
+    )
+    return np.fromiter(weights, bool, len(mesh.vertices))

@@ -1,0 +1,208 @@
+"""The empties at the umbilics of an object, in a collection that is ours by its tag.
+
+The collection carries the custom property `umbilics`, each empty `umbilics_kind`; an object's
+empties are those of its children that carry it, and its collection is the one they are in.
+Names are for reading only: the user may change them. (A pointer to the object would be shorter,
+but it would count as a user of it, and the object would outlive its deletion.)
+
+Custom properties of an empty, all of them plain Python values:
+
+umbilics_index        index of the direction field, a float
+umbilics_kind         "star", "lemon", "monstar" or "uncertain"
+umbilics_curvature    mean curvature there, in 1 / world length
+umbilics_triangle     number of the mesh's loop triangle that holds the point
+umbilics_vertices     the three vertices of that triangle
+umbilics_barycentric  weights of those vertices
+umbilics_persistence  gap at which it cancels with its partner, in 1 / world length;
+                      3.4e38, the largest float, where topology keeps it; -1 where unknown
+umbilics_row          row among all candidates of the detection
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ... import core
+from ..data.preferences import Appearance
+from ..data.record import Record
+from ..drawing.frames import frames_of
+from .glyph_images import UNIT, image_of, remove_unused
+
+COLLECTION_TAG = "umbilics"
+EMPTY_TAG = "umbilics_kind"
+PERMANENT = float(np.finfo(np.float32).max)
+UNKNOWN = -1.0
+# Size of the cross under a glyph of the overlay, in sizes of the glyph.
+_CROSS = 0.35
+
+
+def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
+    """The collection of the object's umbilics, if there is one."""
+    for empty in empties_of(obj):
+        for collection in empty.users_collection:
+            if COLLECTION_TAG in collection:
+                return collection
+    return None
+
+
+def empties_of(obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """The empties that a detection left at the object's umbilics, wherever they are now."""
+    return [child for child in obj.children if child.type == "EMPTY" and EMPTY_TAG in child]
+
+
+def replace(
+    context: bpy.types.Context, obj: bpy.types.Object, record: Record, rows: np.ndarray
+) -> None:
+    """Put an empty at each of the candidates `rows` (k,), in place of earlier ones."""
+    collection = collection_of(obj)
+    _remove(empties_of(obj))
+    _add(context, obj, collection, record, rows)
+
+
+def update(
+    context: bpy.types.Context, obj: bpy.types.Object, record: Record, rows: np.ndarray
+) -> None:
+    """As `replace`, for the same detection: empties that stay are left as they are."""
+    collection = collection_of(obj)
+    wanted = set(rows.tolist())
+    present = {empty.get("umbilics_row", -1): empty for empty in empties_of(obj)}
+    _remove([empty for row, empty in present.items() if row not in wanted])
+    missing = wanted - present.keys()
+    _add(context, obj, collection, record, np.array(sorted(missing), dtype=int))
+
+
+def _add(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    collection: bpy.types.Collection | None,
+    record: Record,
+    rows: np.ndarray,
+) -> None:
+    if not len(rows):
+        _remove_unused(collection)
+        return
+    if collection is None:
+        collection = bpy.data.collections.new(f"Umbilics of {obj.name}")
+        collection[COLLECTION_TAG] = True
+    root = context.scene.collection
+    if collection not in root.children_recursive:
+        root.children.link(collection)
+    look = Appearance(context)
+    umbilics = record.detection.candidates.select(rows)
+    size = np.maximum(look.empty_size * record.edge[rows], look.smallest_empty * record.extent)
+    frames = frames_of(umbilics)
+    images = {kind: image_of(kind) for kind in set(umbilics.kind.tolist())}
+    to_object = Matrix(record.matrix).inverted()
+    views = local_views(context, obj)
+    is_overlaid = _is_overlaid(context)
+    for place, row in enumerate(rows.tolist()):
+        kind = str(umbilics.kind[place])
+        empty = bpy.data.objects.new(kind.capitalize(), None)
+        _dress(empty, images[kind], float(size[place]), look.colours[kind], is_overlaid)
+        empty.parent = obj
+        # The inverse undoes a non-uniform scale, which would shear the empty.
+        empty.matrix_parent_inverse = to_object
+        empty.matrix_basis = Matrix(frames[place])
+        for name, value in _properties(umbilics, record.corners[row], place).items():
+            empty[f"umbilics_{name}"] = value
+        empty["umbilics_row"] = row
+        collection.objects.link(empty)
+        for view in views:
+            empty.local_view_set(view, True)
+
+
+def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
+    """The 3D views in local view that show the object: what is new there has to be let in."""
+    return [
+        area.spaces.active
+        for window in context.window_manager.windows
+        for area in window.screen.areas
+        if area.type == "VIEW_3D"
+        and area.spaces.active.local_view is not None
+        and obj.local_view_get(area.spaces.active)
+    ]
+
+
+def remove(obj: bpy.types.Object) -> bool:
+    """Remove the object's empties and their collection; says whether there was anything.
+
+    What the user has put into the collection stays, and then the collection stays too.
+    """
+    collection = collection_of(obj)
+    empties = empties_of(obj)
+    _remove(empties)
+    _remove_unused(collection)
+    return bool(empties)
+
+
+def _remove(empties: list[bpy.types.Object]) -> None:
+    bpy.data.batch_remove(empties)
+
+
+def _remove_unused(collection: bpy.types.Collection | None) -> None:
+    if collection is not None and not collection.objects and not collection.children:
+        bpy.data.collections.remove(collection)
+    remove_unused()
+
+
+def dress_all(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Let the object's empties show the glyphs, or leave that to the overlay."""
+    drawn = _is_overlaid(context)
+    for empty in empties_of(obj):
+        if drawn == (empty.empty_display_type == "IMAGE"):
+            size = empty.empty_display_size * (2.0 * UNIT if drawn else 1.0 / _CROSS)
+            _dress(empty, image_of(empty[EMPTY_TAG]), size, tuple(empty.color), drawn)
+
+
+def _is_overlaid(context: bpy.types.Context) -> bool:
+    """Whether the overlay draws glyphs. Without a window it does not, and a file that is made
+    then may be opened without the add-on."""
+    display = context.scene.umbilics_display
+    return display.overlay and display.glyphs and not bpy.app.background
+
+
+def _dress(
+    empty: bpy.types.Object,
+    image: bpy.types.Image,
+    size: float,
+    colour: tuple[float, ...],
+    is_overlaid: bool,
+) -> None:
+    """Let the empty show its glyph on the surface, from outside and in front of the mesh.
+
+    Under the overlay's glyph it is a small cross, for images have frames.
+    """
+    empty.color = colour
+    if is_overlaid:
+        empty.data = None
+        empty.empty_display_type = "PLAIN_AXES"
+        empty.empty_display_size = _CROSS * size
+        return
+    empty.empty_display_type = "IMAGE"
+    empty.data = image
+    # The outlines are about two units across.
+    empty.empty_display_size = size / (2.0 * UNIT)
+    empty.empty_image_depth = "FRONT"
+    empty.empty_image_side = "FRONT"
+
+
+def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict:
+    return {
+        "index": float(umbilics.index[row]),
+        "kind": str(umbilics.kind[row]),
+        "curvature": _finite(umbilics.curvature[row]),
+        "triangle": int(umbilics.triangle[row]),
+        "vertices": corners.tolist(),
+        "barycentric": [_finite(weight) for weight in umbilics.barycentric[row]],
+        "persistence": _persistence(float(umbilics.persistence[row])),
+    }
+
+
+def _finite(value: float) -> float:
+    return float(value) if np.isfinite(value) else 0.0
+
+
+def _persistence(value: float) -> float:
+    return UNKNOWN if np.isnan(value) else min(value, PERMANENT)

@@ -1,0 +1,158 @@
+"""Results are filtered again as soon as a filter changes; nothing is computed anew."""
+
+from __future__ import annotations
+
+import time
+
+import bpy
+import numpy as np
+
+from ... import core
+from ..base import changes
+from ..data import pins, record, summary
+from ..data.preferences import Appearance
+from . import empties, framing, targets
+
+AUTOMATIC = -1.0
+# Object, row and time of the last click in the list, to know a double click by.
+_clicked = ("", -1, 0.0)
+# Rows that were found, by the detection's stamp and the filters: every redraw of a view asks.
+_found: dict[tuple, np.ndarray] = {}
+_MOST = 16
+
+
+def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The active and the selected objects that have results and can be changed."""
+    objects = [context.view_layer.objects.active, *context.view_layer.objects.selected]
+    return [
+        obj
+        for obj in dict.fromkeys(objects)
+        if obj is not None and obj.umbilics.detected and targets.is_local(obj)
+    ]
+
+
+def shown_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
+    """(k,) rows of the candidates that are to be seen; none if nothing is kept."""
+    kept = record.of(obj)
+    if kept is None:
+        return np.empty(0, dtype=int)
+    return _shown(obj, scene, kept, used_filters(obj))
+
+
+def left_out_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
+    """(k,) rows of the candidates that only the opening keeps from being seen."""
+    kept, filters = record.of(obj), used_filters(obj)
+    if kept is None or not filters.opening:
+        return np.empty(0, dtype=int)
+    unopened = core.Settings(persistence=filters.persistence)
+    everything = _shown(obj, scene, kept, unopened)
+    return np.setdiff1d(everything, shown_rows(obj, scene))
+
+
+def without_empty(context: bpy.types.Context, obj: bpy.types.Object | None) -> int:
+    """How many of the object's umbilics are too many for an empty; 0 if none is wanted."""
+    if obj is None or not context.scene.umbilics_display.empties:
+        return 0
+    count = len(obj.umbilics.items) + obj.umbilics.hidden_items
+    return max(count - Appearance(context).most_empties, 0)
+
+
+def apply(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    settings: core.Settings,
+    fresh: bool = False,
+) -> None:
+    """Bring the object's summary, list and empties in line with the filters of `settings`.
+
+    `fresh`: they belong to an earlier detection and are all replaced.
+    """
+    kept = record.of(obj)
+    if kept is None:
+        return
+    scene = context.scene
+    summary.store(obj, kept, core.select(kept.detection, settings, *pins.rows(obj)))
+    automatic = settings.persistence == core.AUTO
+    obj.umbilics.used_persistence = AUTOMATIC if automatic else settings.persistence
+    obj.umbilics.used_opening = settings.opening > 0
+    rows = _shown(obj, scene, kept, settings)
+    summary.list_items(obj, kept, rows)
+    most = Appearance(context).most_empties if scene.umbilics_display.empties else 0
+    with_empty = kept.most_persistent(rows, most)
+    (empties.replace if fresh else empties.update)(context, obj, kept, with_empty)
+
+
+def chosen_filters(scene: bpy.types.Scene) -> core.Settings:
+    """The scene's filters; what a detection itself was made with counts for nothing here."""
+    group = scene.umbilics
+    persistence = core.AUTO if group.persistence_auto else float(group.persistence)
+    return core.Settings(persistence=persistence, opening=group.opening)
+
+
+def used_filters(obj: bpy.types.Object) -> core.Settings:
+    """The filters that the object's results went through."""
+    kept = obj.umbilics
+    persistence = core.AUTO if kept.used_persistence < 0.0 else float(kept.used_persistence)
+    return core.Settings(persistence=persistence, opening=int(kept.used_opening))
+
+
+def _shown(
+    obj: bpy.types.Object,
+    scene: bpy.types.Scene,
+    kept: record.Record,
+    settings: core.Settings,
+) -> np.ndarray:
+    mine, kinds = obj.umbilics, frozenset(scene.umbilics_display.kinds)
+    opened = settings.opening > 0
+    key = (mine.stamp, settings.persistence, opened, mine.pinned, mine.deleted, kinds)
+    if key not in _found:
+        rows = core.kept_rows(kept.detection, settings, *pins.rows(obj))
+        wanted = np.isin(core.KINDS, list(kinds))
+        if len(_found) >= _MOST:
+            _found.clear()
+        _found[key] = rows[wanted[kept.kind_codes[rows]]]
+    return _found[key]
+
+
+def _filter_changed(context: bpy.types.Context) -> None:
+    for obj in with_results(context):
+        apply(context, obj, chosen_filters(context.scene))
+    changes.notify("view", context)
+
+
+def _glyphs_changed(context: bpy.types.Context) -> None:
+    for obj in with_results(context):
+        empties.dress_all(context, obj)
+
+
+def _active_changed(context: bpy.types.Context) -> None:
+    """Select the umbilic that was clicked in the list; frame it if it is clicked twice."""
+    global _clicked
+    obj = context.view_layer.objects.active
+    if obj is None or not 0 <= obj.umbilics.active < len(obj.umbilics.items):
+        return
+    row = obj.umbilics.items[obj.umbilics.active].row
+    before, _clicked = _clicked, (obj.name_full, row, time.monotonic())
+    pause = context.preferences.inputs.mouse_double_click_time / 1000.0
+    if before[:2] == _clicked[:2] and _clicked[2] - before[2] < pause:
+        framing.frame(context, row)
+    obj.umbilics.active_row = row
+    if obj.mode == "OBJECT":
+        for empty in empties.empties_of(obj):
+            chosen = empty.get("umbilics_row") == row
+            if empty.name in context.view_layer.objects and empty.select_get() != chosen:
+                empty.select_set(chosen)
+    changes.notify("view", context)
+
+
+def register() -> None:
+    changes.listen("filter", _filter_changed)
+    changes.listen("active", _active_changed)
+    changes.listen("glyphs", _glyphs_changed)
+
+
+def unregister() -> None:
+    changes.forget("filter", _filter_changed)
+    changes.forget("active", _active_changed)
+    changes.forget("glyphs", _glyphs_changed)
+    _found.clear()

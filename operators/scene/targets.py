@@ -1,0 +1,24 @@
+"""Which objects can keep results, and finding them again."""
+
+from __future__ import annotations
+
+import bpy
+
+
+def named(full_name: str) -> bpy.types.Object | None:
+    """The object of that full name, which tells a linked object from one of this file."""
+    return next((obj for obj in bpy.data.objects if obj.name_full == full_name), None)
+
+
+def is_local(data: bpy.types.ID) -> bool:
+    """Whether a data-block belongs to this file, so that results can be kept with it.
+
+    Of a library override Blender saves only what it allows to be overridden, and neither a
+    mesh's attributes nor results are among it.
+    """
+    return data.library is None and data.override_library is None
+
+
+def is_own(obj: bpy.types.Object) -> bool:
+    """Whether object and mesh both belong to this file."""
+    return is_local(obj) and (obj.data is None or is_local(obj.data))

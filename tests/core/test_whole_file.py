@@ -1,0 +1,68 @@
+"""Files that appear whole or not at all."""
+
+import os
+import stat
+import sys
+
+import pytest
+
+import core
+
+
+def test_a_block_that_fails_leaves_what_was_there(tmp_path):
+    path = tmp_path / "f.txt"
+    path.write_text("before")
+    with pytest.raises(KeyError), core.whole_file(path) as partial:
+        partial.write_text("half")
+        raise KeyError
+    assert path.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(FileNotFoundError), core.whole_file(tmp_path / "none"):
+        pass
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_nobody_sees_it_before_it_is_whole(tmp_path):
+    path = tmp_path / "new" / "f.txt"
+    with core.whole_file(path) as partial:
+        partial.write_text("all of it")
+        assert not path.exists()
+        assert partial.suffix == ".txt"
+    assert path.read_text() == "all of it"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links and modes as Unix has them")
+def test_a_link_leads_to_the_file_and_the_mode_stays(tmp_path):
+    path, link = tmp_path / "f.txt", tmp_path / "link"
+    path.write_text("before")
+    path.chmod(0o640)
+    link.symlink_to(path)
+    with core.whole_file(link) as partial:
+        partial.write_text("after")
+    assert link.is_symlink() and path.read_text() == "after"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+def test_a_pipe_or_device_stays_one(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with core.whole_file(path) as place:
+        assert place == path
+    with core.whole_file(os.devnull) as place, open(place, "w") as file:
+        file.write("nothing")
+    assert path.is_fifo() and not os.path.isfile(os.devnull)
+
+
+def test_a_folder_in_its_place_is_an_error(tmp_path):
+    (tmp_path / "d").mkdir()
+    with pytest.raises(IsADirectoryError), core.whole_file(tmp_path / "d") as partial:
+        partial.write_text("x")
+    assert [path.name for path in tmp_path.iterdir()] == ["d"]
+
+
+def test_a_name_as_long_as_any_can_be(tmp_path):
+    path = tmp_path / ("x" * 251 + ".txt")
+    with core.whole_file(path) as partial:
+        partial.write_text("x")
+    assert path.read_text() == "x"
