@@ -16,6 +16,7 @@ from ..mesh.surface import Surface
 from ..umbilics.result import Detection
 from .cross_field import CrossField, cross_field, smoothed_lines
 from .features import feature_half_edges, is_convex
+from .field.simplified import SimplifiedField, simplify_field
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
@@ -85,12 +86,27 @@ class Guide:
         self.detection = detection
         self._counts = len(vertices), len(triangles)
         self._field = _on_surface(self.surface, detection.curvature)
+        self._simplified: SimplifiedField | None = None
         self._planes: FaceFrames | None = None
 
     def keep(self, rows: np.ndarray) -> None:
         """Go on with the given candidates of the detection as the kept umbilics."""
         umbilics = self.detection.candidates.select(rows)
         self.detection = replace(self.detection, umbilics=umbilics)
+        self._simplified = self._planes = None
+
+    def simplified(self, progress: Progress) -> SimplifiedField:
+        """The principal directions without the umbilics that were dropped, made at first use."""
+        if self._simplified is None:
+            self._simplified = simplify_field(
+                self.surface,
+                self._field,
+                self.detection.umbilics,
+                self.detection.candidates,
+                self.undirected,
+                progress,
+            )
+        return self._simplified
 
     @property
     def undirected(self) -> np.ndarray:
@@ -103,7 +119,9 @@ class Guide:
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
         if self._planes is None:
-            self._planes = lay_out(self.surface, self._field.lines, progress)
+            field = self.simplified(progress.part("Simplifying the field", 0.0, 0.5)).curvature
+            part = progress.part("Laying out triangles", 0.5, 1.0)
+            self._planes = lay_out(self.surface, field.lines, part)
         return self._planes
 
     def guidance(
@@ -124,11 +142,12 @@ class Guide:
             (n,) bool vertices where no pole is wanted.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
-        begin = time.perf_counter()
-        part = progress.part("Smoothing the cross field", 0.0, 0.8)
         surface = self.surface
+        begin = time.perf_counter()
+        simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.2))
+        part = progress.part("Smoothing the cross field", 0.2, 0.8)
         cross = cross_field(
-            surface, self._field, settings, part, sharp=sharp, undirected=self.undirected
+            surface, simple.curvature, settings, part, sharp=sharp, undirected=self.undirected
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
@@ -249,7 +268,7 @@ class Guide:
             return self.planes(progress), self._singular
         smooth, index = smoothed_lines(
             self.surface,
-            self._field,
+            self.simplified(Progress()).curvature,
             settings.line_smoothness,
             progress,
             self.undirected,
@@ -259,13 +278,14 @@ class Guide:
 
     @property
     def _singular(self) -> np.ndarray:
-        """(m,) bool over the surface's triangles: those of the kept umbilics, which lines end at.
+        """(m,) bool over the surface's triangles: those of the kept umbilics, which lines end at,
+        and those where the field that lines follow turns around.
 
         Pairs that cancel in the noise do not stop a line.
         """
         at = np.zeros(self._counts[1], bool)
         at[self.detection.umbilics.triangle] = True
-        return at[self.surface.source_triangle]
+        return at[self.surface.source_triangle] | (self.simplified(Progress()).index != 0.0)
 
 
 def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:

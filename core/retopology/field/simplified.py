@@ -16,11 +16,13 @@ from ...curvature.field import CurvatureField
 from ...fields.winding import certified_index
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
-from .settling import balances, settle
-from .turns import Patch, turns_of_lines
+from .agreement import with_index
 
-# Rings around the umbilics that leave, within which they are looked for to cancel; 0: anywhere.
-REACHES = (12, 0)
+# Resistance of the directions around a kept umbilic, in that of an edge. They are not held
+# altogether: two umbilics near each other would let nothing through between them.
+STIFF = 10.0
+
+
 # Resistance of the directions around a kept umbilic, in that of an edge. They are not held
 # altogether: two umbilics near each other would let nothing through between them.
 STIFF = 10.0
@@ -33,20 +35,17 @@ class SimplifiedField:
     Attributes
     ----------
     curvature:
-        The shape operators at the vertices of the surface, with directions and gap changed
-        where umbilics left.
+        The shape operators at the vertices of the surface, with other directions where umbilics
+        left.
     index:
         (m,) float64 its certified index in each triangle.
-    dropped:
-        (m,) bool, the triangles whose umbilic has left.
     stayed:
-        (s,) int64 triangles with an umbilic that was to leave and cannot: its charge has
-        nothing to cancel with, or no way to it.
+        (s,) int64 triangles with an umbilic that was to leave and cannot: nothing is left that
+        it could cancel with.
     """
 
     curvature: CurvatureField
     index: np.ndarray
-    dropped: np.ndarray
     stayed: np.ndarray
 
 
@@ -67,63 +66,27 @@ def simplify_field(
     umbilics, candidates:
         The kept ones and all, in input rows and coordinates.
     undirected:
-        (m,) bool triangles of regions, whose own index stays.
+        (m,) bool triangles of regions, whose index stays.
     """
     index = certified_index(surface, field.d1, field.d2, progress.part("Counting", 0.0, 0.1))
-    single = np.flatnonzero((index != 0.0) & ~undirected)
-    none = np.zeros(len(index), bool)
     # Methods that pair nothing find other points than these.
-    if np.isnan(candidates.persistence).all() or not len(single):
-        return SimplifiedField(field, index, none, np.zeros(0, np.int64))
+    if np.isnan(candidates.persistence).all():
+        return SimplifiedField(field, index, np.zeros(0, np.int64))
+    single = np.flatnonzero((index != 0.0) & ~undirected)
     candidate = _candidates_at(surface, single, index[single], candidates)
     kept = (candidate >= 0) & np.isin(candidate, _nearest(umbilics, candidates))
-    gone = single[~kept]
-    if not len(gone):
-        return SimplifiedField(field, index, none, np.zeros(0, np.int64))
-    charge = np.zeros(len(index), np.int64)
-    charge[gone] = np.rint(2.0 * index[gone]).astype(np.int64)
+    wanted = np.zeros(len(index))
+    wanted[single[kept]] = index[single[kept]]
+    wanted[undirected] = index[undirected]
     priority = np.zeros(len(index))
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
     stiffness = np.zeros(len(surface.vertices))
     stiffness[surface.triangles[single[kept]]] = STIFF
-    gap = np.nan_to_num(field.gap)
-    angle, left = np.zeros(len(stiffness)), np.zeros(len(index), np.int64)
-    for rings in REACHES:
-        patch = (
-            Patch.around(surface, surface.triangles[gone], rings) if rings else Patch.whole(surface)
-        )
-        if rings and len(patch.triangles) > 0.5 * len(index):
-            continue
-        turns = turns_of_lines(surface, patch, field.d1, field.d2, gap)
-        mine, rim = charge[patch.triangles], patch.rim(surface)
-        if rings and not balances(turns, mine, rim):
-            continue
-        settled = settle(
-            turns,
-            mine,
-            priority[patch.triangles],
-            rim,
-            stiffness[patch.vertices],
-            progress.part("Simplifying the field", 0.1, 0.9),
-        )
-        if not rings or not settled.left.any():
-            angle[patch.vertices], left[patch.triangles] = settled.angle, settled.left
-            break
-    cosine, sine = (part(0.5 * angle)[:, None] for part in (np.cos, np.sin))
-    turned = angle[:, None] != 0.0
-    changed = replace(
-        field,
-        d1=np.where(turned, cosine * field.d1 + sine * field.d2, field.d1),
-        d2=np.where(turned, cosine * field.d2 - sine * field.d1, field.d2),
-    )
-    after = certified_index(surface, changed.d1, changed.d2, progress.part("Counting", 0.9, 1.0))
-    dropped = none.copy()
-    dropped[gone] = left[gone] == 0
-    if (after != np.where(dropped, 0.0, index)).any():
-        # Round-off at a turn of nearly half: as it was rather than anything else.
-        return SimplifiedField(field, index, none, gone)
-    return SimplifiedField(changed, after, dropped, np.flatnonzero(left))
+    part = progress.part("Simplifying the field", 0.1, 1.0)
+    found = with_index(surface, field.lines, wanted, priority, stiffness, part)
+    changed = replace(field, d1=found.field.direction, d2=found.field.across)
+    return SimplifiedField(changed, found.index, found.stayed)
 
 
 def _candidates_at(

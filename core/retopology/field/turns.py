@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...fields.directions import DirectionField
 from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import edge_turns
 from ...mesh.surface import Surface
@@ -20,7 +21,7 @@ from ...mesh.surface import Surface
 # Cotangent weights outside these bounds come from slivers; a weight near zero lets all the
 # turning happen over one edge.
 LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 10.0
-# A charge goes rather where the directions mean little: beside the gap over its median, this.
+# Cost of a way where the directions mean nothing, to one where they mean as much as usual.
 LEAST_COST = 0.05
 
 
@@ -106,17 +107,9 @@ class Patch:
         return (mine < count)[self.vertices]
 
 
-def turns_of_lines(
-    surface: Surface, patch: Patch, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray
-) -> Turns:
-    """The turns of a line field at the vertices of a patch; its charges, twice the index, in
-    triangles.
-
-    Parameters
-    ----------
-    d1, d2, gap:
-        (n, 3) unit directions, (n, 3) those at right angles and (n,) k1 - k2.
-    """
+def turns_at_vertices(surface: Surface, patch: Patch, field: DirectionField) -> Turns:
+    """The turns of a field at the vertices of a patch; its charges, the index times the symmetry,
+    in triangles. Charges go rather where the magnitude is small."""
     half, twin, inner = patch.sides(surface)
     chosen = np.flatnonzero((twin < 0) | (inner & (half < twin)))
     half, twin = half[chosen], twin[chosen]
@@ -128,25 +121,27 @@ def turns_of_lines(
     length = np.sqrt(surface.side_squares[half % 3, here])
     both = area[here] + np.where(twin >= 0, area[there], 0.0)
     way = both / (1.5 * np.maximum(length, np.finfo(float).tiny))
-    typical = max(float(np.median(gap)), np.finfo(float).tiny)
+    size = np.nan_to_num(field.magnitude)
+    typical = max(float(np.median(size)), np.finfo(float).tiny)
     place = np.full(len(surface.triangles), -1)
     place[patch.triangles] = np.arange(len(patch.triangles))
     row = np.full(len(surface.vertices), -1)
     row[patch.vertices] = np.arange(len(patch.vertices))
+    turn = edge_turns(surface, patch.triangles, field.direction, field.across, field.symmetry)
     return Turns(
         tail=row[tail],
         head=row[head],
-        turn=edge_turns(surface, patch.triangles, d1, d2).ravel()[chosen],
+        turn=turn.ravel()[chosen],
         weight=_cotangents(surface, half),
         left=place[here],
         right=np.where(twin >= 0, place[there], -1),
-        cost=way * (0.5 * (gap[tail] + gap[head]) / typical + LEAST_COST),
+        cost=way * (0.5 * (size[tail] + size[head]) / typical + LEAST_COST),
         directions=len(patch.vertices),
         places=len(patch.triangles),
     )
 
 
-def turns_of_faces(
+def turns_in_triangles(
     surface: Surface, patch: Patch, planes: FaceFrames, direction: np.ndarray
 ) -> Turns:
     """The turns of a cross field in the triangles of a patch, each the smallest one across its
