@@ -14,9 +14,11 @@ from ..fields.planes import FaceFrames, lay_out
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
-from .cross_field import CrossField, cross_field, smoothed_lines
+from .cross_field import CrossField, cross_field
 from .features import feature_half_edges, is_convex
+from .field.planned import with_poles
 from .field.simplified import SimplifiedField, simplify_field
+from .field.smoothed import smoothed_field
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
@@ -49,6 +51,8 @@ class Guidance:
         next), and whether the surface is convex there.
     timings:
         Seconds spent in each stage, by name.
+    warnings:
+        Sentences for the user, each saying what of the plan the surface does not allow.
     """
 
     direction: np.ndarray
@@ -63,6 +67,7 @@ class Guidance:
     feature_side: np.ndarray
     feature_convex: np.ndarray
     timings: dict[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 class Guide:
@@ -116,6 +121,13 @@ class Guide:
             inside[region.triangles] = True
         return inside[self.surface.source_triangle]
 
+    @property
+    def _row(self) -> np.ndarray:
+        """(input triangles,) row of the surface that each became, -1 for none."""
+        row = np.full(self._counts[1], -1)
+        row[self.surface.source_triangle] = np.arange(len(self.surface.source_triangle))
+        return row
+
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
         if self._planes is None:
@@ -160,6 +172,14 @@ class Guide:
             zone,
             settings.plan,
         )
+        cross = with_poles(
+            surface,
+            planes,
+            cross,
+            self._row[poles.triangle],
+            4 - poles.valence,
+            progress.part("Moving poles", 0.95, 1.0),
+        )
         end = time.perf_counter()
         progress.step(1.0)
         return self._collected(cross, poles, settings, sharp, middle - begin, end - middle)
@@ -192,7 +212,26 @@ class Guide:
             feature_side=edges % 3,
             feature_convex=is_convex(surface, edges),
             timings={"cross field": field_seconds, "poles": pole_seconds},
+            warnings=self._warnings(cross, poles),
         )
+
+    def _warnings(self, cross: CrossField, poles: Poles) -> tuple[str, ...]:
+        found = []
+        stayed = len(self.simplified(Progress()).stayed)
+        if stayed:
+            found.append(
+                f"{stayed} umbilic{'s' if stayed > 1 else ''} that should go stay in the field: "
+                "they have nothing opposite left to cancel with."
+            )
+        planned = np.zeros(len(cross.triangle_index))
+        np.add.at(planned, self._row[poles.triangle], 4 - poles.valence)
+        differing = int(np.count_nonzero(planned != np.rint(4.0 * cross.triangle_index)))
+        if differing:
+            found.append(
+                f"The cross field has other poles than planned in {differing} places: the sum of "
+                "the planned ones, or the room between them, does not allow them."
+            )
+        return tuple(found)
 
     def singular_vertices(self, guidance: Guidance) -> tuple[np.ndarray, np.ndarray]:
         """Input vertices (s,) where the field of the faces is singular, and 4 times its index."""
@@ -266,15 +305,16 @@ class Guide:
         a singularity of these."""
         if settings.line_smoothness == 0.0:
             return self.planes(progress), self._singular
-        smooth, index = smoothed_lines(
+        regions = [self._row[region.triangles] for region in self.detection.regions]
+        smooth = smoothed_field(
             self.surface,
-            self.simplified(Progress()).curvature,
+            self.simplified(progress.part("Simplifying the field", 0.0, 0.3)),
             settings.line_smoothness,
-            progress,
-            self.undirected,
+            regions,
+            progress.part("Smoothing the lines", 0.3, 1.0),
             held,
         )
-        return lay_out(self.surface, smooth, Progress()), index != 0.0
+        return lay_out(self.surface, smooth.field, Progress()), smooth.index != 0.0
 
     @property
     def _singular(self) -> np.ndarray:

@@ -53,9 +53,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("arguments", REFUSED.values(), ids=REFUSED)
-def test_what_would_be_overwritten_is_refused_before_anything_runs(
-    run, meshes, arguments, capfd
-):
+def test_what_would_be_overwritten_is_refused_before_anything_runs(run, meshes, arguments, capfd):
     for folder in ("a", "b"):
         (meshes / folder).mkdir()
         shutil.copy(meshes / "x.obj", meshes / folder / "x.obj")
