@@ -208,7 +208,9 @@ def test_spacing_is_in_length():
 def test_smoothing_lengthens_the_lines_of_a_noisy_surface():
     mesh = noisy(ellipsoid(subdivisions=5), 0.05)
     # Normals alone feel the noise; jets would choose a larger scale.
-    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
+    detection = core.detect(
+        mesh.vertices, mesh.triangles, core.Settings(curvature="normals", normal_smoothing=3)
+    )
     guide = core.Guide(mesh.vertices, mesh.triangles, detection)
     lengths = [
         np.median(guide.lines(core.GuidanceSettings(line_smoothness=s)).length) for s in (0.0, 0.6)

@@ -184,6 +184,7 @@ class _Running:
     triangle: np.ndarray
     z: np.ndarray
     direction: np.ndarray
+    heading: np.ndarray
     entry: np.ndarray
     sign: np.ndarray
     straight: np.ndarray
@@ -202,6 +203,7 @@ class _Running:
             triangle=triangle,
             z=starts.z.astype(complex),
             direction=starts.direction.astype(complex),
+            heading=starts.direction.astype(complex),
             entry=np.full(count, -1),
             sign=np.where(starts.family == 0, 1.0, -1.0),
             straight=starts.straight.astype(float),
@@ -222,6 +224,7 @@ class _Running:
             self.corner,
             self.z,
             self.direction,
+            self.heading,
             self.entry,
             self.sign,
             self.straight,
@@ -246,14 +249,15 @@ class _Running:
         staying = np.flatnonzero(stay)
         beyond = twin // 3
         entry = twin - 3 * beyond
-        direction = chords.direction * planes.turn[half_edge]
+        turn = planes.turn[half_edge]
+        turn[staying] = 1.0
         beyond[staying], entry[staying] = chords.triangle[staying], -1
-        direction[staying] = chords.direction[staying]
         self.corner = planes.corner[beyond]
         tail = self.corner[rows, entry]
         into = tail + (1.0 - chords.share) * (self.corner[rows, (entry + 1) % 3] - tail)
         self.z = np.where(stay, chords.z, into)
-        self.triangle, self.entry, self.direction = beyond, entry, direction
+        self.triangle, self.entry = beyond, entry
+        self.direction, self.heading = chords.direction * turn, chords.heading * turn
         return border, reached
 
     def arrived(self, block: np.ndarray, chords: Chords) -> np.ndarray:
