@@ -34,8 +34,8 @@ AROUND = 8
 EASY = 0.7
 # What is left in a round of the stiffness beside a turn that is too large.
 SOFTER = 0.1
-# Times that all is done again without the charges that could not leave.
-ATTEMPTS = 4
+# Times that all is done again: without stiffness, then without the charges that could not leave.
+ATTEMPTS = 5
 # A trace of stiffness keeps the directions of an island without a fixed one from floating.
 FLOATING = 1e-9
 
@@ -99,6 +99,9 @@ def settle(
         if not len(turned.bad):
             return Settled(turned.angle, left)
         ends = np.concatenate([turns.tail[turned.bad], turns.head[turned.bad]])
+        if stiffness.any():
+            stiffness = np.zeros_like(stiffness)
+            continue
         stuck = np.isin(paths.of, turned.owner[ends])
         bad = paths.source[stuck] if stuck.any() else paths.source
         left[bad] += charge[bad]

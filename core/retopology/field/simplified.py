@@ -16,15 +16,16 @@ from ...curvature.field import CurvatureField
 from ...fields.winding import certified_index
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
+from ..cross_field import NOISE_RATIO, WEAK_GAP
 from .agreement import with_index
 
-# Resistance of the directions around a kept umbilic, in that of an edge. They are not held
-# altogether: two umbilics near each other would let nothing through between them.
+# Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
+# umbilic. They are not held altogether: two umbilics near each other would let nothing through.
 STIFF = 10.0
 
 
-# Resistance of the directions around a kept umbilic, in that of an edge. They are not held
-# altogether: two umbilics near each other would let nothing through between them.
+# Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
+# umbilic. They are not held altogether: two umbilics near each other would let nothing through.
 STIFF = 10.0
 
 
@@ -81,12 +82,20 @@ def simplify_field(
     priority = np.zeros(len(index))
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
-    stiffness = np.zeros(len(surface.vertices))
+    stiffness = STIFF * _certainty(field)
     stiffness[surface.triangles[single[kept]]] = STIFF
     part = progress.part("Simplifying the field", 0.1, 1.0)
     found = with_index(surface, field.lines, wanted, priority, stiffness, part)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
+
+
+def _certainty(field: CurvatureField) -> np.ndarray:
+    """(n,) float64 how sure the directions are, 0 to 1, by the noise where it is known."""
+    gap, noise = np.nan_to_num(field.gap), np.nan_to_num(field.noise)
+    typical = float(np.median(gap))
+    doubt = np.hypot(NOISE_RATIO * noise, WEAK_GAP * typical)
+    return gap**2 / np.maximum(gap**2 + doubt**2, np.finfo(float).tiny)
 
 
 def _candidates_at(
