@@ -42,7 +42,10 @@ class Starts:
         followed; infinite for a geodesic.
     own:
         (r,) int obstacle that the line begins at, -1 for none; it does not count before the
-        line has gone the length `grace` (r,).
+        line has gone the length `grace` (r,), nor does a sharp turn.
+    steady:
+        (r,) bool lines that go straight on where the field is weak, and end rather than turn
+        within a few edges; the others follow it whatever it does.
     """
 
     triangle: np.ndarray
@@ -52,6 +55,7 @@ class Starts:
     straight: np.ndarray
     own: np.ndarray
     grace: np.ndarray
+    steady: np.ndarray
 
     @classmethod
     def plain(
@@ -72,6 +76,7 @@ class Starts:
             np.full(count, straight),
             np.full(count, -1),
             np.zeros(count),
+            np.ones(count, bool),
         )
 
     def __len__(self) -> int:
@@ -190,6 +195,7 @@ class _Running:
     straight: np.ndarray
     own: np.ndarray
     grace: np.ndarray
+    steady: np.ndarray
     limit: np.ndarray
     length: np.ndarray
     corner: np.ndarray
@@ -209,6 +215,7 @@ class _Running:
             straight=starts.straight.astype(float),
             own=starts.own.astype(np.int64),
             grace=starts.grace.astype(float),
+            steady=starts.steady.astype(bool),
             limit=limit.astype(float),
             length=np.zeros(count),
             corner=planes.corner[triangle],
@@ -229,6 +236,8 @@ class _Running:
             self.sign,
             self.straight,
             self.limit - self.length,
+            self.steady,
+            self.length >= self.grace,
         )
 
     def moved(
