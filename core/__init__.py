@@ -15,6 +15,8 @@ from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
 from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
+from .formats.off import read_off
+from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
@@ -63,6 +65,7 @@ __all__ = [
     "Settings",
     "Umbilics",
     "UmbilicsError",
+    "UsdMesh",
     "check",
     "compare",
     "comparison_table",
@@ -75,9 +78,11 @@ __all__ = [
     "noise_multiple",
     "options",
     "pack",
+    "read_off",
     "select",
     "setting",
     "unpack",
     "whole_file",
     "write_guidance",
+    "write_usda",
 ]

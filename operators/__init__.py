@@ -16,6 +16,7 @@ _MODULES = (
     "detect",
     "cancel",
     "clear",
+    "clear_file",
     "add_arrows",
     "apply_filters",
     "explain",

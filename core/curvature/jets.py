@@ -149,8 +149,8 @@ def _fit_some(
         # `take` gives arrays that run along b; indexed with [..., some] they would not.
         origin = coordinates.take(centres[some], axis=1)
         along = axes.take(some, axis=2)
-        samples, radius[block] = _samples(coordinates, members, origin, along, workspace)
-        weights = _weights(samples[:2], workspace) if around.focused else None
+        samples, radius[block] = samples_about(coordinates, members, origin, along, workspace)
+        weights = near_weights(samples[:2], FOCUS, workspace) if around.focused else None
         x, y, height = samples
         sum_samples(x, y, height, weights, DEGREE, sums[:, block], workspace)
     order = np.concatenate(blocks)
@@ -158,7 +158,7 @@ def _fit_some(
     _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)
 
 
-def _samples(
+def samples_about(
     coordinates: np.ndarray,
     members: np.ndarray,
     origin: np.ndarray,
@@ -179,11 +179,11 @@ def _samples(
     return samples, radius
 
 
-def _weights(plane: np.ndarray, workspace: Workspace) -> np.ndarray:
-    """Weights (s, b) of samples at `plane` (2, s, b), up to a factor: 1 / (1 + d^2 / FOCUS)^3."""
+def near_weights(plane: np.ndarray, focus: float, workspace: Workspace) -> np.ndarray:
+    """Weights (s, b) of samples at `plane` (2, s, b), up to a factor: 1 / (1 + d^2 / focus)^3."""
     spread, other = workspace.array("weights", *plane.shape)
     np.einsum("csb,csb->sb", plane, plane, out=spread)
-    spread += FOCUS
+    spread += focus
     np.multiply(spread, spread, out=other)
     spread *= other
     return np.reciprocal(spread, out=spread)

@@ -11,11 +11,12 @@ from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
+from ..mesh.creases import is_convex
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
-from .cross_field import CrossField, cross_field
-from .features import feature_half_edges, is_convex
+from .cross_field import CrossField, cross_field, smoothing_length
+from .features import Features, find_features
 from .field.planned import with_poles
 from .field.simplified import SimplifiedField, simplify_field
 from .field.smoothed import smoothed_field
@@ -24,7 +25,14 @@ from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
 from .mirror import MirrorPlane, find_mirror_plane
 from .poles import Poles, plan_poles
+from .ridges.find import find_ridges, measure_slopes
+from .ridges.ridge_lines import RidgeLines, ridge_lines
+from .ridges.slopes import Slopes
 from .settings import GuidanceSettings
+
+# A crest that draws the cross field to it is longer than this many lengths over which the field is
+# smoothed: shorter ones are bumps, and their ends would be poles.
+CREST_LENGTHS = 8.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +101,7 @@ class Guide:
         self._field = _on_surface(self.surface, detection.curvature)
         self._simplified: SimplifiedField | None = None
         self._planes: FaceFrames | None = None
+        self._slopes: Slopes | None = None
 
     def keep(self, rows: np.ndarray) -> None:
         """Go on with the given candidates of the detection as the kept umbilics."""
@@ -156,10 +165,12 @@ class Guide:
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         surface = self.surface
         begin = time.perf_counter()
-        simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.2))
-        part = progress.part("Smoothing the cross field", 0.2, 0.8)
+        simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.15))
+        part = progress.part("Finding features", 0.15, 0.25)
+        features = self.features(settings, part, sharp=sharp)
+        part = progress.part("Smoothing the cross field", 0.25, 0.8)
         cross = cross_field(
-            surface, simple.curvature, settings, part, sharp=sharp, undirected=self.undirected
+            surface, simple.curvature, settings, part, undirected=self.undirected, features=features
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
@@ -182,19 +193,18 @@ class Guide:
         )
         end = time.perf_counter()
         progress.step(1.0)
-        return self._collected(cross, poles, settings, sharp, middle - begin, end - middle)
+        return self._collected(cross, poles, features, middle - begin, end - middle)
 
     def _collected(
         self,
         cross: CrossField,
         poles: Poles,
-        settings: GuidanceSettings,
-        sharp: np.ndarray | None,
+        features: Features,
         field_seconds: float,
         pole_seconds: float,
     ) -> Guidance:
         surface = self.surface
-        edges = feature_half_edges(surface, settings, sharp)
+        edges = features.half_edge
         n, m = self._counts
         closed = bool(surface.closed.all())
         return Guidance(
@@ -232,6 +242,46 @@ class Guide:
                 "the planned ones, or the room between them, does not allow them."
             )
         return tuple(found)
+
+    def features(
+        self,
+        settings: GuidanceSettings | None = None,
+        progress: Progress | None = None,
+        *,
+        sharp: np.ndarray | None = None,
+    ) -> Features:
+        """What the cross field runs along, in rows of `surface`."""
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        if not settings.align_crests:
+            return find_features(self.surface, settings, sharp)
+        bend = settings.feature_angle
+        ridges = find_ridges(self.surface, self._measured(progress), least_bend=bend)
+        shortest = CREST_LENGTHS * smoothing_length(self.surface, settings.smoothness)
+        return find_features(self.surface, settings, sharp, ridges, shortest)
+
+    def ridges(
+        self, settings: GuidanceSettings | None = None, progress: Progress | None = None
+    ) -> RidgeLines:
+        """Ridges, ravines and crest lines, each with its kind, strength and bend.
+
+        The third derivatives that they come from are measured once; with other settings the
+        lines are only picked anew.
+        """
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        slopes = self._measured(progress.part("Measuring ridges", 0.0, 0.9))
+        progress.part("Joining ridges", 0.9, 1.0)
+        found = find_ridges(
+            self.surface,
+            slopes,
+            crests_only=settings.ridges == "crests",
+            least_bend=settings.least_bend,
+        )
+        return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)
+
+    def _measured(self, progress: Progress) -> Slopes:
+        if self._slopes is None:
+            self._slopes = measure_slopes(self.surface, self._field, progress)
+        return self._slopes
 
     def singular_vertices(self, guidance: Guidance) -> tuple[np.ndarray, np.ndarray]:
         """Input vertices (s,) where the field of the faces is singular, and 4 times its index."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import core
 from ..jobs import detect
+from .batch.names import result_name
 from .guard import Guard
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
@@ -30,6 +31,7 @@ class GuidanceRequest:
         if file is not None and object_name != name:
             name = f"{name}-{object_name}"
         name = "".join("_" if letter in '/\\:*?"<>|' else letter for letter in name)
+        name = result_name(name)
         return self.folder / (name if frame is None else f"{name}.{frame:04d}")
 
     def claim_file(self, guard: Guard, file: str, frames: Iterable[int]) -> None:

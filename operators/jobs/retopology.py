@@ -119,9 +119,7 @@ def gather(
     )
 
 
-def _to_read(
-    scene: bpy.types.Scene, obj: bpy.types.Object
-) -> tuple[bpy.types.Object, bool, Scope]:
+def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.Object, bool, Scope]:
     """The object, form and part that the object's detection was made of, else the scene's."""
     if obj.umbilics.detected:
         kept = obj.umbilics

@@ -30,6 +30,8 @@ DETECTION, PLAN = "umbilics", "umbilics_plan"
 # On a mesh: stamp of the detection, and of the plan, whose values it holds.
 _STAMP = {DETECTION: "umbilics_stamp", PLAN: "umbilics_plan_stamp"}
 
+STAMPS = tuple(_STAMP.values())
+
 
 @dataclass(frozen=True)
 class Home:
@@ -98,7 +100,7 @@ def mesh_of(obj: bpy.types.Object | None, part: str = DETECTION) -> bpy.types.Me
     made = getattr(obj, part)
     if made.mesh is not None:
         return made.mesh
-    # Files of before version 0.3 have results and no stamp on the mesh.
+    # Files of earlier versions have results and no stamp on the mesh.
     stamp = obj.data.get(_STAMP[part], made.stamp)
     return obj.data if stamp == made.stamp else None
 

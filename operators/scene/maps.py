@@ -108,9 +108,7 @@ def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
     return [
-        obj
-        for obj in scene.objects
-        if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
+        obj for obj in scene.objects if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
     ]
 
 

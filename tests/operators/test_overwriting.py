@@ -171,3 +171,23 @@ def test_all_results_of_a_file_are_whole_or_not_there(run, meshes, addon, monkey
     assert run("x.obj", "--json", "o.json") == 1
     assert (meshes / "o.json").read_text() == "of before"
     assert not list(meshes.glob(".umbilics*"))
+
+
+def test_the_panel_knows_which_files_of_the_guidance_are_there_already(addon, tmp_path):
+    """The file browser warns of the one name that is typed, but more are written."""
+    in_the_way = addon.operators.export_field.in_the_way
+    kinds = ["mesh", "rosy", "csv"]
+    assert in_the_way(str(tmp_path / "egg.obj"), kinds) == []
+    for name in ("egg.rosy", "egg-umbilics.csv", "egg.sharp"):
+        (tmp_path / name).write_text("")
+    assert in_the_way(str(tmp_path / "egg.obj"), kinds) == ["egg.rosy", "egg-umbilics.csv"]
+
+
+def test_names_that_endings_do_not_fit_on_are_cut_and_stay_apart(run, meshes):
+    long = ["m" * 250 + letter + ".obj" for letter in "ab"]
+    for name in long:
+        shutil.copy(meshes / "x.obj", meshes / name)
+    guide = ("--guide", "g", "--guide-files", "separatrices", "csv")
+    assert run(*long, "--json", "out", *guide) == 0
+    assert len(list((meshes / "out").glob("*.json"))) == 2
+    assert len(list((meshes / "g").iterdir())) == 6

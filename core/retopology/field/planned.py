@@ -14,6 +14,7 @@ from ...mesh.surface import Surface
 from ..cross_field import CrossField
 from .agreement import rotated, with_index
 from .settling import settle
+from .simplified import STIFF
 from .turns import Patch, turns_in_triangles
 
 # Rings around the singular vertices that differ, within which triangles turn.
@@ -43,7 +44,7 @@ def with_poles(
     lines = DirectionField(cross.direction, cross.normal, cross.strength, symmetry=4)
     part = progress.part("Moving poles", 0.0, 0.5)
     none = np.zeros(len(quarters))
-    found = with_index(surface, lines, quarters / 4.0, none, cross.confidence, part)
+    found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
     faces = _faces(surface, planes, cross, triangle, sign, progress.part("Moving poles", 0.5, 1.0))
     return replace(
         cross,
@@ -73,7 +74,7 @@ def _faces(
     turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
     _, twin, inner = patch.sides(surface)
     rim = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
-    sure = cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
+    sure = STIFF * cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
     none = np.zeros(len(patch.vertices))
     settled = settle(turns, charge[patch.vertices], none, rim, sure, progress)
     angle = np.zeros(len(surface.triangles))
