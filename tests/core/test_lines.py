@@ -69,7 +69,8 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     limit = np.full(count, 3.0) / surface.unit
     free = np.full(len(surface.triangles), -1)
     traces = trace(surface, planes, starts, limit, free, Progress())
-    assert (traces.end == LIMIT).sum() >= 57  # one may lose its way in an umbilic's triangle
+    # Those that would go around an umbilic within two edges end there.
+    assert (traces.end == LIMIT).sum() >= 50
     points = points_of(surface, planes, traces.triangle, traces.z) * surface.unit + surface.origin
     off = []
     for line in np.flatnonzero(traces.end == LIMIT):

@@ -70,15 +70,17 @@ def _faces(
     changing = np.flatnonzero(charge)
     if not len(changing):
         return cross.face_direction
-    patch = Patch.around(surface, changing, NEARBY)
-    turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
-    _, twin, inner = patch.sides(surface)
-    rim = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
-    sure = STIFF * cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
-    none = np.zeros(len(patch.vertices))
-    settled = settle(turns, charge[patch.vertices], none, rim, sure, progress)
     angle = np.zeros(len(surface.triangles))
-    angle[patch.triangles] = settled.angle / 4.0
+    for patch in (Patch.around(surface, changing, NEARBY), Patch.whole(surface)):
+        turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
+        _, twin, inner = patch.sides(surface)
+        rim = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
+        sure = STIFF * cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
+        none = np.zeros(len(patch.vertices))
+        settled = settle(turns, charge[patch.vertices], none, rim, sure, progress)
+        angle[patch.triangles] = settled.angle / 4.0
+        if not settled.left.any():
+            break
     across = np.cross(surface.face_normal_area[0], cross.face_direction)
     return rotated(cross.face_direction, across, angle)
 
