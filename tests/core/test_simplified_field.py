@@ -92,15 +92,14 @@ def test_nothing_changes_where_nothing_is_dropped():
 
 def test_what_has_nothing_to_cancel_with_stays_and_is_said():
     mesh = ellipsoid(subdivisions=4)
-    detection, guide = guided(mesh.vertices, mesh.triangles)
-    guide.keep(np.array([0, 1, 3]))
+    detection, whole = guided(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection, kept=np.array([0, 1, 3]))
     found = guide.simplified(Progress())
     assert len(found.stayed) == 1 and found.index.sum() == 2.0
     assert indices(found.index).tolist() == [0.5] * 4
     guidance = guide.guidance()
     assert len(guidance.warnings) == 1 and "1 umbilic" in guidance.warnings[0]
-    guide.keep(np.arange(len(detection.candidates)))
-    assert not guide.guidance().warnings
+    assert not whole.guidance().warnings
 
 
 def test_a_charge_leaves_by_an_open_border():
