@@ -24,6 +24,7 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guidance, Guide
 from .retopology.poles import Poles
+from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
@@ -61,6 +62,7 @@ __all__ = [
     "Poles",
     "Progress",
     "Region",
+    "RidgeLines",
     "Selection",
     "Settings",
     "Umbilics",

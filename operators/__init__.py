@@ -31,6 +31,7 @@ _MODULES = (
     "guide",
     "lines",
     "separatrices",
+    "ridges",
     "mark_seams",
     "symmetry",
     "align_to_x",

@@ -12,10 +12,18 @@ from ..base.errors import FormatError
 from ..base.progress import Progress
 from ..retopology.lines.polylines import Lines
 from ..retopology.planner import Guidance, Guide
+from ..retopology.ridges.ridge_lines import RidgeLines
 from .curves import write_curves
 from .dmat import write_dmat
 from .mesh import write_mesh
-from .points import Table, poles_table, umbilics_table, write_points_csv, write_points_json
+from .points import (
+    Table,
+    poles_table,
+    ridges_table,
+    umbilics_table,
+    write_points_csv,
+    write_points_json,
+)
 from .rawfield import write_rawfield
 from .rosy import write_rosy
 from .sharp import write_sharp
@@ -43,6 +51,13 @@ FILE_KINDS = {
     "sharp": FileKind(".sharp", "Sharp Features", "Creases and borders, for QuadWild (.sharp)"),
     "lines": FileKind("-lines.obj", "Lines", "Lines of curvature as polylines (.obj)"),
     "separatrices": FileKind("-separatrices.obj", "Separatrices", "As polylines (.obj)"),
+    "ridges": FileKind("-ridges.obj", "Ridges", "Ridges and ravines as polylines (.obj)"),
+    "ridge_figures": FileKind(
+        "-ridges.csv",
+        "Ridge Figures",
+        "Kind, strength and bend of every point of the ridges (.csv, .json)",
+        ("-ridges.json",),
+    ),
     "csv": FileKind(
         "-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)", ("-umbilics.csv",)
     ),
@@ -60,6 +75,7 @@ class Exported:
     guidance: Guidance
     lines: Lines | None = None
     separatrices: Lines | None = None
+    ridges: RidgeLines | None = None
 
 
 def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
@@ -163,6 +179,21 @@ def _separatrices(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_curves(path, _turned(data.separatrices, turn))
 
 
+def _ridges(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_curves(path, _turned(data.ridges, turn))
+
+
+def _ridge_figures(path: Path, data: Exported, turn: np.ndarray) -> None:
+    if data.ridges is None:
+        raise FormatError("There are no ridges to write.")
+    ridges = data.ridges
+    table = ridges_table(
+        replace(ridges, position=ridges.position @ turn.T, normal=ridges.normal @ turn.T)
+    )
+    write_points_csv(path, table)
+    write_points_json(path.with_suffix(".json"), {"ridges": table})
+
+
 def _tables(data: Exported, turn: np.ndarray) -> dict[str, Table]:
     poles, umbilics = data.guidance.poles, data.guide.detection.umbilics
     return {
@@ -194,6 +225,8 @@ _WRITERS: dict[str, Callable[..., None]] = {
     "sharp": _sharp,
     "lines": _lines,
     "separatrices": _separatrices,
+    "ridges": _ridges,
+    "ridge_figures": _ridge_figures,
     "csv": _csv,
     "json": _json,
 }

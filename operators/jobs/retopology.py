@@ -182,11 +182,19 @@ def separatrices(job: Job, guide: core.Guide, progress: core.Progress) -> core.L
     return guide.separatrices(job.settings, progress)
 
 
-def guides(job: Job, guide: core.Guide, progress: core.Progress) -> tuple[core.Lines, core.Lines]:
-    """Lines of curvature and separatrices."""
+def ridges(job: Job, guide: core.Guide, progress: core.Progress) -> core.RidgeLines:
+    """Ridges, ravines and crest lines."""
+    return guide.ridges(job.settings, progress)
+
+
+def guides(
+    job: Job, guide: core.Guide, progress: core.Progress
+) -> tuple[core.Lines, core.Lines, core.RidgeLines]:
+    """Lines of curvature, separatrices and ridges."""
     return (
-        lines(job, guide, progress.part("Lines", 0.0, 0.8)),
-        separatrices(job, guide, progress.part("Separatrices", 0.8, 1.0)),
+        lines(job, guide, progress.part("Lines", 0.0, 0.6)),
+        separatrices(job, guide, progress.part("Separatrices", 0.6, 0.8)),
+        ridges(job, guide, progress.part("Ridges", 0.8, 1.0)),
     )
 
 
@@ -217,8 +225,11 @@ def exported(stem: Path, kinds: list[str]) -> Callable[..., list[Path]]:
             guide,
             guidance,
             lines(job, guide, progress.part("Lines", 0.4, 0.7)) if "lines" in kinds else None,
-            separatrices(job, guide, progress.part("Separatrices", 0.7, 0.8))
+            separatrices(job, guide, progress.part("Separatrices", 0.7, 0.75))
             if "separatrices" in kinds
+            else None,
+            ridges(job, guide, progress.part("Ridges", 0.75, 0.8))
+            if {"ridges", "ridge_figures"} & set(kinds)
             else None,
         )
         part = progress.part("Writing files", 0.8, 1.0)

@@ -6,7 +6,8 @@ again replaces its own objects only.
 
 Custom properties: of a pole `umbilics_valence`, `umbilics_confidence` and `umbilics_umbilic`
 (row among the kept umbilics, -1 for none); of a curve `umbilics_family` (0 larger, 1 smaller
-curvature) and `umbilics_lengths`, a length for each spline.
+curvature) and `umbilics_lengths`, a length for each spline; of ridges also `umbilics_kinds` and
+`umbilics_bends`, the mean bend in degrees of each.
 """
 
 from __future__ import annotations
@@ -24,20 +25,22 @@ from . import grease_pencil, homes
 from .targets import is_local
 
 TAG = "umbilics_guidance"
-PARTS = ("poles", "lines", "separatrices", "guides", "mirror")
-POLES, LINES, SEPARATRICES, GUIDES, MIRROR = PARTS
+PARTS = ("poles", "lines", "separatrices", "ridges", "guides", "mirror")
+POLES, LINES, SEPARATRICES, RIDGES, GUIDES, MIRROR = PARTS
 ATTRIBUTES = {
     "umbilics_cross": ("POINT", "FLOAT_VECTOR"),
     "umbilics_confidence": ("POINT", "FLOAT"),
     "umbilics_cross_face": ("FACE", "FLOAT_VECTOR"),
     "umbilics_cross_index": ("FACE", "FLOAT"),
 }
-# 1 where we marked a seam, 2 where we marked a sharp edge, 3 both: so that it can be undone.
+# 1 where we marked a seam, 2 where a sharp edge, 4 where a crease, and sums: to be undone.
 MARKS = {"umbilics_marked": ("EDGE", "INT")}
-_BIT = {"seam": 1, "edge_sharp": 2}
+_BIT = {"seam": 1, "edge_sharp": 2, "crease": 4}
 
 _FAMILY_NAME = ("Larger Curvature", "Smaller Curvature")
 _FAMILY_COLOUR = ((0.85, 0.2, 0.1, 1.0), (0.1, 0.35, 0.85, 1.0))
+_RIDGE_NAME = ("Ridges", "Ravines")
+_RIDGE_COLOUR = ((0.95, 0.55, 0.05, 1.0), (0.05, 0.6, 0.55, 1.0))
 _POLE_COLOUR = {3: (1.0, 0.62, 0.0, 1.0), 5: (0.05, 0.25, 0.85, 1.0)}
 _POLE_SHAPE = {3: "SPHERE", 5: "CUBE"}
 # Sizes as fractions of the mesh's extent.
@@ -130,11 +133,13 @@ def write_lines(
     remove(obj, part)
     points = _lifted(arrays, lines)
     made = []
-    for family, name in enumerate(_FAMILY_NAME):
+    ridges = isinstance(lines, core.RidgeLines)
+    for family, name in enumerate(_RIDGE_NAME if ridges else _FAMILY_NAME):
         rows = np.flatnonzero(lines.family == family)
         if not len(rows):
             continue
-        curve = bpy.data.curves.new(f"{part.capitalize()}: {name}", "CURVE")
+        title = name if ridges else f"{part.capitalize()}: {name}"
+        curve = bpy.data.curves.new(title, "CURVE")
         curve.dimensions = "3D"
         curve.resolution_u = 1
         curve.bevel_depth = _thickness(arrays, part)
@@ -148,9 +153,13 @@ def write_lines(
             spline.points.foreach_set("co", co.ravel())
             spline.use_cyclic_u = bool(lines.closed[row])
         curve_object = bpy.data.objects.new(curve.name, curve)
-        curve_object.color = _FAMILY_COLOUR[family]
+        curve_object.color = (_RIDGE_COLOUR if ridges else _FAMILY_COLOUR)[family]
         curve_object["umbilics_family"] = family
         curve_object["umbilics_lengths"] = lines.length[rows].tolist()
+        if isinstance(lines, core.RidgeLines):
+            curve_object["umbilics_kinds"] = lines.kind[rows].tolist()
+            bends = np.add.reduceat(lines.bend, lines.start[:-1]) / np.diff(lines.start)
+            curve_object["umbilics_bends"] = bends[rows].tolist()
         _adopt(context, obj, arrays, curve_object, part, None)
         made.append(curve_object)
     return made
@@ -162,12 +171,13 @@ def write_guides(
     arrays: MeshArrays,
     lines: core.Lines,
     separatrices: core.Lines,
+    ridges: core.RidgeLines,
 ) -> None:
-    """Lines and separatrices as Grease Pencil strokes, in place of the earlier ones."""
+    """Lines, separatrices and ridges as Grease Pencil strokes, in place of the earlier ones."""
     remove(obj, GUIDES)
     layers = {}
-    for name, some in grease_pencil.layers_of(lines, separatrices).items():
-        part = SEPARATRICES if some is separatrices else LINES
+    for name, some in grease_pencil.layers_of(lines, separatrices, ridges).items():
+        part = LINES if name in grease_pencil.FAMILIES else SEPARATRICES
         layers[name] = some, _lifted(arrays, some), _thickness(arrays, part)
     frame = min(context.scene.frame_start, context.scene.frame_current)
     made = grease_pencil.make(f"Guides of {obj.name}", layers, frame)
@@ -210,7 +220,8 @@ def write_mirror(
 
 
 def mark(obj: bpy.types.Object, chosen: np.ndarray, kind: str) -> int:
-    """Mark edges (e,) bool as "seam" or "edge_sharp" and remember which; how many are new."""
+    """Mark edges (e,) bool as "seam", "edge_sharp" or "crease" and remember which; how many are
+    new."""
     unmark(obj, kind)
     fresh = mark_edges(obj.data, chosen, kind)
     ours = _marks(obj.data)

@@ -6,7 +6,7 @@ import pytest
 from scene_building import add_ellipsoid, census, moved
 
 AXES = np.array([3.0, 2.0, 1.0])
-LAYERS = ["Smaller Curvature", "Larger Curvature", "Separatrices"]
+LAYERS = ["Smaller Curvature", "Larger Curvature", "Separatrices", "Ridges"]
 
 
 def guides(obj):
