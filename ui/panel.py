@@ -89,6 +89,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         layout.prop(settings, "method")
         if settings.method == "S":
             layout.prop(settings, "parametrization")
+            layout.prop(settings, "triangles")
         if settings.method == "C":
             layout.prop(settings, "charts")
         layout.prop(settings, "curvature")

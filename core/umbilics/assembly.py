@@ -99,7 +99,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     surface, fitted, hits = parts.surface, parts.fitted, parts.hits
     triangle, barycentric = hits.triangle.copy(), hits.barycentric.copy()
     corners = surface.triangles[triangle]
-    deviators = face_deviators(surface, fitted.field, triangle, settings.parametrization)
+    local = "projection" if settings.parametrization == "projection" else "conformal"
+    deviators = face_deviators(surface, fitted.field, triangle, local)
     p, q = cubic_form.in_triangles(
         surface.vertices[corners], deviators.values, deviators.x, deviators.y
     )
@@ -122,7 +123,8 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
             surface, fitted.field, fitted.neighbourhood, corners[clear].ravel(), progress
         )
         noise[clear] = np.hypot(noise[clear], change.reshape(-1, 3).mean(axis=1))
-    if fitted.neighbourhood is not None and settings.method != "I":
+    as_found = settings.method == "I" or settings.triangles == "published"
+    if fitted.neighbourhood is not None and not as_found:
         places = refine(
             surface,
             fitted.field.normal,
