@@ -116,10 +116,6 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
         layout.prop(group, "least_bend", slider=True)
         layout.prop(group, "ridge_kinds")
         layout.operator(UMBILICS_OT_ridges.bl_idname, icon="MOD_EDGESPLIT")
-        marks = layout.row(align=True)
-        for mark, text in (("SEAM", "Mark Seams"), ("SHARP", "Mark Sharp"), ("CREASE", "Crease")):
-            operator = marks.operator(UMBILICS_OT_mark_seams.bl_idname, text=text)
-            operator.lines, operator.mark = "RIDGES", mark
 
 
 class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):

@@ -183,15 +183,15 @@ def _ridges(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_curves(path, _turned(data.ridges, turn))
 
 
-def _ridge_figures(path: Path, data: Exported, turn: np.ndarray) -> None:
+def _ridge_figures(rows: Path, same: Path, data: Exported, turn: np.ndarray) -> None:
     if data.ridges is None:
         raise FormatError("There are no ridges to write.")
     ridges = data.ridges
     table = ridges_table(
         replace(ridges, position=ridges.position @ turn.T, normal=ridges.normal @ turn.T)
     )
-    write_points_csv(path, table)
-    write_points_json(path.with_suffix(".json"), {"ridges": table})
+    write_points_csv(rows, table)
+    write_points_json(same, {"ridges": table})
 
 
 def _tables(data: Exported, turn: np.ndarray) -> dict[str, Table]:

@@ -92,7 +92,7 @@ def test_again_replaces_and_clear_leaves_nothing():
     for _ in range(2):
         bpy.ops.umbilics.draw_guides()
     assert len(guides(obj)) == 1
-    assert len(bpy.data.materials) == 3
+    assert len(bpy.data.materials) == len(LAYERS)
     bpy.ops.umbilics.clear()
     assert census() == before
     assert not len(bpy.data.materials)

@@ -35,12 +35,12 @@ def test_the_crest_of_an_ellipsoid_is_a_closed_curve():
 
 def test_least_bend_leaves_lines_out():
     obj = add_ellipsoid()
-    bpy.context.scene.umbilics_guidance.least_bend = 120.0
+    bpy.context.scene.umbilics_guidance.least_bend = np.radians(120.0)
     assert bpy.ops.umbilics.ridges() == {"FINISHED"}
     assert not parts(obj, "ridges")
-    bpy.context.scene.umbilics_guidance.least_bend = 15.0
+    bpy.context.scene.umbilics_guidance.least_bend = np.radians(15.0)
     bpy.context.scene.umbilics_guidance.ridge_kinds = "all"
-    bpy.ops.umbilics.ridges()
+    assert bpy.ops.umbilics.ridges() == {"FINISHED"}
     kinds = {kind for curve in parts(obj, "ridges") for kind in curve["umbilics_kinds"]}
     assert {"crest", "minimal", "hyperbolic maximal"} <= kinds
 
