@@ -1,6 +1,6 @@
 """What the features and the smoothness of the cross field do to the poles: docs/features.md.
 
-    benchmarks/features [MESH.obj ...] [--out FILE]
+    benchmarks/features [MESH ...] [--out FILE]
 
 Without names, some of the meshes in $UMBILICS_MESHES or ../shared/meshes, which are no part of the
 repository, and some that are made here.
@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from mesh_files import read_mesh
 from scipy.spatial import cKDTree
 from surfaces import ellipsoid, noisy, quartic, random_ellipsoid
 
 import core
 from core.fields.transport import carried
-from core.formats.mesh import read_mesh
 from core.mesh.creases import bent_half_edges
 
 from . import ROOT
@@ -42,12 +42,12 @@ Written by `benchmarks/features`. Features are what the cross field runs along: 
 marks. A crease is a chain of edges that bend more than {angle:g} degrees, goes on and does not
 swerve; a single edge of a rounded or rough surface is none (`core/retopology/crease_chains.py`).
 
-- **Bent**: edges that bend more than {angle:g} degrees. **Features**: those that are in creases, and
-  borders.
+- **Bent**: edges that bend more than {angle:g} degrees. **Features**: those that are in creases,
+  and borders.
 - Each cell says **poles / angle / near**: how many poles; the mean angle in degrees between the
   cross field and the principal directions, by area and by how much these mean; and how many pairs
   of opposite poles stand nearer than an edge of a mesh of {quads:,} quads.
-- **Every bent edge**: all of them as features at smoothness 0.65, as it was before 2.6.
+- **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: smoothness {default:g}, with creases only; then the same creases at fixed smoothness.
 
 {table}
@@ -133,7 +133,7 @@ def shapes(named: list[Path]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks/features", description=__doc__)
-    parser.add_argument("meshes", type=Path, nargs="*", help="OBJ files of triangles")
+    parser.add_argument("meshes", type=Path, nargs="*", help="OBJ, PLY or STL files")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "features.md")
     options = parser.parse_args(arguments)
     rows = []

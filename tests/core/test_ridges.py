@@ -22,6 +22,7 @@ from surfaces.analytic import operators
 
 import core
 from core.base.progress import Progress
+from core.formats.points import read_points_csv
 from core.retopology.ridges.bend import bend_of, bending_of
 from core.retopology.ridges.find import measure_slopes
 from core.retopology.ridges.paths import ordered_paths
@@ -275,3 +276,19 @@ def test_segments_are_put_in_order(pieces, seed):
         assert (run[1:, 0] == run[:-1, 1]).all()
         assert paths.closed[number] == pieces[owner[segment[0]]][1]
         assert paths.closed[number] == (run[0, 0] == run[-1, 1])
+
+
+def test_figures_go_to_a_table_and_come_back(tmp_path):
+    mesh = ellipsoid(subdivisions=4)
+    guide = guided(mesh)
+    lines = guide.ridges()
+    data = core.Exported(mesh.vertices, mesh.triangles, guide, guide.guidance(), ridges=lines)
+    paths = core.write_guidance(tmp_path / "thing", ["ridges", "ridge_figures"], data)
+    assert {path.name for path in paths} >= {"thing-ridges.obj", "thing-ridges.csv"}
+    table = read_points_csv(tmp_path / "thing-ridges.csv")
+    assert table["bend"] == lines.bend.tolist()
+    assert np.stack([table["x"], table["y"], table["z"]], axis=1) == pytest.approx(lines.position)
+    assert set(table["kind"]) == {"crest"} and (tmp_path / "thing-ridges.json").is_file()
+    with pytest.raises(core.FormatError, match="no ridges"):
+        empty = core.Exported(mesh.vertices, mesh.triangles, guide, guide.guidance())
+        core.write_guidance(tmp_path / "other", ["ridge_figures"], empty)
