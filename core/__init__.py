@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    RemeshError,
     UmbilicsError,
 )
 from .base.options import AUTO, Choice, Option, check, setting
@@ -14,8 +15,16 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
+from .formats.guidance import (
+    FILE_KINDS,
+    Exported,
+    Written,
+    export_guidance,
+    guidance_paths,
+    write_guidance,
+)
 from .formats.off import read_off
+from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
@@ -24,20 +33,28 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guidance, Guide
 from .retopology.poles import Poles
+from .retopology.quads.remesh import remesh
+from .retopology.quads.result import QuadMesh
+from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
+from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
-from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
+from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "SHARP",
+    "SMOOTH_MORE",
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
@@ -61,19 +78,27 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadMesh",
     "Region",
+    "RemeshError",
+    "RemeshSettings",
     "RidgeLines",
     "Selection",
     "Settings",
+    "Suitability",
+    "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
+    "Written",
     "check",
+    "check_topology",
     "compare",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
+    "export_guidance",
     "filtered",
     "guidance_paths",
     "kept_rows",
@@ -81,9 +106,12 @@ __all__ = [
     "options",
     "pack",
     "read_off",
+    "remesh",
     "select",
     "setting",
+    "suitability",
     "unpack",
+    "up_axis",
     "whole_file",
     "write_guidance",
     "write_usda",

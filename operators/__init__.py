@@ -4,10 +4,12 @@ from importlib import import_module
 
 # Registered in this order and unregistered in the reverse of it.
 _MODULES = (
+    "base.caches",
     "data.preferences",
     "data.properties",
     "data.display",
     "data.summary",
+    "data.clicks",
     "scene.filters",
     "scene.maps",
     "scene.view_shading",
@@ -17,6 +19,7 @@ _MODULES = (
     "cancel",
     "clear",
     "clear_file",
+    "mend",
     "add_arrows",
     "apply_filters",
     "explain",
@@ -28,7 +31,12 @@ _MODULES = (
     "show_map",
     "hide_map",
     "data.plans",
+    "data.remeshing",
+    "data.topology",
     "guide",
+    "remesh_to_quads",
+    "new_retopology",
+    "check_topology",
     "lines",
     "separatrices",
     "ridges",

@@ -65,7 +65,12 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
             return {"CANCELLED"}
         # An operator that came from the file browser cannot stay and wait; another one does.
         how = "INVOKE_DEFAULT" if self._by_hand else "EXEC_DEFAULT"
-        done = bpy.ops.umbilics.write_files(how, filepath=self.filepath, kinds=" ".join(kinds))
+        try:
+            done = bpy.ops.umbilics.write_files(how, filepath=self.filepath, kinds=" ".join(kinds))
+        except RuntimeError as error:
+            # What the other one reports as an error comes as an exception.
+            self.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
+            return {"CANCELLED"}
         return {"CANCELLED"} if done == {"CANCELLED"} else {"FINISHED"}
 
 

@@ -20,8 +20,7 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
     bl_label = "Mark Edges"
     bl_description = (
         "Mark the edges nearest to the lines as seams, sharp edges or creases, which remeshers and "
-        "subdivision follow; "
-        "marks of your own stay"
+        "subdivision follow; marks of your own stay"
     )
 
     lines: EnumProperty(
@@ -45,9 +44,9 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
         work = retopology.edges_along(_WORK[self.lines])
         return retopology.gather(context, context.active_object, work, with_edges=True)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            count = guidance_objects.mark(obj, found, _MARK[self.mark])
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            count = guidance_objects.mark(obj, found, _MARK[self.mark], transaction)
         return f"{count} edges marked."
 
 

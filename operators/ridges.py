@@ -18,11 +18,10 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         return retopology.gather(context, context.active_object, retopology.ridges)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            guidance_objects.write_lines(
-                context, obj, job.inputs.arrays, found, guidance_objects.RIDGES
-            )
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            part = guidance_objects.RIDGES
+            guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
         if not len(found):
             return "No ridges: the mesh bends nowhere far enough for a line."
         hollow = int((found.family == 1).sum())

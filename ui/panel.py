@@ -4,12 +4,14 @@ import bpy
 
 from .. import core
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
+from ..operators.base import verdict
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
 from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
+from ..operators.mend import UMBILICS_OT_mend
 from ..operators.scene import filters, staleness
 from .parts import Part, Tab, automatic, explained, paragraph, short, split
 from .presets import UMBILICS_PT_presets
@@ -38,8 +40,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         clearing.operator(UMBILICS_OT_clear_file.bl_idname, text="All in File")
         obj = context.active_object
         if obj is not None and obj.umbilics.detected:
-            if obj.umbilics.analysed:
-                paragraph(layout, context, obj.umbilics.analysed, icon="NONE")
+            _verdict(layout, context, obj.umbilics)
             _freshness(layout, context, obj)
 
 
@@ -119,6 +120,20 @@ def _source(layout, context) -> None:
         layout.prop_search(display, "scope_group", obj, "vertex_groups")
     else:
         layout.prop(display, "scope_group")
+
+
+def _verdict(layout, context, summary) -> None:
+    """What was analysed, what was found, how far it can be trusted, and what would mend it."""
+    judged = verdict.verdict(summary)
+    icon = "CHECKMARK" if judged.is_good else "ERROR" if judged.remedy else "QUESTION"
+    box = layout.box()
+    paragraph(box, context, f"{judged.found}: {judged.trust}", icon=icon)
+    if summary.analysed:
+        paragraph(box, context, summary.analysed, icon="BLANK1")
+    if judged.remedy:
+        label = verdict.LABELS[judged.remedy]
+        button = box.operator(UMBILICS_OT_mend.bl_idname, text=label, icon="MODIFIER")
+        button.way = judged.remedy
 
 
 def _dropped(layout, context) -> None:

@@ -21,6 +21,10 @@ class GuidanceError(UmbilicsError):
     """The guidance that was asked for does not exist on this surface."""
 
 
+class RemeshError(UmbilicsError):
+    """The surface cannot be covered with quads."""
+
+
 class FormatError(UmbilicsError):
     """A file is not what its format says."""
 

@@ -1,1 +1,1 @@
-"""From umbilics to a plan for a quad mesh."""
+"""From umbilics to a plan for a quad mesh, and to the quads."""

@@ -81,6 +81,9 @@ class Guide:
         (n, 3) and (m, 3), the very mesh that was detected on.
     detection:
         The result of `core.detect`.
+    kept:
+        (k,) rows of the detection's candidates to go on with, in place of those that its filters
+        kept; None for these.
 
     Raises
     ------
@@ -88,18 +91,21 @@ class Guide:
         As `core.detect`.
     """
 
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, detection: Detection) -> None:
+    def __init__(
+        self,
+        vertices: np.ndarray,
+        triangles: np.ndarray,
+        detection: Detection,
+        kept: np.ndarray | None = None,
+    ) -> None:
         self.surface, _ = clean(vertices, triangles)
+        if kept is not None:
+            detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection
         self._counts = len(vertices), len(triangles)
         self._field = _on_surface(self.surface, detection.curvature)
         self._planes: FaceFrames | None = None
         self._slopes: Slopes | None = None
-
-    def keep(self, rows: np.ndarray) -> None:
-        """Go on with the given candidates of the detection as the kept umbilics."""
-        umbilics = self.detection.candidates.select(rows)
-        self.detection = replace(self.detection, umbilics=umbilics)
 
     @property
     def undirected(self) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..base.rows import column
 from ..curvature.field import CurvatureField
 
 STAR = "star"
@@ -14,11 +15,19 @@ LEMON = "lemon"
 MONSTAR = "monstar"
 UNCERTAIN = "uncertain"
 KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
+SPHERICAL = "spherical"
+PLANAR = "planar"
+REGION_KINDS = (SPHERICAL, PLANAR)
+# Blender's whole numbers and its meshes have no more.
+_LARGEST = 2**31 - 1
 
 
 @dataclass(frozen=True)
 class Umbilics:
     """Umbilical points, one row each.
+
+    Beside each field is what is kept of it in a file (a kind as its place in `KINDS`), and the
+    bounds that what is read from one must lie in.
 
     Attributes
     ----------
@@ -62,22 +71,24 @@ class Umbilics:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
 
-    position: np.ndarray
-    normal: np.ndarray
-    triangle: np.ndarray
-    barycentric: np.ndarray
-    vertex: np.ndarray
-    index: np.ndarray
-    kind: np.ndarray
-    curvature: np.ndarray
-    persistence: np.ndarray
-    partner: np.ndarray
-    uncertainty: np.ndarray
-    noise: np.ndarray
-    separatrix: np.ndarray
-    at_border: np.ndarray
-    certain: np.ndarray
-    elliptic: np.ndarray
+    position: np.ndarray = field(metadata=column(np.float64, 3))
+    normal: np.ndarray = field(metadata=column(np.float64, 3, unknown=True))
+    triangle: np.ndarray = field(metadata=column(np.int64, low=0, high=_LARGEST))
+    barycentric: np.ndarray = field(metadata=column(np.float64, 3, unknown=True))
+    vertex: np.ndarray = field(metadata=column(np.int64, low=-1, high=_LARGEST))
+    index: np.ndarray = field(metadata=column(np.float64, low=-_LARGEST, high=_LARGEST))
+    kind: np.ndarray = field(metadata=column(np.int8, low=0, high=len(KINDS) - 1))
+    curvature: np.ndarray = field(
+        metadata=column(np.float64, low=-np.inf, high=np.inf, unknown=True)
+    )
+    persistence: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf, unknown=True))
+    partner: np.ndarray = field(metadata=column(np.int64, low=-1, high=_LARGEST))
+    uncertainty: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf, unknown=True))
+    noise: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf, unknown=True))
+    separatrix: np.ndarray = field(metadata=column(np.float64, 3, 3, unknown=True))
+    at_border: np.ndarray = field(metadata=column(bool))
+    certain: np.ndarray = field(metadata=column(bool))
+    elliptic: np.ndarray = field(metadata=column(bool))
 
     def __len__(self) -> int:
         return len(self.index)

@@ -77,8 +77,7 @@ def _usd(path: str) -> np.ndarray:
     bpy.ops.wm.usd_import(
         filepath=path, **{name: value for name, value in options.items() if name in known}
     )
-    # What has y up is turned, and Blender does not say whether: its world is what is known.
-    return UPRIGHT
+    return _FROM_Y_UP if core.up_axis(path) == "Y" else UPRIGHT
 
 
 def _alembic(path: str) -> np.ndarray:
@@ -92,7 +91,8 @@ def _blend(path: str) -> np.ndarray:
     return UPRIGHT
 
 
-# Ending of the file: how it is opened, and the axis that usually points up in it.
+# Ending of the file: how it is opened, and the axis that usually points up in it, empty for the
+# one that Blender turns upwards.
 LOADERS: dict[str, tuple[Callable[[str], np.ndarray], str]] = {
     ".obj": (_obj, "Y"),
     ".ply": (_ply, "Y"),
@@ -101,10 +101,10 @@ LOADERS: dict[str, tuple[Callable[[str], np.ndarray], str]] = {
     ".gltf": (_gltf, "Y"),
     ".glb": (_gltf, "Y"),
     ".fbx": (_fbx, "Y"),
-    ".usd": (_usd, "Z"),
-    ".usda": (_usd, "Z"),
-    ".usdc": (_usd, "Z"),
-    ".usdz": (_usd, "Z"),
+    ".usd": (_usd, ""),
+    ".usda": (_usd, ""),
+    ".usdc": (_usd, ""),
+    ".usdz": (_usd, ""),
     ".abc": (_alembic, "Y"),
     ".blend": (_blend, "Z"),
 }

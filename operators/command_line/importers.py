@@ -78,6 +78,7 @@ def open_file(path: str | None, base: str) -> Opened:
     if suffix in (".gltf", ".glb"):
         for obj in objects:
             _weld(obj.data)
+    file_up = file_up or ("Z" if to_file[2, 2] > 0.5 else "Y")
     up = "Z" if (to_file.T @ _AXES[file_up])[2] > 0.5 else "Y"
     return Opened(objects, to_file, up, file_up)
 

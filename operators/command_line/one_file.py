@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
+import os
 import time
 from pathlib import Path
 
@@ -20,6 +22,10 @@ from .guard import shown
 from .messages import complain
 from .pictures import panels, picture
 from .request import Request
+
+# How a compressed .blend ends: the mark of the table of the parts that can be read by themselves,
+# https://github.com/facebook/zstd/blob/dev/contrib/seekable_format
+_BLEND_END = (0x8F92EAB1).to_bytes(4, "little")
 
 
 @dataclasses.dataclass
@@ -131,7 +137,7 @@ def _detected(
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
     if is_kept or frame is None:
-        detect.write(context, inputs, detect.found(inputs, detection))
+        detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
 
 
@@ -210,8 +216,13 @@ def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) ->
 
 def _save(path: Path) -> None:
     try:
-        with core.whole_file(path) as partial, importers.quiet():
-            bpy.ops.wm.save_as_mainfile(filepath=str(partial.resolve()), copy=True, compress=True)
+        with core.whole_file(path) as partial:
+            with importers.quiet():
+                place = str(partial.resolve())
+                bpy.ops.wm.save_as_mainfile(filepath=place, copy=True, compress=True)
+            # Blender does not say that a disk is full.
+            if not partial.read_bytes().endswith(_BLEND_END):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     except (OSError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or str(error).strip()
         raise FileError(f"{shown(path)}: cannot be written ({reason}).") from error

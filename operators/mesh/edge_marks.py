@@ -1,4 +1,4 @@
-"""Seams, sharp edges and creases: marking and unmarking them."""
+"""Seams, sharp edges and creases: reading, marking and unmarking them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import numpy as np
 
 from .fetch import fetch
 
+# Where Blender keeps the marks. Up to Blender 4 the seams' name began with a dot.
+_SEAMS, _SHARP, _CREASES = ("uv_seam", ".uv_seam"), ("sharp_edge",), "crease_edge"
+EDGE_ATTRIBUTES = (*_SEAMS, *_SHARP, _CREASES)
 CREASE = "crease"
-# Where Blender keeps the creases of edges.
-_ATTRIBUTE = "crease_edge"
 
 
 def mark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> np.ndarray:
@@ -36,16 +37,32 @@ def unmark_edges(mesh: bpy.types.Mesh, chosen: np.ndarray, mark: str) -> None:
     mesh.edges.foreach_set(f"use_{mark}", before & ~chosen)
 
 
+def marked_edges(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """(s, 2) int32 vertices of the edges marked as seams, and of those marked sharp."""
+    return _edges_with(mesh, _SEAMS), _edges_with(mesh, _SHARP)
+
+
+def _edges_with(mesh: bpy.types.Mesh, names: tuple[str, ...]) -> np.ndarray:
+    """(s, 2) vertices of the edges at which the attribute is true that has one of these names."""
+    found = next((mesh.attributes[name] for name in names if name in mesh.attributes), None)
+    if found is None:
+        return np.empty((0, 2), dtype=np.int32)
+    edges = np.flatnonzero(fetch(found.data, "value", 1, bool))
+    if not len(edges):
+        return np.empty((0, 2), dtype=np.int32)
+    return fetch(mesh.edges, "vertices", 2, np.int32)[edges]
+
+
 def _creases(mesh: bpy.types.Mesh) -> np.ndarray:
     """(e,) creases of the edges, 0 to 1."""
-    found = mesh.attributes.get(_ATTRIBUTE)
+    found = mesh.attributes.get(_CREASES)
     if found is None or (found.domain, found.data_type) != ("EDGE", "FLOAT"):
         return np.zeros(len(mesh.edges), np.float32)
     return fetch(found.data, "value", 1, np.float32)
 
 
 def _set_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
-    found = mesh.attributes.get(_ATTRIBUTE)
+    found = mesh.attributes.get(_CREASES)
     if found is None:
-        found = mesh.attributes.new(_ATTRIBUTE, "FLOAT", "EDGE")
+        found = mesh.attributes.new(_CREASES, "FLOAT", "EDGE")
     found.data.foreach_set("value", values.astype(np.float32))

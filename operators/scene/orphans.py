@@ -1,16 +1,19 @@
 """What is left of results whose object is deleted, joined to another or no longer has any.
 
-Objects of ours are known by their tags. One that the user has unparented and animated, given a
-constraint, a child or, to an umbilic, another name is the user's.
+Objects of ours are known by their tags. One that the user has taken from its object, or
+animated, given a constraint, a child or, to an umbilic, another name is the user's.
 """
 
 from __future__ import annotations
 
+from functools import partial
+
 import bpy
 
 from ..mesh.attributes import RESULTS, remove_results
-from . import display_objects, empties, glyph_images, grease_pencil, guidance_objects, homes
+from . import display_objects, empties, glyph_images, guidance_objects, homes
 from .targets import is_local
+from .transaction import Transaction, all_or_nothing, empty_without
 
 # What a detection and a plan may leave on a mesh, and how it is laid out.
 _ON_MESHES = (RESULTS, guidance_objects.ATTRIBUTES, guidance_objects.MARKS)
@@ -30,15 +33,15 @@ def with_results() -> list[bpy.types.Object]:
 
 def remove() -> int:
     """Remove what belongs to no object with results any more; how much there was."""
-    alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj)]
+    names = {obj.name_full for obj in bpy.data.objects}
+    alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj, names)]
     collections = {one for obj in alone for one in obj.users_collection if _is_ours(one)}
-    for obj in alone:
-        _remove_object(obj)
-    for collection in collections:
-        if not collection.objects and not collection.children:
-            bpy.data.collections.remove(collection)
-    glyph_images.remove_unused()
-    return len(alone) + _clean_meshes()
+    with all_or_nothing() as transaction:
+        for obj in alone:
+            guidance_objects.discard(obj, transaction)
+        transaction.sweep(partial(empty_without, collections))
+        transaction.sweep(glyph_images.unused_without)
+        return len(alone) + _clean_meshes(transaction)
 
 
 def _has_results(obj: bpy.types.Object) -> bool:
@@ -57,27 +60,18 @@ def _is_tagged(obj: bpy.types.Object) -> bool:
     return guidance_objects.TAG in obj
 
 
-def _is_alone(obj: bpy.types.Object) -> bool:
+def _is_alone(obj: bpy.types.Object, names: set[str]) -> bool:
     """Whether the object that one of ours belonged to is gone, or has no results."""
     if obj.parent is not None:
         return obj.parent.type == "MESH" and not _has_results(homes.owner_of(obj.parent))
-    return obj.animation_data is None and not obj.constraints and not obj.children
+    if obj.animation_data is not None or obj.constraints or obj.children:
+        return False
+    # One whose object is there was unparented by the user.
+    return str(obj.get(empties.OWNER_TAG, "")) not in names
 
 
 def _is_ours(collection: bpy.types.Collection) -> bool:
     return empties.COLLECTION_TAG in collection or guidance_objects.TAG in collection
-
-
-def _remove_object(obj: bpy.types.Object) -> None:
-    if obj.type in grease_pencil.OBJECT_TYPES:
-        if not grease_pencil.remove(obj):
-            # What the user drew on it is the user's.
-            del obj[guidance_objects.TAG]
-    else:
-        data = obj.data if obj.type in ("CURVE", "MESH") else None
-        bpy.data.objects.remove(obj)
-        if data is not None and not data.users:
-            bpy.data.batch_remove([data])
 
 
 def _is_marked(mesh: bpy.types.Mesh) -> bool:
@@ -85,25 +79,25 @@ def _is_marked(mesh: bpy.types.Mesh) -> bool:
     return is_local(mesh) and bool(names)
 
 
-def _clean_meshes() -> int:
+def _clean_meshes(transaction: Transaction) -> int:
     """Take our values from meshes none of whose objects has results; how many there were.
 
     Only where results are: a mesh with a stamp. Attributes of the same name may be the user's.
     """
-    objects: dict[bpy.types.Mesh, list[bpy.types.Object]] = {}
+    in_use = set()
     for obj in bpy.data.objects:
-        if obj.type == "MESH":
-            objects.setdefault(obj.data, []).append(obj)
+        if obj.type == "MESH" and _has_results(obj):
+            in_use |= {obj.data, obj.umbilics.mesh, obj.umbilics_plan.mesh}
     cleaned = 0
     for mesh in bpy.data.meshes:
         stamps = [key for key in homes.STAMPS if key in mesh]
-        if not stamps or not is_local(mesh) or any(map(_has_results, objects.get(mesh, ()))):
+        if not stamps or mesh in in_use or not is_local(mesh) or not mesh.users:
             continue
-        if not mesh.users:
-            continue
+        transaction.keep_custom(mesh, stamps)
         for key in stamps:
             del mesh[key]
         for layouts in _ON_MESHES[:2]:
+            transaction.keep_attributes(mesh, tuple(layouts))
             remove_results(mesh, layouts.keys(), layouts)
         cleaned += 1
     return cleaned

@@ -81,6 +81,19 @@ def test_separated_objects(two):
     assert not any(obj.umbilics.detected or result_names(obj) for obj in bpy.data.objects)
 
 
+def test_results_beside_an_object_outlive_the_clearing_of_another():
+    kept = add_ellipsoid(subdivisions=2, name="Kept")
+    kept.modifiers.new("Subdivision", "SUBSURF").levels = 2
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.guide()
+    other = add_ellipsoid(subdivisions=3, name="Other")
+    bpy.ops.umbilics.detect()
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert not other.umbilics.detected
+    assert "umbilics_k1" in kept.umbilics.mesh.attributes
+    assert "umbilics_cross" in kept.umbilics_plan.mesh.attributes
+
+
 def test_all_in_the_file_in_every_scene(two):
     other = bpy.data.scenes.new("Other")
     away = add_ellipsoid(subdivisions=3, name="Away")
@@ -93,6 +106,10 @@ def test_all_in_the_file_in_every_scene(two):
     assert not ours()
     assert not away.umbilics.detected
     assert bpy.ops.umbilics.clear_file() == {"CANCELLED"}
+
+
+def left_as_it_is(empty):
+    pass
 
 
 def animated(empty):
@@ -113,7 +130,7 @@ def with_a_child(empty):
     child.parent = empty
 
 
-@pytest.mark.parametrize("work", [animated, renamed, constrained, with_a_child])
+@pytest.mark.parametrize("work", [left_as_it_is, animated, renamed, constrained, with_a_child])
 def test_an_umbilic_that_was_freed_and_used_is_the_users(two, work):
     freed = empties(two[0])[0]
     freed.parent = None

@@ -53,12 +53,25 @@ def y_up(points):
 @pytest.mark.skipif(not has("usd_export"), reason="this Blender was built without USD")
 @pytest.mark.parametrize("suffix", ["usda", "usdc", "usdz"])
 @pytest.mark.parametrize("up", ["Y", "Z"])
-def test_usd_in_the_coordinates_of_blenders_world_whatever_is_up(run, tmp_path, suffix, up):
+def test_usd_in_its_own_coordinates_whatever_is_up(run, tmp_path, suffix, up):
     placed_ellipsoid()
     path = tmp_path / f"egg.{suffix}"
     bpy.ops.wm.usd_export(filepath=str(path), convert_orientation=up == "Y")
     (entry,) = found_in(run, path)
-    assert away(entry, ellipsoid_umbilics() + PLACE) < 0.1
+    wanted = ellipsoid_umbilics() + PLACE
+    assert away(entry, y_up(wanted) if up == "Y" else wanted) < 0.1
+
+
+@pytest.mark.skipif(not has("usd_export"), reason="this Blender was built without USD")
+def test_usd_of_other_programs_has_no_turn_of_blenders_at_its_root(run, tmp_path):
+    """As `test_usd_in_its_own_coordinates`, but the points themselves have y up."""
+    add_ellipsoid(subdivisions=4, name="Egg")
+    assert run("--usda", tmp_path / "own.usda") == 0
+    text = (tmp_path / "own.usda").read_text()
+    assert 'upAxis = "Z"' in text
+    (tmp_path / "y.usda").write_text(text.replace('upAxis = "Z"', 'upAxis = "Y"'))
+    (entry,) = found_in(run, tmp_path / "y.usda")
+    assert away(entry, ellipsoid_umbilics()) < 0.1
 
 
 @pytest.mark.skipif(not has("usd_export"), reason="this Blender was built without USD")

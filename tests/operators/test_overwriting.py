@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import sys
 
 import bpy
 import pytest
@@ -191,3 +192,26 @@ def test_names_that_endings_do_not_fit_on_are_cut_and_stay_apart(run, meshes):
     assert run(*long, "--json", "out", *guide) == 0
     assert len(list((meshes / "out").glob("*.json"))) == 2
     assert len(list((meshes / "g").iterdir())) == 6
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="bounds files as Linux does")
+@pytest.mark.parametrize("kind", ["blend", "png", "ply", "usda", "json"])
+def test_what_does_not_fit_on_the_disk_is_not_there(run, meshes, kind, capfd):
+    """As on a full disk: no file may grow beyond a few kilobytes."""
+    import resource
+    import signal
+
+    (meshes / f"o.{kind}").write_text("of before")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        code = run("x.obj", f"--{kind}", f"o.{kind}", "--per-vertex")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert code == 1
+    said = [line for line in capfd.readouterr().err.splitlines() if "umbilics:" in line]
+    assert "cannot be written" in said[-1]
+    assert (meshes / f"o.{kind}").read_text() == "of before"
+    assert not list(meshes.glob(".umbilics*"))

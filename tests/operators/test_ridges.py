@@ -82,7 +82,7 @@ def test_again_replaces_and_clear_leaves_nothing():
 def test_command_line_writes_lines_and_figures(addon, tmp_path, capsys):
     add_ellipsoid()
     assert run(addon, "--guide", tmp_path, "--guide-files", "mesh", "--ridges") == 0
-    assert "1 ridge" in capsys.readouterr().out
+    assert "Ellipsoid-ridges.csv" in capsys.readouterr().out
     names = {"Ellipsoid.obj", "Ellipsoid-ridges.obj", "Ellipsoid-ridges.csv"}
     assert {file.name for file in tmp_path.iterdir()} == names | {"Ellipsoid-ridges.json"}
     found, family, closed = addon.core.formats.read_curves(tmp_path / "Ellipsoid-ridges.obj")

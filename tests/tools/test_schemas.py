@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -110,3 +111,15 @@ def test_every_name_in_the_schema_is_in_the_manual():
     kinds = {"star", "lemon", "monstar", "uncertain"}
     missing = [name for name in sorted(set(names(found)) - kinds) if f"`{name}`" not in text]
     assert missing == []
+
+
+def test_the_exit_codes_are_those_of_the_manual():
+    folder = ROOT / "operators" / "command_line"
+    source = (folder / "exit_codes.py").read_text()
+    codes = {int(code) for code in re.findall(r"= (\d+)$", source, re.M)}
+    text = (ROOT / "docs" / "batch.md").read_text("utf-8")
+    table = text.split("## Exit codes")[1].split("## ")[0]
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.M)} == codes
+    (end,) = (one for one in schema("event").schema["oneOf"] if "exit_code" in one["properties"])
+    assert set(end["properties"]["exit_code"]["enum"]) == codes
+

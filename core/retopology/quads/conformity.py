@@ -1,0 +1,87 @@
+"""Whether quads make a manifold, what they sum to, and how well they are shaped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+
+@dataclass(frozen=True)
+class Conformity:
+    """The topology of quads (q, 4) on n vertices.
+
+    Attributes
+    ----------
+    manifold:
+        Every edge has one or two quads that run along it in opposite senses, every vertex one
+        fan of quads, and no quad a corner twice.
+    border:
+        (n,) bool vertices on edges with one quad.
+    valence:
+        (n,) int64 edges at each vertex, 0 at vertices of no quad.
+    characteristic:
+        Euler characteristic of all together.
+    """
+
+    manifold: bool
+    border: np.ndarray
+    valence: np.ndarray
+    characteristic: int
+
+
+def conformity(quads: np.ndarray, count: int) -> Conformity:
+    """The topology of quads on `count` vertices."""
+    tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
+    edge, uses = np.unique(low * count + high, return_counts=True)
+    directed = np.unique(tail.astype(np.int64) * count + head)
+    ends = np.concatenate([edge // count, edge % count])
+    valence = np.bincount(ends, minlength=count)
+    border = np.zeros(count, bool)
+    single = edge[uses == 1]
+    border[single // count] = border[single % count] = True
+    corners = np.bincount(tail, minlength=count)
+    open_ends = np.bincount(np.concatenate([single // count, single % count]), minlength=count)
+    ordered = np.sort(quads, axis=1)
+    manifold = (
+        not (np.diff(ordered, axis=1) == 0).any()
+        and len(directed) == len(tail)
+        and not (uses > 2).any()
+        and np.array_equal(valence, corners + border)
+        and not (open_ends > 2).any()
+        and _one_fan(quads, count)
+    )
+    used = int(np.count_nonzero(corners))
+    return Conformity(manifold, border, valence, used - len(edge) + len(quads))
+
+
+def _one_fan(quads: np.ndarray, count: int) -> bool:
+    """Whether the quads at each vertex are joined across edges at it."""
+    m = quads.size
+    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    key, back = tail * count + head, head * count + tail
+    order = np.argsort(key)
+    place = np.minimum(np.searchsorted(key[order], back), m - 1)
+    twin = np.where(key[order][place] == back, order[place], -1)
+    half = np.flatnonzero(twin >= 0)
+    following = half - half % 4 + (half + 1) % 4
+    graph = sparse.coo_array((np.ones(len(half)), (following, twin[half])), shape=(m, m))
+    fans, _ = csgraph.connected_components(graph, directed=False)
+    return fans == np.count_nonzero(np.bincount(quads.ravel(), minlength=count))
+
+
+def scaled_jacobian(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(q,) float64 the least sine at a corner of each quad, signed by its own normal: 1 for
+    rectangles, 0 or less where a quad is degenerate or folded."""
+    at = vertices[quads]
+    out = np.roll(at, -1, axis=1) - at
+    back = np.roll(at, 1, axis=1) - at
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    tiny = np.finfo(float).tiny
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), tiny)[:, None]
+    area = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
+    size = np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2)
+    return (area / np.maximum(size, tiny)).min(axis=1)

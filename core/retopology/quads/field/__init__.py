@@ -1,0 +1,1 @@
+"""Crosses in the triangles, and moving their poles."""

@@ -1,0 +1,198 @@
+"""Moving, parting and cancelling poles in a field of crosses, without a trace elsewhere.
+
+A quarter turn put on the matchings along a path of edges takes a quarter turn from the vertex at
+its end and gives it to the one at its start. The crosses then settle to the new matchings by
+least squares, held where they were farther away (after Crane, Desbrun & Schroeder 2010,
+10.1111/j.1467-8659.2010.01761.x).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import splu
+
+from .crosses import QUARTER, Crosses, fans
+from .sectors import least_turns, sector_turns
+
+# Opposite poles cancel when they are nearer than this, in lengths of quads; those that part go
+# so far, and partners are looked for this far away.
+CANCELLED, PARTED, LOOKED = 1.0, 1.0, 3.0
+# Crosses are smoothed within this many lengths of quads of a move and give way over this many
+# beyond; those along features stay.
+SMOOTHED, SETTLED, HELD = 1.5, 3.0, 100.0
+# Rounds of moves: one may make another necessary.
+ROUNDS = 4
+
+
+def with_better_poles(
+    crosses: Crosses, avoided: np.ndarray, mirror: np.ndarray | None = None
+) -> Crosses:
+    """The crosses with close opposite poles cancelled, multiple ones parted, corners between
+    features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool.
+
+    Borders on vertices `mirror` (n,) bool are a plane of symmetry.
+    """
+    if mirror is None:
+        mirror = np.zeros(len(crosses.vertices), bool)
+    for _ in range(ROUNDS):
+        moves = _Moves(crosses, avoided, least_turns(crosses, mirror))
+        moves.open_corners()
+        moves.part()
+        moves.cancel()
+        moves.leave()
+        if not moves.made:
+            break
+        crosses = _settled(crosses, moves.matching)
+    return crosses
+
+
+class _Moves:
+    """Matchings while poles are moved."""
+
+    def __init__(self, crosses: Crosses, avoided: np.ndarray, least: np.ndarray) -> None:
+        self.crosses = crosses
+        self.avoided = avoided
+        self.least = least
+        self.matching = crosses.matching.copy()
+        self.turns = crosses.quarter_turns.copy()
+        self.free = ~crosses.border & ~crosses.on_feature
+        self.made = 0
+        length = np.linalg.norm(
+            crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1
+        )
+        self._length = length / crosses.size[np.arange(len(length)) // 3]
+        # Paths run off features and borders; they may start there.
+        edge = np.flatnonzero(self.free[crosses.head] & (crosses.twin >= 0))
+        n = len(crosses.vertices)
+        self._graph = sparse.coo_array(
+            (self._length[edge] + 1e-9, (crosses.tail[edge], crosses.head[edge])), shape=(n, n)
+        ).tocsr()
+        self._name = sparse.coo_array(
+            (edge + 1, (crosses.tail[edge], crosses.head[edge])), shape=(n, n)
+        ).tocsr()
+
+    def open_corners(self) -> None:
+        edge, turns = sector_turns(self.crosses)
+        for start in edge[turns < self.least[edge]].tolist():
+            corner, _ = fans(self.crosses.twin, self.crosses.feature, np.array([start]))
+            # Edges within the sector: where all corners but the first begin.
+            inside = corner[1:]
+            inside = inside[self.free[self.crosses.head[inside]]]
+            if not len(inside):
+                continue
+            out = int(inside[len(inside) // 2])
+            first = int(self.crosses.head[out])
+            found = self._partner(first, 1)
+            if found is None:
+                continue
+            self._turn(out, 1)
+            self._along(first, *found)
+
+    def part(self) -> None:
+        for vertex in np.flatnonzero(self.free & ((self.turns < 3) | (self.turns > 5))).tolist():
+            gain = 1 if self.turns[vertex] < 3 else -1
+            found = self._partner(vertex, gain)
+            if found is not None:
+                self._along(vertex, *found, gain)
+
+    def cancel(self) -> None:
+        threes = np.flatnonzero(self.free & (self.turns == 3))
+        fives = np.flatnonzero(self.free & (self.turns == 5))
+        if not len(threes) or not len(fives):
+            return
+        distance, before = csgraph.dijkstra(
+            self._graph, indices=threes, limit=CANCELLED, return_predecessors=True
+        )
+        near = distance[:, fives]
+        for item in np.argsort(near, axis=None):
+            row, column = divmod(int(item), len(fives))
+            if not np.isfinite(near[row, column]):
+                break
+            three, five = int(threes[row]), int(fives[column])
+            if self.turns[three] == 3 and self.turns[five] == 5:
+                self._along(three, before[row], five, 1)
+
+    def leave(self) -> None:
+        if not self.avoided.any():
+            return
+        inside = self.free & self.avoided & (self.turns != 4)
+        for vertex in np.flatnonzero(inside).tolist():
+            distance, before = csgraph.dijkstra(
+                self._graph, indices=vertex, return_predecessors=True
+            )
+            open_ = self.free & ~self.avoided & (self.turns == 4) & np.isfinite(distance)
+            if open_.any():
+                goal = int(np.where(open_, distance, np.inf).argmin())
+                self._along(vertex, before, goal, 4 - int(self.turns[vertex]))
+
+    def _partner(self, vertex: int, gain: int) -> tuple[np.ndarray, int] | None:
+        """Where a quarter turn for a vertex comes from: a near pole of the other kind, or a
+        regular vertex some way off; with the paths that lead there."""
+        distance, before = csgraph.dijkstra(
+            self._graph, indices=vertex, limit=LOOKED, return_predecessors=True
+        )
+        reached = self.free & np.isfinite(distance)
+        reached[vertex] = False
+        poles = reached & ((self.turns - 4) * gain > 0) & ~self.avoided
+        if poles.any():
+            return before, int(np.where(poles, distance, np.inf).argmin())
+        regular = reached & (self.turns == 4)
+        if not regular.any():
+            return None
+        near = regular & (distance <= PARTED)
+        if near.any():
+            return before, int(np.where(near, distance, -1.0).argmax())
+        return before, int(np.where(regular, distance, np.inf).argmin())
+
+    def _along(self, start: int, before: np.ndarray, goal: int, gain: int = 1) -> None:
+        """Give `gain` quarter turns from the vertex `goal` to `start`."""
+        at = goal
+        while at != start:
+            up = int(before[at])
+            self._turn(int(self._name[up, at]) - 1, gain)
+            at = up
+
+    def _turn(self, edge: int, gain: int) -> None:
+        crosses = self.crosses
+        self.matching[edge] += gain
+        self.matching[crosses.twin[edge]] -= gain
+        self.turns[crosses.tail[edge]] += gain
+        self.turns[crosses.head[edge]] -= gain
+        self.made += 1
+
+
+def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
+    """The crosses with new matchings, turned to suit them."""
+    m, n = len(crosses.triangles), len(crosses.vertices)
+    half = crosses.inner[crosses.inner < crosses.twin[crosses.inner]]
+    one, two = half // 3, crosses.twin[half] // 3
+    changed = half[matching[half] != crosses.matching[half]]
+    # Near the moves crosses become as smooth as they can; elsewhere they only give way.
+    length = np.linalg.norm(crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1)
+    length = length / crosses.size[np.arange(3 * m) // 3] + 1e-9
+    graph = sparse.coo_array((length, (crosses.tail, crosses.head)), shape=(n, n)).tocsr()
+    distance = csgraph.dijkstra(
+        graph, indices=np.unique(crosses.tail[changed]), limit=SMOOTHED, min_only=True
+    )
+    near = np.isfinite(distance)[crosses.triangles].any(axis=1)
+    moved = crosses.matched(matching)
+    jump = QUARTER * (crosses.matching - matching)[half]
+    rest = np.where(near[one] & near[two], moved.rest[half], jump)
+    # |rest + phi_one - phi_two|^2 over the edges, and weight phi^2 over the triangles.
+    row = np.arange(len(half))
+    difference = sparse.coo_array(
+        (np.repeat([1.0, -1.0], len(half)), (np.tile(row, 2), np.concatenate([one, two]))),
+        shape=(len(half), m),
+    ).tocsr()
+    corner = crosses.corner
+    area = 0.5 * ((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag
+    weight = np.maximum(area, 1e-9) / SETTLED**2
+    aligned = crosses.feature.reshape(-1, 3).any(axis=1)
+    weight = np.where(aligned, HELD, weight)
+    system = (difference.T @ difference + sparse.diags_array(weight)).tocsc()
+    phi = splu(system).solve(-(difference.T @ rest))
+    # Aligned triangles turn by less than makes another axis the nearest.
+    phi = np.where(aligned, np.clip(phi, -0.25 * QUARTER, 0.25 * QUARTER), phi)
+    return moved.turned(phi)

@@ -1,0 +1,1 @@
+"""Quads in their places: on the surface, even, unfolded, mirrored, reported."""

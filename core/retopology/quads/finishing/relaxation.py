@@ -1,0 +1,140 @@
+"""Evening out a quad mesh on its surface and turning it to the curvature.
+
+Each step asks every quad for the rectangle nearest to it in the plane that touches the surface
+there, turned to the directions of the surface where it nearly follows them; each vertex goes to
+the mean of what its quads want and back to the surface (after Bouaziz et al. 2012,
+10.1111/j.1467-8659.2012.03171.x). A folded quad wants an unfolded one, so folds open.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....base.progress import Progress
+from ..field.crosses import QUARTER
+from .guides import Guides, on_curve, vertex_normals
+from .mending import mend
+
+# A vertex goes this far towards what is wanted in a step.
+RATE = 0.7
+# Quads turn to the directions where they are off by less than the first angle, and not at all
+# beyond the second, in degrees.
+TURNED, LEFT = 25.0, 40.0
+# How far sides are evened to the median, and the least part of it that a side may want.
+EVEN, LEAST_SIDE = 0.1, 0.175
+# Nearest that vertices on a curve come to the next, as a part of the gap around them.
+NEAREST = 0.2
+# Steps between two projections of all vertices.
+BETWEEN = 3
+
+
+def relaxed(
+    position: np.ndarray, quads: np.ndarray, guides: Guides, steps: int, progress: Progress
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) after so many steps, and the triangles (n,) of the surface they lie on.
+
+    Folded quads are mended after, whatever the number of steps.
+    """
+    position = position.copy()
+    n = len(position)
+    count = np.bincount(quads.ravel(), minlength=n)
+    inner = np.ones(len(quads), bool)
+    irregular = count != 4
+    irregular &= guides.curve < 0
+    inner[irregular[quads].any(axis=1)] = False
+    free = ~guides.fixed & (guides.curve < 0)
+    plane = None
+    for step in range(steps):
+        progress.step(step / max(steps, 1))
+        if step % BETWEEN == 0:
+            plane = _planes(position, quads, guides)
+        wanted = _wanted(position, quads, plane, inner)
+        target = _mean(wanted, quads, count)
+        _move(position, target, free, guides)
+        if step % BETWEEN == BETWEEN - 1 or step == steps - 1:
+            _back(position, quads, free, guides)
+    mend(position, quads, guides, progress)
+    return position, guides.surface(position, vertex_normals(position, quads))[0]
+
+
+def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np.ndarray, ...]:
+    """(q, 3) two axes along the directions of the surface under each quad, (q,) the trust in
+    them and the length that edges shall have."""
+    at = position[quads]
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    triangle, _ = guides.surface(at.mean(axis=1), normal)
+    up = guides.surface.normal[triangle]
+    x = guides.direction[triangle]
+    x = x - up * np.einsum("qc,qc->q", x, up)[:, None]
+    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
+    return x, np.cross(up, x), guides.trust[triangle], guides.size[triangle]
+
+
+def _wanted(
+    position: np.ndarray, quads: np.ndarray, plane: tuple[np.ndarray, ...], inner: np.ndarray
+) -> np.ndarray:
+    """(q, 4, 3) corners of the rectangle that each quad wants."""
+    x, y, trust, size = plane
+    at = position[quads]
+    centre = at.mean(axis=1, keepdims=True)
+    off = at - centre
+    z = np.einsum("qkc,qc->qk", off, x) + 1j * np.einsum("qkc,qc->qk", off, y)
+    first = 0.5 * (z[:, 1] - z[:, 0] + z[:, 2] - z[:, 3])
+    second = 0.5 * (z[:, 3] - z[:, 0] + z[:, 2] - z[:, 1])
+    # The angle of the nearest rectangle, then towards the nearest axis.
+    axis = first - 1j * second
+    axis = axis / np.maximum(np.abs(axis), np.finfo(float).tiny)
+    angle = np.angle(axis)
+    off_axis = angle - QUARTER * np.rint(angle / QUARTER)
+    share = (np.radians(LEFT) - np.abs(off_axis)) / np.radians(LEFT - TURNED)
+    share = np.where(inner, trust, 0.0) * np.clip(share, 0.0, 1.0)
+    axis = axis * np.exp(-1j * off_axis * share)
+    width = np.maximum((first * axis.conj()).real, 0.0)
+    height = np.maximum((second * (1j * axis).conj()).real, 0.0)
+    typical = size * np.median(np.concatenate([width / size, height / size]))
+    width, height = (
+        np.maximum(side + EVEN * (typical - side), LEAST_SIDE * typical) for side in (width, height)
+    )
+    a, b = 0.5 * axis * width, 0.5j * axis * height
+    corner = np.stack([-a - b, a - b, a + b, b - a], axis=1)
+    return centre + corner.real[:, :, None] * x[:, None] + corner.imag[:, :, None] * y[:, None]
+
+
+def _mean(wanted: np.ndarray, quads: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """(n, 3) mean of what the quads at each vertex want."""
+    flat = quads.ravel()
+    total = [
+        np.bincount(flat, wanted[:, :, axis].ravel(), minlength=len(count)) for axis in range(3)
+    ]
+    return np.stack(total, axis=1) / np.maximum(count, 1)[:, None]
+
+
+def _move(
+    position: np.ndarray,
+    target: np.ndarray,
+    free: np.ndarray,
+    guides: Guides,
+) -> None:
+    """One step of all vertices, in place; those on curves stay on them."""
+    sliding = np.flatnonzero((guides.curve >= 0) & ~guides.fixed & (guides.beside >= 0).all(axis=1))
+    between = position[guides.beside[sliding]].mean(axis=1)
+    wanted = 0.5 * target[sliding] + 0.5 * between
+    position[free] += RATE * (target[free] - position[free])
+    for curve in np.unique(guides.curve[sliding]):
+        mine = guides.curve[sliding] == curve
+        rows = sliding[mine]
+        polyline = guides.curves[int(curve)]
+        moved = on_curve(position[rows] + RATE * (wanted[mine] - position[rows]), *polyline)
+        # Nobody comes too near to the next along the curve.
+        ends = position[guides.beside[rows]]
+        apart = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        gap = np.linalg.norm(ends - moved[:, None], axis=2).min(axis=1)
+        close = gap < NEAREST * apart
+        moved[close] = on_curve(between[mine][close], *polyline)
+        position[rows] = moved
+
+
+def _back(position: np.ndarray, quads: np.ndarray, free: np.ndarray, guides: Guides) -> None:
+    """Put the free vertices on the surface, in place."""
+    normals = vertex_normals(position, quads)[free]
+    position[free] = guides.surface(position[free], normals)[1]

@@ -1,0 +1,130 @@
+"""What is said about the quads of one piece: poles, patches, angle to the curvature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ....base.progress import Progress
+from ....fields.planes import lay_out
+from ....umbilics.result import Detection
+from ...poles import UNATTACHED, plan_poles
+from ..conformity import conformity
+from ..field.crosses import QUARTER
+from ..layout.grids import Grids
+from ..layout.laying_out import LaidOut
+from .placement import Placement
+from .projection import ClosestPoints
+
+
+@dataclass(frozen=True)
+class Report:
+    """The quads of one piece; rows and coordinates as in `QuadMesh`, patches from 0."""
+
+    vertices: np.ndarray
+    quads: np.ndarray
+    pole: np.ndarray
+    pole_valence: np.ndarray
+    pole_umbilic: np.ndarray
+    pole_confidence: np.ndarray
+    border: np.ndarray
+    feature: np.ndarray
+    patch: np.ndarray
+    patches: int
+    angle: np.ndarray
+    source_triangle: np.ndarray
+
+
+def reported(
+    laid: LaidOut,
+    grid: Grids,
+    placed: Placement,
+    position: np.ndarray,
+    triangle: np.ndarray,
+    detection: Detection,
+) -> Report:
+    """The report of quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
+    surface = laid.working.surface
+    topology = conformity(placed.quads, len(position))
+    irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
+    pole = np.full(len(position), -1)
+    pole[irregular] = np.arange(len(irregular))
+    umbilic, confidence = _umbilics(
+        laid, position[irregular], topology.valence[irregular], detection
+    )
+    on_feature = np.where(
+        placed.vertex >= 0, laid.map_.crosses.on_feature[np.maximum(placed.vertex, 0)], False
+    )
+    return Report(
+        vertices=position * surface.unit + surface.origin,
+        quads=placed.quads,
+        pole=pole,
+        pole_valence=topology.valence[irregular],
+        pole_umbilic=umbilic,
+        pole_confidence=confidence,
+        border=topology.border,
+        feature=(on_feature | (placed.track >= 0)) & ~topology.border,
+        patch=grid.patch,
+        patches=len(laid.layout.rectangles),
+        angle=angle_to_curvature(laid, position, placed.quads),
+        source_triangle=surface.source_triangle[triangle],
+    )
+
+
+def angle_to_curvature(laid: LaidOut, position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(q,) degrees from the quads' directions to the principal directions; NaN without any."""
+    surface = laid.working.surface
+    planes = lay_out(surface, laid.working.field.lines, Progress())
+    at = position[quads]
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    triangle, _ = closest(at.mean(axis=1), normal)
+    deviator = planes.deviator(triangle, planes.corner[triangle].mean(axis=1))
+    corner = surface.vertices[surface.triangles[triangle]]
+    x = corner[:, 1] - corner[:, 0]
+    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
+    y = np.cross(closest.normal[triangle], x)
+    first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
+    second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
+    one = np.einsum("qc,qc->q", first, x) + 1j * np.einsum("qc,qc->q", first, y)
+    two = np.einsum("qc,qc->q", second, x) + 1j * np.einsum("qc,qc->q", second, y)
+    axis = one / np.maximum(np.abs(one), 1e-300) - 1j * two / np.maximum(np.abs(two), 1e-300)
+    turn = np.angle(axis) - 0.5 * np.angle(deviator)
+    off = np.degrees(np.abs(turn - QUARTER * np.rint(turn / QUARTER)))
+    return np.where(np.abs(deviator) > 0, off, np.nan)
+
+
+def _umbilics(
+    laid: LaidOut, position: np.ndarray, valence: np.ndarray, detection: Detection
+) -> tuple[np.ndarray, np.ndarray]:
+    """The kept umbilic that each pole comes from, -1 for none, and the confidence in it."""
+    surface = laid.working.surface
+    planes = lay_out(surface, laid.working.field.lines, Progress())
+    mine = np.flatnonzero(np.isin(detection.umbilics.triangle, surface.source_triangle))
+    umbilics = detection.umbilics.select(mine)
+    plan = plan_poles(surface, planes, laid.cross, umbilics, [])
+    umbilic = np.full(len(position), -1)
+    confidence = np.full(len(position), UNATTACHED)
+    there = position * surface.unit + surface.origin
+    for kind in np.unique(plan.valence):
+        own, planned = np.flatnonzero(valence == kind), np.flatnonzero(plan.valence == kind)
+        if not len(own):
+            continue
+        # Nearest pairs first, each planned pole once.
+        reach = min(len(planned), 8)
+        distance, near = cKDTree(plan.position[planned]).query(there[own], k=reach)
+        distance, near = distance.reshape(len(own), -1), near.reshape(len(own), -1)
+        row = np.repeat(np.arange(len(own)), near.shape[1])
+        taken = np.zeros(len(planned), bool)
+        done = np.zeros(len(own), bool)
+        for item in np.argsort(distance.ravel(), kind="stable"):
+            pole, choice = row[item], near.ravel()[item]
+            if not done[pole] and not taken[choice]:
+                done[pole] = taken[choice] = True
+                umbilic[own[pole]] = plan.umbilic[planned[choice]]
+                confidence[own[pole]] = plan.confidence[planned[choice]]
+    known = umbilic >= 0
+    umbilic[known] = mine[umbilic[known]]
+    return umbilic, confidence

@@ -1,0 +1,1 @@
+"""Rectangles between tracks, whole numbers for their sides, grids in them."""

@@ -1,0 +1,69 @@
+"""As many quads as asked for, and grids that merge nothing that must stay apart."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....base.progress import Progress
+from ..conformity import conformity
+from .grids import Grids, grids, violations
+from .integers import whole_lengths
+from .laying_out import LaidOut
+
+# The number of quads may be off by this part; rounds of asking for more or fewer.
+CLOSE, ROUNDS = 0.03, 5
+# Rounds of forbidding merges before every arc gets a length.
+MOST_CUTS = 12
+
+
+def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float, list[Grids]]:
+    """Grids with about as many quads as asked for, and what lengths were multiplied with."""
+    scale, best = 1.0, None
+    cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
+    for attempt in range(ROUNDS):
+        progress.step(attempt / ROUNDS)
+        made = [
+            whole_grids(laid, scale, cut, progress) for laid, cut in zip(parts, cuts, strict=True)
+        ]
+        total = sum(len(grid.quads) for grid in made)
+        off = abs(np.log(max(total, 1) / asked))
+        if best is None or off < best[0]:
+            best = off, scale, made
+        if off <= CLOSE:
+            break
+        scale *= float(np.clip(np.sqrt(asked / max(total, 1)), 0.5, 2.0))
+    return best[1:]
+
+
+def first_cuts(laid: LaidOut) -> set[frozenset[int]]:
+    """Arcs between two poles or ends of features always have a length."""
+    special = np.array([node.vertex >= 0 for node in laid.layout.nodes])
+    both = special[laid.layout.arc_node].all(axis=1)
+    return {frozenset([arc]) for arc in np.flatnonzero(both).tolist()}
+
+
+def whole_grids(
+    laid: LaidOut, scale: float, cuts: set[frozenset[int]], progress: Progress
+) -> Grids:
+    """Grids that merge nothing that must stay apart; `cuts` gathers what was forbidden."""
+    layout = laid.layout
+    for _ in range(MOST_CUTS):
+        grid = grids(layout, whole_lengths(layout, scale, cuts, 0, progress))
+        new = violations(layout, grid) - cuts
+        if not new and len(grid.quads):
+            if _conforms(grid, laid):
+                return grid
+            break
+        cuts |= new
+    # Where every arc has a length nothing is merged.
+    return grids(layout, whole_lengths(layout, scale, set(), 1, progress))
+
+
+def _conforms(grid: Grids, laid: LaidOut) -> bool:
+    quads = grid.merged[grid.quads]
+    found = conformity(quads, int(grid.merged.max()) + 1)
+    return found.manifold and found.characteristic == characteristic(laid)
+
+
+def characteristic(laid: LaidOut) -> int:
+    return int(laid.working.surface.euler_characteristic.sum())

@@ -1,0 +1,1 @@
+"""Injective seamless maps of a cut surface to the plane."""

@@ -1,0 +1,309 @@
+"""A map of a cut surface to the plane that follows its crosses and matches across the cut.
+
+The gradients of the map come as close as they can to the directions of the crosses, in the sense
+of least squares, under linear conditions: across the cut the map goes on turned by the matching
+and shifted, and along features one coordinate stays. Whole numbers are not asked for here
+(Bommer et al. 2009, 10.1145/1531326.1531383; Myles & Zorin 2013, 10.1145/2461912.2461970).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import splu
+
+from ....mesh.half_edges import following
+from ..field.crosses import QUARTER, TURNS, Crosses
+from .seams import Seams, seams
+
+# Conditions that say the same twice would make the system singular: they may give by this much.
+GIVE = 1e-10
+# No triangle weighs less than this part of the mean.
+LEAST_WEIGHT = 0.02
+# Flips that the first solution may have before all triangles are weighed anew, as a share, and
+# how often that is done at most.
+FEW_FLIPS, REWEIGHINGS = 0.003, 6
+# Determinant below which a triangle counts as flipped; 1 is undistorted.
+FLIPPED = 1e-3
+# How far the wanted Jacobians are off the identity.
+TRACE = 1e-3
+# Residuals count up to this when triangles are weighed anew.
+MOST_RESIDUAL = 5.0
+
+
+@dataclass(frozen=True)
+class SeamlessProblem:
+    """The unknowns and conditions of a seamless map.
+
+    Attributes
+    ----------
+    crosses, seams:
+        What is mapped and how it is cut.
+    unknown:
+        (m, 6) int64 unknown that is the real part of each triangle's corner, then the imaginary
+        parts; coordinates that features hold equal are one unknown.
+    conditions:
+        (c, unknowns) sparse: times the unknowns it must be 0.
+    weight:
+        (m,) float64 areas over their mean.
+    target:
+        (m, 4) float64 Jacobians that are wanted: the identity but for a trace that keeps poles
+        from lying on one line of the map by accident of symmetry.
+    """
+
+    crosses: Crosses
+    seams: Seams
+    unknown: np.ndarray
+    conditions: sparse.csc_array
+    weight: np.ndarray
+    target: np.ndarray
+
+    @cached_property
+    def count(self) -> int:
+        return self.conditions.shape[1]
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """(unknowns, n) which vertices' copies each unknown is a coordinate of, as 0 and 1."""
+        rows = self.unknown.ravel()
+        columns = np.concatenate([self.crosses.triangles] * 2, axis=1).ravel()
+        shape = (self.count, len(self.crosses.vertices))
+        found = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=shape).tocsr()
+        found.data[:] = 1.0
+        return found
+
+    @cached_property
+    def derivative(self) -> np.ndarray:
+        """(m, 4, 6) takes the unknowns of a triangle to its Jacobian, u_x, u_y, v_x, v_y."""
+        gradient = _gradients(self.crosses.corner * TURNS[-self.seams.comb % 4][:, None])
+        result = np.zeros((len(gradient), 4, 6))
+        result[:, 0, :3] = result[:, 2, 3:] = gradient.real
+        result[:, 1, :3] = result[:, 3, 3:] = gradient.imag
+        return result
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """(m, 4) Jacobians of the solution x."""
+        return np.einsum("mij,mj->mi", self.derivative, x[self.unknown])
+
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """(m, 3) complex128 corners of the triangles in the plane."""
+        value = x[self.unknown]
+        return value[:, :3] + 1j * value[:, 3:]
+
+    def turns(self, x: np.ndarray) -> np.ndarray:
+        """(n,) right angles that the triangles around each vertex make in the plane."""
+        at = self.places(x)
+        out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
+        angle = np.angle(back * out.conj()).ravel()
+        return np.bincount(self.crosses.tail, angle, len(self.crosses.vertices)) / QUARTER
+
+    def wound_wrongly(self, x: np.ndarray) -> np.ndarray:
+        """(v,) inner vertices around which the map makes other than the wanted turns."""
+        crosses = self.crosses
+        off = np.abs(self.turns(x) - crosses.quarter_turns) > 0.5
+        return np.flatnonzero(off & ~crosses.border & ~crosses.on_feature)
+
+
+@dataclass(frozen=True)
+class SeamlessMap:
+    """A seamless map, see `SeamlessProblem`.
+
+    Attributes
+    ----------
+    crosses, seams:
+        As of the problem.
+    place:
+        (m, 3) complex128 corners of the triangles in the plane, in lengths of quads.
+    """
+
+    crosses: Crosses
+    seams: Seams
+    place: np.ndarray
+
+
+def pose(crosses: Crosses) -> SeamlessProblem:
+    """The problem of a map along the crosses."""
+    cut = seams(crosses)
+    n = cut.count
+    edge = np.flatnonzero(cut.cut)
+    edge = edge[edge < crosses.twin[edge]]
+    sheet = cut.sheet.ravel()
+    other = crosses.twin[edge]
+    near = sheet[following(edge)], sheet[edge]
+    far = sheet[other], sheet[following(other)]
+    turn = TURNS[cut.matching[edge]]
+    # (far_0 - far_1) = turn (near_0 - near_1), as rows for the real and the imaginary part.
+    row = np.arange(len(edge))
+    entries = []
+    for sign, side in ((1.0, 0), (-1.0, 1)):
+        entries += [
+            (row, far[side], np.full(len(row), sign)),
+            (row, near[side], -sign * turn.real),
+            (row, n + near[side], sign * turn.imag),
+            (len(row) + row, n + far[side], np.full(len(row), sign)),
+            (len(row) + row, near[side], -sign * turn.imag),
+            (len(row) + row, n + near[side], -sign * turn.real),
+        ]
+    rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+    unknown, number = _merged(crosses, cut)
+    conditions = sparse.coo_array(
+        (values, (rows, unknown[columns])), shape=(2 * len(edge), number)
+    ).tocsc()
+    conditions.eliminate_zeros()
+    _, area = _areas(crosses)
+    corner = np.concatenate([unknown[cut.sheet], unknown[n + cut.sheet]], axis=1)
+    weight = np.maximum(area / area.mean(), LEAST_WEIGHT)
+    target = np.array([1.0, 0.0, 0.0, 1.0]) + TRACE * _scatter(crosses.vertices, crosses.triangles)
+    return SeamlessProblem(crosses, cut, corner, conditions, weight, target)
+
+
+def least_squares(
+    problem: SeamlessProblem,
+    weight: np.ndarray,
+    x: np.ndarray | None = None,
+    free: np.ndarray | None = None,
+    triangles: np.ndarray | None = None,
+) -> np.ndarray:
+    """The map whose Jacobians come nearest to the identity, (unknowns,).
+
+    Parameters
+    ----------
+    weight:
+        (m,) weights of the triangles.
+    x, free, triangles:
+        A solution of which only the unknowns `free` (f,) int64 change, and the triangles (t,)
+        that they touch; all of them without.
+    """
+    if x is None:
+        x, free = np.zeros(problem.count), np.arange(problem.count)
+        triangles = np.arange(len(weight))
+    derivative = problem.derivative[triangles]
+    value = x[problem.unknown[triangles]]
+    rest = problem.target[triangles] - np.einsum("mij,mj->mi", derivative, value)
+    by = weight[triangles]
+    right = np.einsum("m,mij,mi->mj", by, derivative, rest)
+    matrix = np.einsum("m,mij,mik->mjk", by, derivative, derivative, optimize=True)
+    step = constrained_step(problem, problem.unknown[triangles], free, matrix, right)
+    result = x.copy()
+    result[free] += step
+    return result
+
+
+def constrained_step(
+    problem: SeamlessProblem,
+    unknown: np.ndarray,
+    free: np.ndarray,
+    matrix: np.ndarray,
+    right: np.ndarray,
+) -> np.ndarray:
+    """(f,) the step of the free unknowns that minimizes a sum of quadratic forms of triangles.
+
+    Parameters
+    ----------
+    unknown:
+        (t, 6) unknowns of the triangles.
+    free:
+        (f,) int64 unknowns that move; the others stay.
+    matrix, right:
+        (t, 6, 6) and (t, 6) of the forms: 1/2 s A s - b s.
+    """
+    at = np.full(problem.count, -1)
+    at[free] = np.arange(len(free))
+    local = at[unknown]
+    rows = np.broadcast_to(local[:, :, None], matrix.shape)
+    columns = np.broadcast_to(local[:, None, :], matrix.shape)
+    inside = (rows >= 0) & (columns >= 0)
+    count = len(free)
+    form = sparse.coo_array(
+        (matrix[inside], (rows[inside], columns[inside])), shape=(count, count)
+    ).tocsc()
+    moved = local >= 0
+    force = np.bincount(local[moved], weights=right[moved], minlength=count)
+    scale = form.diagonal().mean()
+    form = form / scale + 1e-10 * sparse.eye_array(count)
+    conditions = problem.conditions[:, free] if count < problem.count else problem.conditions
+    conditions = conditions.tocsr()
+    conditions = conditions[np.diff(conditions.indptr) > 0]
+    give = -GIVE * sparse.eye_array(conditions.shape[0])
+    system = sparse.block_array([[form, conditions.T], [conditions, give]]).tocsc()
+    force = np.concatenate([force / scale, np.zeros(conditions.shape[0])])
+    return splu(system).solve(force)[:count]
+
+
+def determinant(jacobian: np.ndarray) -> np.ndarray:
+    """(m,) determinants of Jacobians (m, 4)."""
+    return jacobian[:, 0] * jacobian[:, 3] - jacobian[:, 1] * jacobian[:, 2]
+
+
+def first_map(problem: SeamlessProblem) -> np.ndarray:
+    """(unknowns,) the least-squares map, its triangles weighed anew while many are flipped."""
+    weight = problem.weight
+    x = least_squares(problem, weight)
+    flips = determinant(problem.jacobian(x)) <= FLIPPED
+    best, least = x, np.count_nonzero(flips)
+    around = _around(problem.crosses)
+    for _ in range(REWEIGHINGS):
+        if least <= FEW_FLIPS * len(weight):
+            break
+        off = problem.jacobian(x) - np.array([1.0, 0.0, 0.0, 1.0])
+        residual = np.minimum((off**2).sum(axis=1), MOST_RESIDUAL)
+        weight = weight * (1.0 + residual) * np.where(flips, 2.0, 1.0)
+        # Neighbours share half of what is put on, so that weights do not jump.
+        weight = np.sqrt(weight * (around @ weight))
+        x = least_squares(problem, weight)
+        flips = determinant(problem.jacobian(x)) <= FLIPPED
+        if np.count_nonzero(flips) < least:
+            best, least = x, np.count_nonzero(flips)
+    return best
+
+
+def _around(crosses: Crosses) -> sparse.csr_array:
+    """(m, m) mean over the triangles that touch a triangle's corners."""
+    m, n = len(crosses.triangles), len(crosses.vertices)
+    touch = sparse.coo_array(
+        (np.ones(3 * m), (np.arange(3 * m) // 3, crosses.tail)), shape=(m, n)
+    ).tocsr()
+    count = np.asarray(touch.sum(axis=0)).ravel()
+    mean = sparse.diags_array(1.0 / np.maximum(count, 1.0)) @ touch.T
+    return (touch @ mean / 3.0).tocsr()
+
+
+def _merged(crosses: Crosses, cut: Seams) -> tuple[np.ndarray, int]:
+    """(2 copies,) the unknown of each coordinate, and how many there are.
+
+    Along a feature on the real axis the imaginary parts are one unknown, and the other way.
+    """
+    n = cut.count
+    edge = np.flatnonzero(cut.axis >= 0)
+    shift = np.where(cut.axis[edge] == 0, n, 0)
+    sheet = cut.sheet.ravel()
+    one, two = sheet[edge] + shift, sheet[following(edge)] + shift
+    graph = sparse.coo_array((np.ones(len(edge)), (one, two)), shape=(2 * n, 2 * n))
+    number, unknown = csgraph.connected_components(graph, directed=False)
+    return unknown.astype(np.int64), int(number)
+
+
+def _scatter(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(m, 4) smooth values within -1 and 1 that no symmetry of the surface shares."""
+    waves = np.random.default_rng(0).normal(size=(3, 4))
+    return np.sin(vertices[triangles].mean(axis=1) @ (3.0 * waves) + waves[0])
+
+
+def _areas(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) complex sides across from the corners, (m,) areas in quads."""
+    z = crosses.corner
+    side = np.roll(z, 1, axis=1) - np.roll(z, -1, axis=1)
+    area = 0.5 * ((z[:, 1] - z[:, 0]).conj() * (z[:, 2] - z[:, 0])).imag
+    return side, area
+
+
+def _gradients(corner: np.ndarray) -> np.ndarray:
+    """(m, 3) complex gradients of the hat functions at corners (m, 3)."""
+    side = np.roll(corner, 1, axis=1) - np.roll(corner, -1, axis=1)
+    double = ((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag
+    least = 1e-6 * (np.abs(side) ** 2).max(axis=1)
+    return 1j * side / np.maximum(double, np.maximum(least, np.finfo(float).tiny))[:, None]

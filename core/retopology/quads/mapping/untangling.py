@@ -1,0 +1,216 @@
+"""Making a seamless map injective around every point, by work near its flipped triangles only.
+
+The energy |J|^2 / 2 chi(det J) + (1 + det^2 J) / 2 chi(det J) is finite for flipped triangles and,
+as the regularization chi of the determinant sharpens, grows without bound before one flips
+(Garanzha, Kaporin, Kudryavtseva, Protais, Ray & Sokolov 2021, 10.1145/3453141). It is minimized by
+Newton's method with each triangle's Hessian made definite, under the same linear conditions as
+the map. A fan of triangles may also unfold to the wrong number of turns about a vertex, which no
+determinant shows; such fans are stiffened by least squares first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ....base.progress import Progress
+from .cones import cone_targets
+from .seamless_map import (
+    FLIPPED,
+    SeamlessProblem,
+    constrained_step,
+    determinant,
+    first_map,
+    least_squares,
+)
+
+# How often fans are stiffened, by how much in them and in the ring around, and how many rings
+# then move.
+STIFFENINGS, STIFFER, STIFFER_AROUND, STIFFENED_RINGS = 5, 6.0, 2.0, 9
+# Rings around flipped triangles that move, first and at most, and their growth.
+FIRST_RINGS, MOST_RINGS, RING_GROWTH = 6, 40, 1.8
+# Rounds without fewer flips before giving up.
+PATIENCE = 2
+# Steps of Newton's method in one region; determinant at which it is content.
+STEPS, CONTENT = 30, 0.02
+# A step may take this part of the least determinant at most, once all are positive.
+KEEP = 0.02
+# A step must win this part of what its slope promises.
+ARMIJO = 1e-4
+LEAST_STEP = 1e-9
+# What the determinant's derivatives make of one another.
+_SWAP = np.array([[0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]], float)
+
+
+def injective_map(problem: SeamlessProblem, progress: Progress) -> tuple[np.ndarray, np.ndarray]:
+    """A map of `problem`, and where it is still not injective.
+
+    Returns
+    -------
+    x, faults:
+        (unknowns,) solution, and (n,) bool vertices of triangles that are flipped or around
+        which the map makes the wrong number of turns; none where the map is injective around
+        every point.
+    """
+    x = first_map(problem)
+    progress.step(0.4)
+    x = _stiffened(problem, x)
+    progress.step(0.6)
+    rings, least, idle = FIRST_RINGS, np.inf, 0
+    while rings <= MOST_RINGS and idle < PATIENCE:
+        flipped = _flipped(problem, x)
+        count = np.count_nonzero(flipped)
+        if not count:
+            break
+        idle = 0 if count < least else idle + 1
+        least = min(count, least)
+        x = _newton(problem, x, _grown(problem, flipped, rings), progress)
+        progress.step(0.6 + 0.4 * rings / MOST_RINGS)
+        rings = int(rings * RING_GROWTH)
+    flipped = _flipped(problem, x, 0.0)
+    flipped[problem.wound_wrongly(x)] = True
+    return x, flipped
+
+
+def _flipped(problem: SeamlessProblem, x: np.ndarray, least: float = FLIPPED) -> np.ndarray:
+    """(n,) bool corners of triangles with less determinant."""
+    found = np.zeros(len(problem.crosses.vertices), bool)
+    wrong = determinant(problem.jacobian(x)) <= least
+    found[problem.crosses.triangles[wrong]] = True
+    return found
+
+
+def _grown(problem: SeamlessProblem, seed: np.ndarray, rings: int) -> np.ndarray:
+    """(n,) bool, a set of vertices and so many rings around."""
+    triangles = problem.crosses.triangles
+    found = seed.copy()
+    for _ in range(rings):
+        touched = found[triangles].any(axis=1)
+        found[triangles[touched]] = True
+    return found
+
+
+def _region(problem: SeamlessProblem, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unknowns all of whose vertices are inside, and the triangles with any of them."""
+    outside = problem.owner @ (~inside).astype(float)
+    free = np.flatnonzero(outside == 0)
+    moves = np.zeros(problem.count, bool)
+    moves[free] = True
+    return free, np.flatnonzero(moves[problem.unknown].any(axis=1))
+
+
+def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
+    """Folded fans of poles, and fans with wrong turns, pulled nearer to their directions."""
+    crosses = problem.crosses
+    boost = np.ones(len(crosses.triangles))
+    target = problem.target.copy()
+    for _ in range(STIFFENINGS):
+        bad = _flipped(problem, x) & crosses.singular
+        bad[problem.wound_wrongly(x)] = True
+        if not bad.any():
+            break
+        first = bad[crosses.triangles].any(axis=1)
+        second = _grown(problem, bad, 1)[crosses.triangles].any(axis=1)
+        boost[first] *= STIFFER
+        boost[second & ~first] *= STIFFER_AROUND
+        fan, opened = cone_targets(problem, np.flatnonzero(bad & ~crosses.on_feature))
+        target[fan] = opened
+        problem = replace(problem, target=target)
+        free, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
+        x = least_squares(problem, np.maximum(problem.weight, 0.1) * boost, x, free, triangles)
+    return x
+
+
+def _newton(
+    problem: SeamlessProblem, x: np.ndarray, inside: np.ndarray, progress: Progress
+) -> np.ndarray:
+    """x after steps of Newton's method on what lies inside (n,) bool."""
+    free, triangles = _region(problem, inside)
+    if not len(free):
+        return x
+    unknown, derivative = problem.unknown[triangles], problem.derivative[triangles]
+    weight = problem.weight[triangles]
+    weight = np.maximum(weight / weight.mean(), 0.05)
+    # Fans at poles never flip back once they are right: they could unfold to the wrong turns.
+    guarded = problem.crosses.singular[problem.crosses.triangles[triangles]].any(axis=1)
+    jacobian = np.einsum("tij,tj->ti", derivative, x[unknown])
+    det = determinant(jacobian)
+    for _ in range(STEPS):
+        progress.step(0.8)
+        least = det.min()
+        if least > CONTENT:
+            break
+        width = _width(least)
+        value, slope, hessian = _derivatives(jacobian, det, width, weight)
+        form = np.einsum("tia,tij,tjb->tab", derivative, hessian, derivative, optimize=True)
+        right = -np.einsum("tia,ti->ta", derivative, slope)
+        step = np.zeros(problem.count)
+        step[free] = constrained_step(problem, unknown, free, form, right)
+        promised = -(right * step[unknown]).sum()
+        change = np.einsum("tij,tj->ti", derivative, step[unknown])
+        length = 1.0
+        while length > LEAST_STEP:
+            trial = jacobian + length * change
+            det_trial = determinant(trial)
+            fine = _energy(trial, det_trial, width, weight) < value + ARMIJO * length * promised
+            fine &= not (least > 0 and det_trial.min() <= KEEP * least)
+            if fine and not (guarded & (det > 0) & (det_trial <= 0.05 * det)).any():
+                break
+            length *= 0.5
+        else:
+            break
+        x = x + length * step
+        jacobian, det = trial, det_trial
+    return x
+
+
+def _width(least: float) -> float:
+    """How softly the determinant is regularized, from the least one there is."""
+    if least > 0:
+        return 1e-3
+    return float(np.sqrt(1e-4 + 0.04 * least**2)) if least > -10 else 0.2 * abs(least)
+
+
+def _regular(det: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """The regularized determinant, positive everywhere, and the root in it."""
+    root = np.sqrt(width**2 + det**2)
+    # The second form is the first without cancellation.
+    chi = np.where(det > 0, 0.5 * (det + root), 0.5 * width**2 / np.maximum(root - det, 1e-300))
+    return np.maximum(chi, 1e-300), root
+
+
+def _energy(jacobian: np.ndarray, det: np.ndarray, width: float, weight: np.ndarray) -> float:
+    chi, _ = _regular(det, width)
+    shape = 0.5 * (jacobian**2).sum(axis=1)
+    return float((weight * (shape + 0.5 * (1.0 + det**2)) / chi).sum())
+
+
+def _derivatives(
+    jacobian: np.ndarray, det: np.ndarray, width: float, weight: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """The energy, its gradient (t, 4) and its Hessian (t, 4, 4), made definite, by triangle."""
+    chi, root = _regular(det, width)
+    first, second = chi / root, 0.5 * width**2 / root**3
+    inverse = 1.0 / chi
+    inverse1 = -first / chi**2
+    inverse2 = 2.0 * first**2 / chi**3 - second / chi**2
+    shape = 0.5 * (jacobian**2).sum(axis=1)
+    size = 0.5 * (1.0 + det**2)
+    # By the determinant: of the shape's quotient and of the size's.
+    by_det = shape * inverse1 + det * inverse + size * inverse1
+    by_det2 = shape * inverse2 + inverse + 2.0 * det * inverse1 + size * inverse2
+    cofactor = jacobian @ _SWAP
+    slope = inverse[:, None] * jacobian + by_det[:, None] * cofactor
+    mixed = jacobian[:, :, None] * cofactor[:, None, :]
+    hessian = (
+        inverse[:, None, None] * np.eye(4)
+        + inverse1[:, None, None] * (mixed + mixed.transpose(0, 2, 1))
+        + by_det2[:, None, None] * cofactor[:, :, None] * cofactor[:, None, :]
+        + by_det[:, None, None] * _SWAP
+    )
+    values, vectors = np.linalg.eigh(hessian)
+    values = np.maximum(values, 1e-6 * np.abs(values).max(axis=1, keepdims=True) + 1e-9)
+    hessian = np.einsum("tij,tj,tkj->tik", vectors, values, vectors)
+    value = float((weight * (shape + size) * inverse).sum())
+    return value, weight[:, None] * slope, weight[:, None, None] * hessian

@@ -1,0 +1,95 @@
+"""The settings of the remeshing to quads, written once for every front end, like `Settings`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...base.options import AUTO, Choice, check, setting
+
+
+@dataclass(frozen=True)
+class RemeshSettings:
+    """How to turn a surface into quads; validated on construction.
+
+    Raises
+    ------
+    InvalidSettingsError
+        A value is of the wrong type, out of bounds or not among the choices.
+    """
+
+    quads: int = setting(
+        2000,
+        label="Quads",
+        help="How many quads are wanted; the result comes close",
+        kind="count",
+        minimum=8,
+        maximum=1_000_000,
+    )
+    edge_length: float | str = setting(
+        AUTO,
+        label="Edge Length",
+        help="Length of the quads' edges; automatic takes it from the number of quads",
+        kind="number",
+        minimum=0.0,
+        automatic=True,
+        manual=0.1,
+        unit="length",
+    )
+    smoothness: float = setting(
+        0.45,
+        label="Smoothness",
+        help="0 follows the curvature into every detail, with many poles; 1 is as smooth as the "
+        "surface, its creases and borders allow",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    feature_angle: float = setting(
+        40.0,
+        label="Feature Angle",
+        help="Edges of the quads run along chains of edges sharper than this; 180 leaves creases "
+        "alone",
+        kind="number",
+        minimum=0.0,
+        maximum=180.0,
+        unit="degrees",
+    )
+    align_sharp: bool = setting(
+        True,
+        label="Marked Sharp Edges",
+        help="Edges of the quads run along edges that are marked sharp; ignored where more than "
+        "a fifth of all edges are, as some importers leave them",
+        kind="flag",
+    )
+    adaptivity: float = setting(
+        0.0,
+        label="Adaptivity",
+        help="0 makes quads of one size, 1 much smaller ones where the surface bends",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    symmetry: str = setting(
+        "none",
+        label="Symmetry",
+        help="A plane that the quads are mirrored at exactly",
+        kind="choice",
+        choices=(
+            Choice("none", "None", "Not mirrored"),
+            Choice("auto", "Found", "The surface's own mirror plane, where it has one"),
+            Choice("x", "X", "The plane across X through the origin"),
+            Choice("y", "Y", "The plane across Y through the origin"),
+            Choice("z", "Z", "The plane across Z through the origin"),
+        ),
+    )
+    relaxation: int = setting(
+        30,
+        label="Relaxation",
+        help="Steps in which the quads are evened out and turned to the curvature on the surface",
+        kind="count",
+        minimum=0,
+        maximum=1000,
+    )
+
+    def __post_init__(self) -> None:
+        check(self)

@@ -1,0 +1,1 @@
+"""The surface that is mapped: pieces, features, sizes."""

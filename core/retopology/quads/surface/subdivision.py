@@ -1,0 +1,180 @@
+"""Triangles on the way to be mapped: splitting marked edges, taking pieces apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """Triangles with what belongs to their vertices and edges.
+
+    Attributes
+    ----------
+    vertices, triangles:
+        (n, 3) float64 and (m, 3) int64.
+    values:
+        (n, k) float64 carried along with the vertices; the mean of the ends at a middle.
+    source:
+        (m,) int64 where each triangle came from.
+    feature:
+        (3 m,) bool half-edges on features, both of each edge.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    values: np.ndarray
+    source: np.ndarray
+    feature: np.ndarray
+
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """(3 m,) vertices that the half-edges start and end at."""
+        return self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """(3 m,) float64 of the half-edges."""
+        tail, head = self.ends
+        return np.linalg.norm(self.vertices[head] - self.vertices[tail], axis=1)
+
+
+def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = None) -> Triangles:
+    """The mesh with the marked edges (3 m,) split, both half-edges of each being marked.
+
+    They are split in their middles, or at `share` (3 m,) of the way from tail to head.
+    """
+    if not marked.any():
+        return mesh
+    n = len(mesh.vertices)
+    tail, head = mesh.ends
+    half = np.flatnonzero(marked)
+    key = np.minimum(tail[half], head[half]) * n + np.maximum(tail[half], head[half])
+    edge, first, number = np.unique(key, return_index=True, return_inverse=True)
+    one, two = edge // n, edge % n
+    part = np.full((len(edge), 1), 0.5)
+    if share is not None:
+        part = share[half[first], None]
+        part = np.where(tail[half[first], None] == one[:, None], part, 1.0 - part)
+    middle = np.full(len(marked), -1)
+    middle[half] = n + number
+    vertices, values = (
+        np.concatenate([of, (1.0 - part) * of[one] + part * of[two]])
+        for of in (mesh.vertices, mesh.values)
+    )
+    marks, middle = marked.reshape(-1, 3), middle.reshape(-1, 3)
+    feature = mesh.feature.reshape(-1, 3)
+    number_marked = marks.sum(axis=1)
+    pieces, origin, edges = [mesh.triangles[number_marked == 0]], [], []
+    origin.append(mesh.source[number_marked == 0])
+    edges.append(feature[number_marked == 0])
+    for count in (1, 2, 3):
+        rows = np.flatnonzero(number_marked == count)
+        if not len(rows):
+            continue
+        # Turned so that the first side is marked and, of two, the last is not.
+        if count == 1:
+            first = marks[rows].argmax(axis=1)
+        elif count == 2:
+            first = (marks[rows].argmin(axis=1) + 1) % 3
+        else:
+            first = np.zeros(len(rows), np.int64)
+        turned = (first[:, None] + np.arange(3)) % 3
+        row = rows[:, None]
+        a, b, c = mesh.triangles[row, turned].T
+        p, q, r = middle[row, turned].T
+        f, g, h = feature[row, turned].T
+        no = np.zeros(len(rows), bool)
+        if count == 1:
+            made = [((a, p, c), (f, no, h)), ((p, b, c), (f, g, no))]
+        elif count == 2:
+            # The shorter diagonal of what is left beside the corner.
+            across = ((vertices[a] - vertices[q]) ** 2).sum(axis=1)
+            other = ((vertices[p] - vertices[c]) ** 2).sum(axis=1)
+            short = across < other
+            last = np.where(short, q, c), np.where(short, a, p)
+            made = [
+                ((p, b, q), (f, g, no)),
+                ((a, p, last[0]), (f, no, np.where(short, no, h))),
+                ((last[1], q, c), (no, g, np.where(short, h, no))),
+            ]
+        else:
+            made = [
+                ((a, p, r), (f, no, h)),
+                ((p, b, q), (f, g, no)),
+                ((r, q, c), (no, g, h)),
+                ((p, q, r), (no, no, no)),
+            ]
+        for corners, sides in made:
+            pieces.append(np.column_stack(corners))
+            edges.append(np.column_stack(sides))
+            origin.append(mesh.source[rows])
+    return Triangles(
+        vertices,
+        np.concatenate(pieces).astype(np.int64),
+        values,
+        np.concatenate(origin),
+        np.concatenate(edges).ravel(),
+    )
+
+
+def refined(mesh: Triangles, longest: float, rounds: int) -> Triangles:
+    """Edges longer than `longest` split, in so many rounds at most."""
+    for _ in range(rounds):
+        marked = mesh.lengths > longest
+        if not marked.any():
+            break
+        mesh = split_edges(mesh, marked)
+    return mesh
+
+
+def freed(mesh: Triangles, border: np.ndarray, rounds: int = 8) -> Triangles:
+    """Every edge off the features that joins two vertices on them split.
+
+    A triangle whose corners all lie on features could not be laid out freely.
+
+    Parameters
+    ----------
+    border:
+        (n,) bool vertices on the border, which counts as a feature.
+    """
+    for _ in range(rounds):
+        tail, head = mesh.ends
+        on = np.zeros(len(mesh.vertices), bool)
+        on[: len(border)] = border
+        on[tail[mesh.feature]] = on[head[mesh.feature]] = True
+        marked = on[tail] & on[head] & ~mesh.feature
+        if not marked.any():
+            break
+        mesh = split_edges(mesh, marked)
+    return mesh
+
+
+def chosen(mesh: Triangles, rows: np.ndarray) -> Triangles:
+    """The triangles `rows` (r,) int64 with the vertices that they use."""
+    used, corners = np.unique(mesh.triangles[rows], return_inverse=True)
+    return Triangles(
+        mesh.vertices[used],
+        corners.reshape(-1, 3).astype(np.int64),
+        mesh.values[used],
+        mesh.source[rows],
+        mesh.feature.reshape(-1, 3)[rows].ravel(),
+    )
+
+
+def pieces(mesh: Triangles) -> list[Triangles]:
+    """The connected pieces, in the order of their first triangles."""
+    n = len(mesh.vertices)
+    tail, head = mesh.ends
+    graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
+    count, label = csgraph.connected_components(graph, directed=False)
+    if count == 1:
+        return [mesh]
+    owner = label[mesh.triangles[:, 0]]
+    order = np.argsort(owner, kind="stable")
+    cuts = np.flatnonzero(np.diff(owner[order])) + 1
+    return [chosen(mesh, rows) for rows in np.split(order, cuts)]

@@ -1,0 +1,432 @@
+"""Quad meshes: what every one of them must hold, and each step of the way on its own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from surfaces import cylinder, ellipsoid, sphere, torus
+
+import core
+from core.mesh.repair import clean
+from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.field.crosses import crosses
+from core.retopology.quads.field.pole_moves import with_better_poles
+from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
+from core.retopology.quads.layout.grids import grids, violations
+from core.retopology.quads.layout.integers import whole_lengths
+from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
+from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant, pose
+from core.retopology.quads.mapping.seams import seams
+from core.retopology.quads.mapping.untangling import injective_map
+from core.retopology.quads.surface.chains import long_chains
+from core.retopology.quads.surface.subdivision import Triangles, split_edges
+
+
+def cube(cuts=4):
+    """A closed cube of right-angled triangles, its sides in `cuts` parts."""
+    at = np.linspace(-1.0, 1.0, cuts + 1)
+    u, v = (x.ravel() for x in np.meshgrid(at, at, indexing="ij"))
+    rows = np.arange((cuts + 1) ** 2).reshape(cuts + 1, -1)
+    a, b, c, d = rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]
+    face = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+    vertices, triangles = [], []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            points = np.zeros((len(u), 3))
+            points[:, axis], points[:, axis - 2], points[:, axis - 1] = side, u, v
+            corners = face if side > 0 else face[:, ::-1]
+            triangles.append(corners + len(vertices) * len(u))
+            vertices.append(points)
+    points, row = np.unique(np.concatenate(vertices).round(9), axis=0, return_inverse=True)
+    return points, row.ravel()[np.concatenate(triangles)]
+
+
+def bumpy(seed, level=4):
+    """A random smooth closed surface."""
+    mesh = sphere(subdivisions=level)
+    random = np.random.default_rng(seed)
+    direction = random.normal(size=(10, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    height = sum(
+        0.12 * random.normal() * np.cos(3.0 * mesh.vertices @ axis + random.uniform(0, 6))
+        for axis in direction
+    )
+    return mesh.vertices * np.maximum(1.0 + height, 0.3)[:, None], mesh.triangles
+
+
+def holds(vertices, triangles, made):
+    """Every guarantee of a quad mesh; the topology of it."""
+    surface, _ = clean(vertices, triangles)
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold
+    assert found.characteristic == surface.euler_characteristic.sum()
+    assert surface.closed.all() == (not found.border.any())
+    inner = ~found.border
+    lack = (4 - found.valence)[inner].sum() + (3 - found.valence)[found.border].sum()
+    assert lack == 4 * found.characteristic
+    poles = np.flatnonzero(inner & (found.valence != 4))
+    assert np.array_equal(np.flatnonzero(made.pole >= 0), poles)
+    assert np.array_equal(made.pole_valence[made.pole[poles]], found.valence[poles])
+    assert scaled_jacobian(made.vertices, made.quads).min() > 0.0
+    assert np.array_equal(made.border, found.border)
+    # On the surface, wound like it.
+    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    place = (made.vertices - surface.origin) / surface.unit
+    _, on = closest(place)
+    assert np.abs(place - on).max() < 1e-6
+    at = place[made.quads]
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    row, _ = closest(at.mean(axis=1), normal)
+    assert np.einsum("qc,qc->q", closest.normal[row], normal).min() > 0.0
+    return found
+
+
+@pytest.fixture(scope="module")
+def stretched():
+    mesh = ellipsoid(subdivisions=4)
+    return mesh, core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=1000))
+
+
+def test_ellipsoid_has_two_three_poles_for_each_umbilic(stretched):
+    mesh, made = stretched
+    holds(mesh.vertices, mesh.triangles, made)
+    assert sorted(made.pole_valence) == [3] * 8
+    assert np.array_equal(np.bincount(made.pole_umbilic), [2, 2, 2, 2])
+    assert np.nanmean(made.angle) < 2.5
+    assert abs(len(made.quads) / 1000 - 1) < 0.05
+    assert made.warnings == ()
+
+
+def test_torus_has_no_pole():
+    mesh = torus()
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600))
+    holds(mesh.vertices, mesh.triangles, made)
+    assert not len(made.pole_valence)
+    assert scaled_jacobian(made.vertices, made.quads).min() > 0.9
+
+
+def test_sphere_is_like_a_cube():
+    mesh = sphere(subdivisions=4)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600))
+    holds(mesh.vertices, mesh.triangles, made)
+    assert sorted(made.pole_valence) == [3] * 8
+
+
+@pytest.mark.parametrize("cuts", [1, 5])
+def test_cube_keeps_its_edges_and_corners(cuts):
+    vertices, triangles = cube(cuts)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=216))
+    holds(vertices, triangles, made)
+    assert sorted(made.pole_valence) == [3] * 8
+    assert np.allclose(np.abs(made.vertices[made.pole >= 0]), 1.0)
+    # On each of the 12 edges, and there only, two coordinates are whole.
+    whole = (np.abs(np.abs(made.vertices) - 1.0) < 1e-9).sum(axis=1) >= 2
+    assert np.array_equal(whole, made.feature)
+    assert made.angle.size == len(made.quads)
+
+
+def test_borders_lie_on_borders():
+    mesh = cylinder()
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
+    found = holds(mesh.vertices, mesh.triangles, made)
+    assert not len(made.pole_valence)
+    ends = np.abs(made.vertices[found.border][:, 2])
+    assert np.allclose(ends, np.abs(mesh.vertices[:, 2]).max())
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_random_closed_surfaces_hold_every_guarantee(seed):
+    vertices, triangles = bumpy(seed)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=500))
+    holds(vertices, triangles, made)
+
+
+def test_rough_surfaces_are_no_creases():
+    vertices, triangles = bumpy(3)
+    random = np.random.default_rng(0)
+    edge = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).mean()
+    rough = vertices + 0.05 * edge * random.normal(size=vertices.shape)
+    made = core.remesh(rough, triangles, core.RemeshSettings(quads=500))
+    holds(rough, triangles, made)
+    assert not made.feature.any()
+
+
+def test_pieces_are_remeshed_each_for_itself():
+    one, two = ellipsoid(subdivisions=3), torus()
+    far = two.vertices + np.array([10.0, 0.0, 0.0])
+    vertices = np.concatenate([one.vertices, far])
+    triangles = np.concatenate([one.triangles, two.triangles + len(one.vertices)])
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=800))
+    holds(vertices, triangles, made)
+    assert sorted(made.pole_valence) == [3] * 8
+    assert (made.vertices[made.pole >= 0][:, 0] < 5.0).all()
+
+
+def test_result_does_not_depend_on_place_and_size(stretched):
+    mesh, made = stretched
+    moved = 1e3 * mesh.vertices + [5.0, 6.0, 7.0]
+    other = core.remesh(moved, mesh.triangles, core.RemeshSettings(quads=1000))
+    assert len(other.quads) == len(made.quads)
+    assert np.array_equal(np.sort(other.pole_valence), np.sort(made.pole_valence))
+
+
+def test_edge_length_asks_for_the_number_of_quads():
+    mesh = torus()
+    area = clean(mesh.vertices, mesh.triangles)[0]
+    total = area.face_normal_area[1].sum() * area.unit**2
+    settings = core.RemeshSettings(edge_length=float(np.sqrt(total / 400)))
+    made = core.remesh(mesh.vertices, mesh.triangles, settings)
+    assert abs(len(made.quads) / 400 - 1) < 0.1
+
+
+def test_no_pole_is_left_in_a_zone():
+    mesh = ellipsoid(subdivisions=4)
+    zone = mesh.vertices[:, 0] > 1.5
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), zone=zone)
+    holds(mesh.vertices, mesh.triangles, made)
+    assert (made.vertices[made.pole >= 0][:, 0] < 1.6).all()
+
+
+@pytest.mark.parametrize("symmetry", ["y", "auto"])
+def test_symmetric_quads_are_their_own_image(symmetry):
+    vertices, triangles = ellipsoid(subdivisions=4).vertices, ellipsoid(subdivisions=4).triangles
+    settings = core.RemeshSettings(quads=600, symmetry=symmetry)
+    made = core.remesh(vertices, triangles, settings)
+    holds(vertices, triangles, made)
+    assert sorted(made.pole_valence) == [3] * 8
+    assert np.array_equal(np.bincount(made.pole_umbilic[made.pole_umbilic >= 0]), [2, 2, 2, 2])
+    assert abs(len(made.quads) / 600 - 1) < 0.1
+    if symmetry == "y":
+        image = {tuple(row) for row in (made.vertices * [1.0, -1.0, 1.0] + 0.0).tolist()}
+        assert image == {tuple(row) for row in (made.vertices + 0.0).tolist()}
+
+
+def test_a_surface_is_mirrored_where_it_is_open_and_where_it_is_not_symmetric():
+    open_ = cylinder()
+    made = core.remesh(
+        open_.vertices, open_.triangles, core.RemeshSettings(quads=300, symmetry="x")
+    )
+    assert holds(open_.vertices, open_.triangles, made).border.any()
+    vertices, triangles = bumpy(5)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=500, symmetry="z"))
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold and found.characteristic == 2 and not found.border.any()
+    far = vertices + np.array([5.0, 0.0, 0.0])
+    with pytest.raises(core.RemeshError, match="plane"):
+        core.remesh(-far, triangles, core.RemeshSettings(symmetry="x"))
+
+
+def test_quads_are_denser_where_the_surface_bends():
+    mesh = ellipsoid(axes=(4.0, 1.5, 1.0), subdivisions=4)
+    settings = core.RemeshSettings(quads=600, adaptivity=1.0)
+    made = core.remesh(mesh.vertices, mesh.triangles, settings)
+    holds(mesh.vertices, mesh.triangles, made)
+    at = made.vertices[made.quads]
+    area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
+    tip = np.abs(at.mean(axis=1)[:, 0]) > 3.4
+    waist = np.abs(at.mean(axis=1)[:, 0]) < 1.0
+    assert np.median(area[tip]) < 0.6 * np.median(area[waist])
+    assert abs(len(made.quads) / 600 - 1) < 0.1
+
+
+def test_marked_edges_are_followed():
+    mesh = torus()
+    flat = np.abs(mesh.vertices[:, 2]) < 1e-9
+    flat &= (
+        np.linalg.norm(mesh.vertices[:, :2], axis=1)
+        > np.linalg.norm(mesh.vertices[:, :2], axis=1).mean()
+    )
+    edges = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    sharp = edges[flat[edges].all(axis=1)]
+    assert len(sharp)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), sharp=sharp)
+    holds(mesh.vertices, mesh.triangles, made)
+    assert made.feature.any()
+    assert np.abs(made.vertices[made.feature][:, 2]).max() < 1e-9
+
+
+def test_what_is_damaged_is_said():
+    mesh = torus()
+    triangles = np.concatenate([mesh.triangles, mesh.triangles[:1]])
+    made = core.remesh(mesh.vertices, triangles, core.RemeshSettings(quads=300))
+    assert any("duplicate" in sentence for sentence in made.warnings)
+    with pytest.raises(core.InvalidMeshError):
+        core.remesh(mesh.vertices, np.zeros((0, 3), int))
+
+
+def test_work_ends_when_the_user_asks():
+    mesh = ellipsoid(subdivisions=3)
+    with pytest.raises(core.CancelledError):
+        core.remesh(mesh.vertices, mesh.triangles, progress=core.Progress(cancelled=lambda: True))
+
+
+def test_settings_are_checked():
+    for wrong in ({"quads": 0}, {"symmetry": "w"}, {"smoothness": 2.0}, {"relaxation": 1.5}):
+        with pytest.raises(core.InvalidSettingsError):
+            core.RemeshSettings(**wrong)
+
+
+# The steps ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def crossed():
+    mesh = ellipsoid(subdivisions=4)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    direction = guide.guidance(core.GuidanceSettings(smoothness=0.45)).face_direction
+    surface = guide.surface
+    size = np.full(len(surface.triangles), 0.1)
+    none = np.zeros(len(surface.twin), bool)
+    return crosses(surface.vertices, surface.triangles, surface.twin, direction, size, none)
+
+
+def test_quarter_turns_sum_to_the_characteristic(crossed):
+    assert (4 - crossed.quarter_turns).sum() == 8
+    turned = crossed.turned(np.random.default_rng(0).normal(size=len(crossed.triangles)))
+    assert np.array_equal(turned.quarter_turns, crossed.quarter_turns)
+
+
+def test_cut_surface_is_a_disk(crossed):
+    cut = seams(crossed)
+    edges = (len(crossed.twin) + cut.cut.sum()) // 2
+    assert cut.count - edges + len(crossed.triangles) == 1
+    off = ~cut.cut
+    assert not cut.matching[off].any()
+
+
+def test_map_is_seamless_and_injective(crossed):
+    problem = pose(crossed)
+    x, faults = injective_map(problem, core.Progress())
+    assert not faults.any()
+    assert determinant(problem.jacobian(x)).min() > 0.0
+    assert np.abs(problem.conditions @ x).max() < 1e-7
+    assert np.allclose(problem.turns(x), crossed.quarter_turns, atol=1e-6)
+
+
+def test_layout_covers_the_surface(crossed):
+    problem = pose(crossed)
+    x, _ = injective_map(problem, core.Progress())
+    layout = motorcycle_graph(
+        SeamlessMap(crossed, problem.seams, problem.places(x)), core.Progress()
+    )
+    half = [part for rectangle in layout.rectangles for side in rectangle for part in side]
+    assert sorted(half) == list(range(2 * len(layout.length)))
+    for sides in layout.rectangles:
+        bottom, right, top, left = (layout.length[np.array(side) // 2].sum() for side in sides)
+        assert np.isclose(bottom, top, atol=1e-6) and np.isclose(left, right, atol=1e-6)
+    whole = whole_lengths(layout, 1.0, set(), 1, core.Progress())
+    assert whole.min() >= 1
+    for sides in layout.rectangles:
+        bottom, right, top, left = (whole[np.array(side) // 2].sum() for side in sides)
+        assert bottom == top and left == right
+    assert not violations(layout, grids(layout, whole))
+    # A set of arcs that must not vanish does not.
+    free = whole_lengths(layout, 0.2, set(), 0, core.Progress())
+    gone = frozenset(np.flatnonzero(free == 0)[:3].tolist())
+    assert gone
+    kept = whole_lengths(layout, 0.2, {gone}, 0, core.Progress())
+    assert kept[sorted(gone)].sum() >= 1
+
+
+def test_double_poles_part_and_opposite_ones_cancel(crossed):
+    nowhere = np.zeros(len(crossed.vertices), bool)
+    plain = with_better_poles(crossed, nowhere)
+    assert sorted(plain.quarter_turns[plain.singular]) == [3] * 8
+    # A quarter turn on an edge between regular vertices: two opposite poles, far from others.
+    poles = plain.vertices[plain.singular]
+    gap = np.linalg.norm(plain.vertices[:, None] - poles, axis=2).min(axis=1)
+    regular = (gap > 0.3) & (plain.quarter_turns == 4)
+    edge = int(np.flatnonzero(regular[plain.tail] & regular[plain.head])[0])
+
+    def with_turns(number):
+        matching = plain.matching.copy()
+        matching[edge] += number
+        matching[plain.twin[edge]] -= number
+        return plain.matched(matching)
+
+    pair = with_turns(1)
+    assert pair.quarter_turns[[pair.tail[edge], pair.head[edge]]].tolist() == [5, 3]
+    again = with_better_poles(pair, nowhere)
+    assert np.array_equal(again.quarter_turns, plain.quarter_turns)
+    double = with_turns(-2)
+    assert double.quarter_turns[[double.tail[edge], double.head[edge]]].tolist() == [2, 6]
+    again = with_better_poles(double, nowhere)
+    assert set(again.quarter_turns) <= {3, 4, 5}
+    assert (4 - again.quarter_turns).sum() == 8
+
+
+def test_splitting_keeps_a_manifold_and_its_features():
+    vertices, triangles = cube(2)
+    surface, _ = clean(vertices, triangles)
+    feature = np.zeros(len(surface.twin), bool)
+    feature[::7] = True
+    feature |= feature[surface.twin]
+    mesh = Triangles(
+        surface.vertices,
+        surface.triangles.astype(np.int64),
+        np.zeros((len(surface.vertices), 1)),
+        np.arange(len(surface.triangles)),
+        feature,
+    )
+    length = mesh.lengths[feature].sum()
+    random = np.random.default_rng(0)
+    for _ in range(3):
+        other, _ = clean(mesh.vertices, mesh.triangles)
+        marked = random.random(len(other.twin)) < 0.4
+        mesh = split_edges(mesh, marked | marked[other.twin])
+    other, warnings = clean(mesh.vertices, mesh.triangles)
+    assert other.euler_characteristic.sum() == 2 and other.closed.all() and not warnings
+    assert np.isclose(other.face_normal_area[1].sum(), surface.face_normal_area[1].sum())
+    assert np.isclose(mesh.lengths[mesh.feature].sum(), length)
+
+
+def test_stubs_and_tangles_are_no_features():
+    vertices, triangles = cube(8)
+    surface, _ = clean(vertices, triangles)
+    normal, _ = surface.face_normal_area
+    half = np.flatnonzero(np.arange(len(surface.twin)) < surface.twin)
+    bent = half[np.einsum("ec,ec->e", normal[half // 3], normal[surface.twin[half] // 3]) < 0.5]
+    inside = half[~np.isin(half, bent)][:1]
+    kept = long_chains(surface, np.sort(np.concatenate([bent, inside])), 1.0)
+    assert np.array_equal(kept, bent)
+
+
+def test_closest_points_are_the_closest():
+    mesh = bumpy(1, level=3)
+    surface, _ = clean(*mesh)
+    random = np.random.default_rng(0)
+    points = random.uniform(-1.2, 1.2, size=(50, 3))
+    _, found = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(points)
+    corner = surface.vertices[surface.triangles]
+    for point, place in zip(points, found, strict=True):
+        every = closest_on(np.broadcast_to(point, (len(corner), 3)), corner)
+        least = np.linalg.norm(every - point, axis=1).min()
+        assert np.linalg.norm(place - point) <= least * (1 + 1e-9) + 1e-12
+
+
+def test_conformity_tells_torn_meshes():
+    quads = np.array([[0, 1, 2, 3], [3, 2, 4, 5]])
+    assert conformity(quads, 6).manifold
+    assert not conformity(quads[[0, 0]], 4).manifold
+    assert not conformity(np.array([[0, 1, 2, 3], [2, 3, 4, 5]]), 6).manifold
+    # Two quads that touch in a corner.
+    assert not conformity(np.array([[0, 1, 2, 3], [2, 4, 5, 6]]), 7).manifold
+
+
+def test_no_mesh_is_torn_by_tiny_counts():
+    vertices, triangles = bumpy(2)
+    for quads in (20, 60):
+        made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads))
+        found = conformity(made.quads, len(made.vertices))
+        assert found.manifold and found.characteristic == 2
+
+
+def test_detection_is_used_where_it_is_given(stretched):
+    mesh, made = stretched
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    blind = replace(detection, umbilics=detection.umbilics.select(np.zeros(0, int)))
+    other = core.remesh(
+        mesh.vertices, mesh.triangles, core.RemeshSettings(quads=1000), detection=blind
+    )
+    assert len(other.quads) == len(made.quads) and (other.pole_umbilic == -1).all()
