@@ -36,6 +36,7 @@ from .retopology.poles import Poles
 from .retopology.quads.remesh import remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
+from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
@@ -81,6 +82,7 @@ __all__ = [
     "Region",
     "RemeshError",
     "RemeshSettings",
+    "RidgeLines",
     "Selection",
     "Settings",
     "Suitability",

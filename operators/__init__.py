@@ -39,6 +39,7 @@ _MODULES = (
     "check_topology",
     "lines",
     "separatrices",
+    "ridges",
     "mark_seams",
     "symmetry",
     "align_to_x",

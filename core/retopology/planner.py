@@ -281,7 +281,7 @@ class Guide:
         found = find_ridges(
             self.surface,
             slopes,
-            crests_only=settings.ridges == "crests",
+            crests_only=settings.ridge_kinds == "crests",
             least_bend=settings.least_bend,
         )
         return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)

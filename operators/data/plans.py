@@ -27,7 +27,10 @@ UNREADABLE = (
     "Plan again."
 )
 # Settings that only lines read, which a plan does not hang on.
-_OF_LINES = ("spacing", "closest", "line_smoothness", "families", "shortest", "length_limit")
+_OF_LINES = (
+    "spacing", "closest", "line_smoothness", "families", "shortest", "length_limit",
+    "least_bend", "ridge_kinds",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -249,11 +249,19 @@ def separatrices(job: Job, guide: core.Guide, progress: core.Progress) -> core.L
     return guide.separatrices(job.settings, progress)
 
 
-def guides(job: Job, guide: core.Guide, progress: core.Progress) -> tuple[core.Lines, core.Lines]:
-    """Lines of curvature and separatrices."""
+def ridges(job: Job, guide: core.Guide, progress: core.Progress) -> core.RidgeLines:
+    """Ridges, ravines and crest lines."""
+    return guide.ridges(job.settings, progress)
+
+
+def guides(
+    job: Job, guide: core.Guide, progress: core.Progress
+) -> tuple[core.Lines, core.Lines, core.RidgeLines]:
+    """Lines of curvature, separatrices and ridges."""
     return (
-        lines(job, guide, progress.part("Lines", 0.0, 0.8)),
-        separatrices(job, guide, progress.part("Separatrices", 0.8, 1.0)),
+        lines(job, guide, progress.part("Lines", 0.0, 0.6)),
+        separatrices(job, guide, progress.part("Separatrices", 0.6, 0.8)),
+        ridges(job, guide, progress.part("Ridges", 0.8, 1.0)),
     )
 
 

@@ -15,22 +15,30 @@ from ... import core
 from .transaction import Transaction
 
 SMALLER, LARGER, SEPARATRICES = "Smaller Curvature", "Larger Curvature", "Separatrices"
+RIDGES, RAVINES = "Ridges", "Ravines"
+FAMILIES = (SMALLER, LARGER)
 _COLOUR = {
     SMALLER: (0.1, 0.35, 0.85, 1.0),
     LARGER: (0.85, 0.2, 0.1, 1.0),
     SEPARATRICES: (0.3, 0.05, 0.45, 1.0),
+    RIDGES: (0.95, 0.55, 0.05, 1.0),
+    RAVINES: (0.05, 0.6, 0.55, 1.0),
 }
 OBJECT_TYPES = ("GREASEPENCIL", "GPENCIL")
 # In 4.2 a width of 2000 is a radius of one unit. Widths are whole; a pressure up to 1 thins them.
 _OLD_UNIT = 2000.0
 
 
-def layers_of(lines: core.Lines, separatrices: core.Lines) -> dict[str, core.Lines]:
+def layers_of(
+    lines: core.Lines, separatrices: core.Lines, ridges: core.RidgeLines
+) -> dict[str, core.Lines]:
     """The lines of each layer, from the lowest layer to the highest; empty ones are left out."""
     layers = {
         SMALLER: lines.select(lines.family == 1),
         LARGER: lines.select(lines.family == 0),
         SEPARATRICES: separatrices,
+        RAVINES: ridges.select(ridges.family == 1),
+        RIDGES: ridges.select(ridges.family == 0),
     }
     return {name: some for name, some in layers.items() if len(some)}
 

@@ -6,7 +6,8 @@ again replaces its own objects only.
 
 Custom properties: of a pole `umbilics_valence`, `umbilics_confidence` and `umbilics_umbilic`
 (row among the kept umbilics, -1 for none); of a curve `umbilics_family` (0 larger, 1 smaller
-curvature) and `umbilics_lengths`, a length for each spline.
+curvature) and `umbilics_lengths`, a length for each spline; of ridges also `umbilics_kinds` and
+`umbilics_bends`, the mean bend in degrees of each.
 """
 
 from __future__ import annotations
@@ -28,20 +29,22 @@ from .targets import is_local
 from .transaction import Transaction, empty_without
 
 TAG = "umbilics_guidance"
-PARTS = ("poles", "lines", "separatrices", "guides", "mirror")
-POLES, LINES, SEPARATRICES, GUIDES, MIRROR = PARTS
+PARTS = ("poles", "lines", "separatrices", "ridges", "guides", "mirror")
+POLES, LINES, SEPARATRICES, RIDGES, GUIDES, MIRROR = PARTS
 ATTRIBUTES = {
     "umbilics_cross": ("POINT", "FLOAT_VECTOR"),
     "umbilics_confidence": ("POINT", "FLOAT"),
     "umbilics_cross_face": ("FACE", "FLOAT_VECTOR"),
     "umbilics_cross_index": ("FACE", "FLOAT"),
 }
-# 1 where we marked a seam, 2 where we marked a sharp edge, 3 both: so that it can be undone.
+# 1 where we marked a seam, 2 where a sharp edge, 4 where a crease, and sums: to be undone.
 MARKS = {"umbilics_marked": ("EDGE", "INT")}
-_BIT = {"seam": 1, "edge_sharp": 2}
+_BIT = {"seam": 1, "edge_sharp": 2, "crease": 4}
 
 _FAMILY_NAME = ("Larger Curvature", "Smaller Curvature")
 _FAMILY_COLOUR = ((0.85, 0.2, 0.1, 1.0), (0.1, 0.35, 0.85, 1.0))
+_RIDGE_NAME = ("Ridges", "Ravines")
+_RIDGE_COLOUR = ((0.95, 0.55, 0.05, 1.0), (0.05, 0.6, 0.55, 1.0))
 _POLE_COLOUR = {3: (1.0, 0.62, 0.0, 1.0), 5: (0.05, 0.25, 0.85, 1.0)}
 _POLE_SHAPE = {3: "SPHERE", 5: "CUBE"}
 # Sizes as fractions of the mesh's extent.
@@ -140,11 +143,13 @@ def write_lines(
     """A curve object of poly splines for each family, in place of the earlier ones."""
     collection = _discard(obj, part, transaction)
     points = _lifted(arrays, lines)
-    for family, name in enumerate(_FAMILY_NAME):
+    ridges = lines if isinstance(lines, core.RidgeLines) else None
+    for family, name in enumerate(_FAMILY_NAME if ridges is None else _RIDGE_NAME):
         rows = np.flatnonzero(lines.family == family)
         if not len(rows):
             continue
-        curve = transaction.made(bpy.data.curves.new(f"{part.capitalize()}: {name}", "CURVE"))
+        title = f"{part.capitalize()}: {name}" if ridges is None else name
+        curve = transaction.made(bpy.data.curves.new(title, "CURVE"))
         curve.dimensions = "3D"
         curve.resolution_u = 1
         curve.bevel_depth = _thickness(arrays, part)
@@ -158,9 +163,13 @@ def write_lines(
             spline.points.foreach_set("co", co.ravel())
             spline.use_cyclic_u = bool(lines.closed[row])
         curve_object = transaction.made(bpy.data.objects.new(curve.name, curve))
-        curve_object.color = _FAMILY_COLOUR[family]
+        curve_object.color = (_FAMILY_COLOUR if ridges is None else _RIDGE_COLOUR)[family]
         curve_object["umbilics_family"] = family
         curve_object["umbilics_lengths"] = lines.length[rows].tolist()
+        if ridges is not None:
+            curve_object["umbilics_kinds"] = ridges.kind[rows].tolist()
+            bends = np.add.reduceat(ridges.bend, ridges.start[:-1]) / np.diff(ridges.start)
+            curve_object["umbilics_bends"] = bends[rows].tolist()
         collection = _adopt(context, obj, curve_object, part, collection, transaction)
 
 
@@ -170,13 +179,14 @@ def write_guides(
     arrays: MeshArrays,
     lines: core.Lines,
     separatrices: core.Lines,
+    ridges: core.RidgeLines,
     transaction: Transaction,
 ) -> None:
-    """Lines and separatrices as Grease Pencil strokes, in place of the earlier ones."""
+    """Lines, separatrices and ridges as Grease Pencil strokes, in place of the earlier ones."""
     collection = _discard(obj, GUIDES, transaction)
     layers = {}
-    for name, some in grease_pencil.layers_of(lines, separatrices).items():
-        part = SEPARATRICES if some is separatrices else LINES
+    for name, some in grease_pencil.layers_of(lines, separatrices, ridges).items():
+        part = LINES if name in grease_pencil.FAMILIES else SEPARATRICES
         layers[name] = some, _lifted(arrays, some), _thickness(arrays, part)
     frame = min(context.scene.frame_start, context.scene.frame_current)
     made = grease_pencil.make(f"Guides of {obj.name}", layers, frame, transaction)
@@ -223,7 +233,8 @@ def write_mirror(
 
 
 def mark(obj: bpy.types.Object, chosen: np.ndarray, kind: str, transaction: Transaction) -> int:
-    """Mark edges (e,) bool as "seam" or "edge_sharp" and remember which; how many are new."""
+    """Mark edges (e,) bool as "seam", "edge_sharp" or "crease" and remember which; how many are
+    new."""
     transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
     unmark(obj, kind)
     fresh = mark_edges(obj.data, chosen, kind)

@@ -281,8 +281,8 @@ def test_plan_of_an_edited_mesh_says_so(draw):
     assert "moved" in told
 
 
-def test_edges_can_be_marked_as_seams_and_as_sharp(draw):
-    assert draw().names("operator").count("umbilics.mark_seams") == 2
+def test_edges_can_be_marked_as_seams_as_sharp_and_as_creases(draw):
+    assert draw().names("operator").count("umbilics.mark_seams") == 3
 
 
 @pytest.mark.parametrize(
