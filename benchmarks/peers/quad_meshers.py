@@ -16,7 +16,8 @@ from .. import ROOT
 PACKAGE = "pyinstantmeshes==1.0.0"
 
 # What the environment's Python runs: vertices, triangles and a number in, vertices, quads and
-# seconds out. It stands before everything that could be loaded from here.
+# seconds out. Pure quads come of one subdivision, so a quarter is asked for; the package hands
+# each quad a b c d over as the triangles a b c and d a c.
 _INSTANT = """
 import sys, time
 import numpy as np, pyinstantmeshes
@@ -24,10 +25,13 @@ data = np.load(sys.argv[1])
 start = time.perf_counter()
 vertices, faces = pyinstantmeshes.remesh(
     data["vertices"].astype(np.float32), data["triangles"].astype(np.int32),
-    target_face_count=int(sys.argv[3]), pure_quad=True, deterministic=True,
+    target_face_count=int(sys.argv[3]) // 4, pure_quad=True, deterministic=True,
     align_to_boundaries=True, crease_angle=40.0,
 )
-np.savez(sys.argv[2], vertices=vertices, quads=faces, seconds=time.perf_counter() - start)
+seconds = time.perf_counter() - start
+one, two = faces[::2], faces[1::2]
+assert (one[:, [0, 2]] == two[:, [1, 2]]).all()
+np.savez(sys.argv[2], vertices=vertices, quads=np.column_stack([one, two[:, 0]]), seconds=seconds)
 """
 
 _QUADRIFLOW = """
