@@ -34,7 +34,7 @@ def seconds(package: str, obj: bpy.types.Object) -> tuple[float, float, float]:
     start = time.perf_counter()
     inputs = engine.gather(obj, core.Settings())
     read = time.perf_counter()
-    found = engine.found(inputs, engine.compute(inputs))
+    found = engine.results_of(inputs, engine.compute(inputs))
     detected = time.perf_counter()
     engine.write(bpy.context, inputs, found)
     return read - start, detected - read, time.perf_counter() - detected

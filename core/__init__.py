@@ -15,7 +15,17 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import FILE_KINDS, Exported, guidance_paths, write_guidance
+from .formats.guidance import (
+    FILE_KINDS,
+    Exported,
+    Written,
+    export_guidance,
+    guidance_paths,
+    write_guidance,
+)
+from .formats.off import read_off
+from .formats.usd_up import up_axis
+from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
@@ -27,18 +37,23 @@ from .retopology.quads.remesh import remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.settings import GuidanceSettings
+from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
-from .umbilics.filters import TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
+from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "SHARP",
+    "SMOOTH_MORE",
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
@@ -68,24 +83,34 @@ __all__ = [
     "RemeshSettings",
     "Selection",
     "Settings",
+    "Suitability",
+    "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
+    "UsdMesh",
+    "Written",
     "check",
+    "check_topology",
     "compare",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
+    "export_guidance",
     "filtered",
     "guidance_paths",
     "kept_rows",
     "noise_multiple",
     "options",
     "pack",
+    "read_off",
     "remesh",
     "select",
     "setting",
+    "suitability",
     "unpack",
+    "up_axis",
     "whole_file",
     "write_guidance",
+    "write_usda",
 ]

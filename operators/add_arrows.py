@@ -3,6 +3,7 @@
 import bpy
 
 from .jobs import detect
+from .scene import homes
 from .scene.arrow_nodes import GROUP_TAG, arrow_group
 
 
@@ -21,6 +22,11 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
         reason = detect.why_not(obj)
         if not reason and not obj.umbilics.detected:
             reason = f"{obj.name} has no results. Detect first."
+        elif not reason and homes.mesh_of(obj) != obj.data:
+            reason = (
+                f"The directions are those of what modifiers make of {obj.name}, not of its own "
+                "mesh. Apply the modifiers, or detect with Source: Base Mesh."
+            )
         if reason:
             cls.poll_message_set(reason)
         return not reason

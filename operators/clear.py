@@ -1,8 +1,9 @@
-"""Operator: remove the results from the active mesh."""
+"""Operator: remove the results from the active mesh and the other selected ones."""
 
 import bpy
 
 from .jobs import detect, worker
+from .scene import old_copies, orphans, selection
 from .scene.modes import finished
 
 
@@ -10,13 +11,15 @@ class UMBILICS_OT_clear(bpy.types.Operator):
     bl_idname = "umbilics.clear"
     bl_label = "Clear Umbilics"
     bl_description = (
-        "Remove the umbilics of the active mesh, and the poles, lines and marks made of them"
+        "Remove the umbilics of the active mesh and of the other selected ones, the poles, lines "
+        "and marks made of them, and what is left of deleted objects"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
-        reason = detect.why_not(context.active_object, to_clear=True)
+        whys = [detect.why_not(obj, to_clear=True) for obj in selection.wanted(context)]
+        reason = "" if "" in whys else whys[0]
         if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
@@ -24,14 +27,23 @@ class UMBILICS_OT_clear(bpy.types.Operator):
         return not reason
 
     def execute(self, context):
-        if not detect.remove(context, context.active_object):
-            self.report({"INFO"}, f"{context.active_object.name} has no umbilics to clear.")
+        wanted = selection.wanted(context)
+        cleared = [clear(context, obj) for obj in wanted if not detect.why_not(obj, to_clear=True)]
+        if not (orphans.remove() or any(cleared)):
+            name = wanted[0].name if len(wanted) == 1 else "The selection"
+            self.report({"INFO"}, f"{name} has no umbilics to clear.")
             return {"CANCELLED"}
         return {"FINISHED"}
 
     def invoke(self, context, event):
         edited = context.mode == "EDIT_MESH"
         return finished(self.execute(context), edited)
+
+
+def clear(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Remove all that is ours from one object; whether there was anything."""
+    found = detect.remove(context, obj)
+    return old_copies.let_go(context, obj) or found
 
 
 def register() -> None:

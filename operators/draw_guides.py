@@ -18,9 +18,11 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         return retopology.gather(context, context.active_object, retopology.guides)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            guidance_objects.write_guides(context, obj, job.inputs.arrays, *found)
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            guidance_objects.write_guides(
+                context, obj, job.inputs.arrays, *found, transaction=transaction
+            )
         lines, separatrices = found
         return f"{len(lines)} lines of curvature and {len(separatrices)} separatrices drawn."
 

@@ -1,5 +1,7 @@
 """Operator: choose where the cross field, poles and lines go as files for other programs."""
 
+from pathlib import Path
+
 import bpy
 from bpy.props import BoolProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
@@ -20,26 +22,62 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
     filename_ext = ".obj"
     filter_glob: StringProperty(default="*.obj;*.rosy;*.rawfield;*.dmat", options={"HIDDEN"})
 
+    overwrite: BoolProperty(
+        name="Overwrite",
+        description="Replace files of these names that are there already",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+
     _by_hand = False
 
     def draw(self, context):
         column = self.layout.column(heading="Files")
         for kind in core.FILE_KINDS:
             column.prop(self, kind)
+        there = in_the_way(self.filepath, self._kinds())
+        if there:
+            column = self.layout.column()
+            column.label(text="Already there:", icon="ERROR")
+            for name in there:
+                column.label(text=name)
+            column.prop(self, "overwrite")
+
+    def _kinds(self):
+        return [kind for kind in core.FILE_KINDS if getattr(self, kind)]
 
     def invoke(self, context, event):
         self._by_hand = True
         return ExportHelper.invoke(self, context, event)
 
     def execute(self, context):
-        kinds = [kind for kind in core.FILE_KINDS if getattr(self, kind)]
+        kinds = self._kinds()
         if not kinds:
             self.report({"ERROR"}, "Choose at least one kind of file.")
             return {"CANCELLED"}
+        # A script says what it wants; in the file browser only one of the names is seen.
+        there = in_the_way(self.filepath, kinds) if self._by_hand and not self.overwrite else []
+        if there:
+            self.report(
+                {"ERROR"},
+                f"{', '.join(there)}: already there. Choose another name, or Overwrite.",
+            )
+            return {"CANCELLED"}
         # An operator that came from the file browser cannot stay and wait; another one does.
         how = "INVOKE_DEFAULT" if self._by_hand else "EXEC_DEFAULT"
-        done = bpy.ops.umbilics.write_files(how, filepath=self.filepath, kinds=" ".join(kinds))
+        try:
+            done = bpy.ops.umbilics.write_files(how, filepath=self.filepath, kinds=" ".join(kinds))
+        except RuntimeError as error:
+            # What the other one reports as an error comes as an exception.
+            self.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
+            return {"CANCELLED"}
         return {"CANCELLED"} if done == {"CANCELLED"} else {"FINISHED"}
+
+
+def in_the_way(filepath: str, kinds: list[str]) -> list[str]:
+    """Names of the files that are there already and would be written anew."""
+    stem = Path(bpy.path.abspath(filepath)).with_suffix("")
+    return [path.name for path in core.guidance_paths(stem, kinds) if path.exists()]
 
 
 for _kind, _about in core.FILE_KINDS.items():

@@ -20,11 +20,15 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         return retopology.gather(context, context.active_object, retopology.plan)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job):
-            home = retopology.home_of_plan(context, job)
-            guidance_objects.write_plan(context, home, job.inputs.arrays, *found)
-        poles = found[0].poles
+    def done(self, context, job, found):
+        guidance, umbilics = found
+        with retopology.written(context, job) as (_, transaction):
+            home = retopology.home_of_plan(context, job, transaction)
+            origin = job.origin(umbilics)
+            guidance_objects.write_plan(
+                context, home, job.inputs.arrays, guidance, umbilics, origin, transaction
+            )
+        poles = guidance.poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
         text += f"4 - valence sums to {poles.total}"
@@ -39,4 +43,3 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.utils.unregister_class(UMBILICS_OT_guide)
-    retopology.forget()

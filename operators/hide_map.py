@@ -4,6 +4,7 @@ import bpy
 
 from .scene import maps, targets, view_shading
 from .scene.modes import object_mode
+from .scene.transaction import all_or_nothing
 
 
 class UMBILICS_OT_hide_map(bpy.types.Operator):
@@ -28,8 +29,8 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
     def execute(self, context):
         for obj in context.scene.objects:
             if maps.is_shown_on(obj) and targets.is_local(obj):
-                with object_mode(context, obj):
-                    maps.hide(context, obj)
+                with object_mode(context, obj), all_or_nothing() as transaction:
+                    maps.hide(context, obj, transaction)
         for window in context.window_manager.windows:
             for area in window.screen.areas:
                 if area.type == "VIEW_3D":

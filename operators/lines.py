@@ -17,10 +17,10 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         return retopology.gather(context, context.active_object, retopology.lines)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_lines(
-                context, obj, job.inputs.arrays, found, guidance_objects.LINES
+                context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
             )
         return f"{len(found)} lines of curvature."
 

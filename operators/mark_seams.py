@@ -35,9 +35,9 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
         work = retopology.edges_along(_WORK[self.lines])
         return retopology.gather(context, context.active_object, work, with_edges=True)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            count = guidance_objects.mark(obj, found, _MARK[self.mark])
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            count = guidance_objects.mark(obj, found, _MARK[self.mark], transaction)
         return f"{count} edges marked."
 
 

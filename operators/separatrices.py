@@ -18,11 +18,10 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         return retopology.gather(context, context.active_object, retopology.separatrices)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            guidance_objects.write_lines(
-                context, obj, job.inputs.arrays, found, guidance_objects.SEPARATRICES
-            )
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            part = guidance_objects.SEPARATRICES
+            guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 

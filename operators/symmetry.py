@@ -18,9 +18,9 @@ class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         return retopology.gather(context, context.active_object, retopology.mirror)
 
-    def put(self, context, job, found):
-        with retopology.written(context, job) as obj:
-            guidance_objects.write_mirror(context, obj, job.inputs.arrays, found)
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            guidance_objects.write_mirror(context, obj, job.inputs.arrays, found, transaction)
         return (
             f"Mirror plane from {len(found.pairs)} matched umbilics; the image lies "
             f"{found.error:.3g} away from the shape."

@@ -24,8 +24,9 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
         work = retopology.exported(stem, self.kinds.split())
         return retopology.gather(context, context.active_object, work)
 
-    def put(self, context, job, found):
-        return f"Wrote {', '.join(path.name for path in found)}."
+    def done(self, context, job, found):
+        wrote = f"Wrote {', '.join(path.name for path in found.paths)}."
+        return " ".join((wrote, *found.left_out))
 
 
 def register() -> None:

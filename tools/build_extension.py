@@ -1,7 +1,8 @@
 """Build the extension's zips in dist/.
 
 Without options: one zip for each platform, with the SciPy wheels that Blender.org's Blender
-needs. What goes in is the list RUNTIME below and nothing else.
+needs, and, where the Blender of tools/blender takes none of them, the one for it; which that is is
+said at the end. What goes in is the list RUNTIME below and nothing else.
 """
 
 import argparse
@@ -91,10 +92,33 @@ def build(output: Path, platform: str | None) -> Path:
     return zip_file
 
 
+def platform_for(facts: dict) -> str | None:
+    """The platform whose zip fits a Blender, None for the one without wheels.
+
+    `facts` are those of `isolated_blender.describe`. The wheels are of no use where SciPy is
+    there already, and Blender refuses a zip none of whose wheels is for its Python.
+
+    Raises
+    ------
+    SystemExit
+        There is no zip for it.
+    """
+    if facts["scipy"]:
+        return None
+    wanted = facts["platform"], facts["python"]
+    if wanted not in scipy_wheels.TARGETS:
+        version = ".".join(map(str, facts["version"]))
+        known = ", ".join(f"{place} with Python {python}" for place, python in scipy_wheels.TARGETS)
+        fail(
+            f"Blender {version} has Python {facts['python']} on {facts['platform']} and no SciPy; "
+            f"there are wheels for {known}. Install SciPy for its Python, or take another Blender."
+        )
+    return facts["platform"]
+
+
 def build_for_this_blender(output: Path) -> Path:
     """The zip that fits the Blender of tools/blender: SciPy comes along where it has none."""
-    facts = isolated_blender.describe()
-    return build(output, None if facts["scipy"] else facts["platform"])
+    return build(output, platform_for(isolated_blender.describe()))
 
 
 def main() -> None:
@@ -122,11 +146,20 @@ def main() -> None:
         files = [build_for_this_blender(options.output)]
     elif options.without_wheels:
         files = [build(options.output, None)]
+    elif options.platform:
+        files = [build(options.output, platform) for platform in options.platform]
     else:
-        platforms = options.platform or scipy_wheels.TAGS
-        files = [build(options.output, platform) for platform in platforms]
+        facts = isolated_blender.describe()
+        fitting = platform_for(facts)
+        platforms = [*scipy_wheels.TAGS, *([] if fitting else [None])]
+        zips = {platform: build(options.output, platform) for platform in platforms}
+        files = list(zips.values())
     for file in files:
         say(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
+    if not (options.for_this_blender or options.without_wheels or options.platform):
+        version = ".".join(map(str, facts["version"]))
+        say(f"for the Blender of tools/blender ({version}, Python {facts['python']}):")
+        say(f"  {zips[fitting]}")
 
 
 if __name__ == "__main__":

@@ -56,6 +56,7 @@ build_debian_root() {
     rm -rf --one-file-system "$partial"
     say "setting it up from $suite failed; the end of $log:"
     tail -n 5 "$log" >&2
+    explain_network "$log"
     return 1
 }
 
@@ -69,13 +70,35 @@ can_build_debian_root() {
             "system for one (mount namespaces are not allowed)."
         return 1
     fi
-    if ! command -v mmdebstrap >/dev/null; then
-        if [ "$(id -u)" != 0 ]; then
-            say "mmdebstrap is missing: sudo apt install mmdebstrap uidmap"
+    if [ "$(id -u)" != 0 ] && ! has_subuids "$(id -un)"; then
+        say "there is no Blender 4.2 or later here, and $(id -un) may not make a root file system" \
+            "for one: no range of user numbers in /etc/subuid and /etc/subgid. This gives one:"
+        say "  sudo usermod --add-subuids 100000-165535 --add-subgids 100000-165535 $(id -un)"
+        return 1
+    fi
+    if [ "$(id -u)" != 0 ]; then
+        if ! command -v mmdebstrap >/dev/null || ! command -v newuidmap >/dev/null; then
+            say "there is no Blender 4.2 or later here; to set one up, mmdebstrap or newuidmap is" \
+                "missing: sudo apt install mmdebstrap uidmap"
             return 1
         fi
+    elif ! command -v mmdebstrap >/dev/null; then
         say "installing mmdebstrap with apt-get, to build a root file system with Blender …"
         apt_get_install mmdebstrap debian-archive-keyring || return 1
+    fi
+}
+
+# Whether a user has numbers for the users of a root file system of their own.
+has_subuids() {
+    grep -qs "^\($1\|$(id -u)\):" /etc/subuid && grep -qs "^\($1\|$(id -u)\):" /etc/subgid
+}
+
+# Says so if a log is that of a failure to reach a server.
+explain_network() {
+    if grep -qiE 'resolv|could not connect|cannot initiate|unreachable|timed out|connection failed' \
+        "$1"; then
+        say "the server of the packages could not be reached. This needs the network once; behind a" \
+            "proxy, set Acquire::http::Proxy for apt. Without a network, install Blender by hand."
     fi
 }
 
@@ -88,6 +111,7 @@ apt_get_install() {
             >"$log" 2>&1 </dev/null; then
         say "apt-get install $* failed:"
         tail -n 5 "$log" >&2
+        explain_network "$log"
         rm -f "$log"
         return 1
     fi

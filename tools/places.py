@@ -3,6 +3,7 @@
 import contextlib
 import fcntl
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,18 @@ from pathlib import Path
 TOOLS = Path(__file__).resolve().parent
 REPOSITORY = TOOLS.parent
 BLENDER = TOOLS / "blender"
+
+
+# What pip and others print when they reach no server.
+_NO_NETWORK = re.compile(
+    r"resolution|resolve|unreachable|connection (refused|failed|broken|timed out)|max retries|"
+    r"newconnectionerror|proxyerror",
+    re.IGNORECASE,
+)
+_NETWORK_HINT = (
+    " No server could be reached: this needs the network once, later runs take what is in the "
+    "cache. Behind a proxy, set https_proxy."
+)
 
 
 def cache_folder() -> Path:
@@ -44,7 +57,8 @@ def run_quietly(command: list, what: str, **options) -> str:
     )
     if done.returncode != 0:
         print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
-        fail(f"could not {what} (exit code {done.returncode}); see above.")
+        hint = _NETWORK_HINT if _NO_NETWORK.search(done.stdout) else ""
+        fail(f"could not {what} (exit code {done.returncode}); see above.{hint}")
     return done.stdout
 
 

@@ -20,10 +20,10 @@ def _key(*requirements: Path) -> str:
 
 
 def test_python() -> Path:
-    """A Python with NumPy, SciPy, pytest, hypothesis and ruff. Use its programs with -m."""
+    """A Python with all of test_requirements.txt. Use its programs with -m."""
 
     def make(folder: Path) -> None:
-        say("installing NumPy, SciPy, pytest, hypothesis and ruff for the tests, once …")
+        say("installing what the tests need (NumPy, SciPy, pytest, …), once …")
         venv.create(folder, with_pip=True, symlinks=True)
         command = [folder / "bin" / "python", "-m", "pip", "install"]
         run_quietly([*command, "-r", REQUIREMENTS], "install the tests' Python packages")

@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 import json
 import math
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,8 @@ import build_extension
 import isolated_blender
 from places import BLENDER, REPOSITORY, cache_folder, locked, run_quietly, say
 
-MESHES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".fbx", ".blend")
+MESHES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".fbx", ".abc", ".blend")
+MESHES += (".usd", ".usda", ".usdc", ".usdz")
 MONKEY = Path(__file__).with_name("make_monkey.py")
 
 
@@ -62,9 +64,28 @@ def _digest_of_sources(wheels: str | None) -> str:
     return digest.hexdigest()
 
 
+def results_of(file: Path, output: Path) -> dict[str, Path]:
+    """Where the results of a file go."""
+    return {kind: output / f"{file.stem}-umbilics.{kind}" for kind in ("blend", "json", "png")}
+
+
+def overwritten(files: list[Path], output: Path) -> str:
+    """What the results would overwrite, in a sentence; empty if nothing."""
+    read = {os.path.realpath(file).casefold() for file in files}
+    written: dict[str, Path] = {}
+    for file in files:
+        for result in results_of(file, output).values():
+            key = os.path.realpath(result).casefold()
+            if key in read:
+                return f"{result} is one of the files to read; name another folder with --output."
+            if written.setdefault(key, file) != file:
+                return f"{written[key]} and {file} would both have their results in {result}."
+    return ""
+
+
 def detect(file: Path, output: Path, options: list[str], environment: dict[str, str]) -> int:
     """Run the extension's command on one file and say what it found; its exit code."""
-    results = {kind: output / f"{file.stem}-umbilics.{kind}" for kind in ("blend", "json", "png")}
+    results = results_of(file, output)
     command = [str(BLENDER), "-b", "--command", "umbilics", str(file), *options]
     for kind, result in results.items():
         result.unlink(missing_ok=True)
@@ -166,6 +187,10 @@ def main() -> int:
             say(f"there is no file {file}.")
             return 1
     output = chosen.output.resolve()
+    files = list(dict.fromkeys(file.resolve() for file in files))
+    if refusal := overwritten(files, output):
+        say(refusal)
+        return 2
     with set_up() as environment:
         output.mkdir(parents=True, exist_ok=True)
         if not files:

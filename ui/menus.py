@@ -4,6 +4,7 @@ import bpy
 
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.clear import UMBILICS_OT_clear
+from ..operators.clear_file import UMBILICS_OT_clear_file
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
 from ..operators.hide_map import UMBILICS_OT_hide_map
@@ -25,6 +26,7 @@ class UMBILICS_MT_object(bpy.types.Menu):
         layout.operator(UMBILICS_OT_hide_map.bl_idname)
         layout.separator()
         layout.operator(UMBILICS_OT_clear.bl_idname)
+        layout.operator(UMBILICS_OT_clear_file.bl_idname)
 
 
 def draw_entry(menu, context) -> None:

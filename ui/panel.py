@@ -4,11 +4,14 @@ import bpy
 
 from .. import core
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
+from ..operators.base import verdict
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
+from ..operators.clear_file import UMBILICS_OT_clear_file
 from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
+from ..operators.mend import UMBILICS_OT_mend
 from ..operators.scene import filters, staleness
 from .parts import Part, Tab, automatic, explained, paragraph, short, split
 from .presets import UMBILICS_PT_presets
@@ -22,7 +25,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
 
     def draw(self, context):
         layout = split(self.layout)
-        layout.prop(context.scene.umbilics_display, "source")
+        _source(layout, context)
         actions = layout.column(align=True)
         run = worker.current()
         if run is not None:
@@ -32,9 +35,12 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         big = actions.row(align=True)
         big.scale_y = 1.6
         big.operator(UMBILICS_OT_detect.bl_idname, text="Detect", icon="VIEWZOOM")
-        actions.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
+        clearing = actions.row(align=True)
+        clearing.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
+        clearing.operator(UMBILICS_OT_clear_file.bl_idname, text="All in File")
         obj = context.active_object
         if obj is not None and obj.umbilics.detected:
+            _verdict(layout, context, obj.umbilics)
             _freshness(layout, context, obj)
 
 
@@ -84,6 +90,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         layout.prop(settings, "method")
         if settings.method == "S":
             layout.prop(settings, "parametrization")
+            layout.prop(settings, "triangles")
         if settings.method == "C":
             layout.prop(settings, "charts")
         layout.prop(settings, "curvature")
@@ -100,6 +107,33 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         layout.prop(settings, "crease_angle")
         layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
+
+
+def _source(layout, context) -> None:
+    """What of the object is analysed."""
+    display, obj = context.scene.umbilics_display, context.active_object
+    layout.prop(display, "source")
+    layout.prop(display, "scope")
+    if display.scope != "GROUP":
+        return
+    if obj is not None and obj.type == "MESH":
+        layout.prop_search(display, "scope_group", obj, "vertex_groups")
+    else:
+        layout.prop(display, "scope_group")
+
+
+def _verdict(layout, context, summary) -> None:
+    """What was analysed, what was found, how far it can be trusted, and what would mend it."""
+    judged = verdict.verdict(summary)
+    icon = "CHECKMARK" if judged.is_good else "ERROR" if judged.remedy else "QUESTION"
+    box = layout.box()
+    paragraph(box, context, f"{judged.found}: {judged.trust}", icon=icon)
+    if summary.analysed:
+        paragraph(box, context, summary.analysed, icon="BLANK1")
+    if judged.remedy:
+        label = verdict.LABELS[judged.remedy]
+        button = box.operator(UMBILICS_OT_mend.bl_idname, text=label, icon="MODIFIER")
+        button.way = judged.remedy
 
 
 def _dropped(layout, context) -> None:

@@ -3,13 +3,16 @@
 import bpy
 
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
-from ..operators.data import plans
+from ..operators.check_topology import UMBILICS_OT_check_topology
+from ..operators.data import plans, topology
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
 from ..operators.export_field import UMBILICS_OT_export_field
 from ..operators.guide import UMBILICS_OT_guide
 from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
+from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.scene import guidance_objects, staleness
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
@@ -68,6 +71,26 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
+class UMBILICS_PT_quads(Tab, bpy.types.Panel):
+    bl_label = "Quads"
+    bl_parent_id = "UMBILICS_PT_retopology"
+
+    def draw(self, context):
+        layout = split(self.layout)
+        layout.active = worker.current() is None
+        group = context.scene.umbilics_remesh
+        if group.edge_length_auto:
+            layout.prop(group, "quads")
+        automatic(layout, group, "edge_length")
+        layout.prop(group, "symmetry")
+        layout.prop(group, "adaptivity", slider=True)
+        layout.prop(group, "smoothness", slider=True)
+        layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
+        column = layout.column(heading="Result")
+        for name in ("hide_original", "shrinkwrap", "transfer"):
+            column.prop(group, name)
+
+
 class UMBILICS_PT_features(Tab, bpy.types.Panel):
     bl_label = "Align To"
     bl_parent_id = "UMBILICS_PT_retopology"
@@ -103,6 +126,27 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
             menu.mark = mark
 
 
+class UMBILICS_PT_check(Tab, bpy.types.Panel):
+    bl_label = "By Hand and Check"
+    bl_parent_id = "UMBILICS_PT_retopology"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = split(self.layout)
+        layout.active = worker.current() is None
+        layout.operator(UMBILICS_OT_new_retopology.bl_idname, icon="ADD")
+        obj = context.active_object
+        if obj is None or obj.type != "MESH":
+            return
+        kept = obj.umbilics_check
+        layout.prop(kept, "surface")
+        layout.operator(UMBILICS_OT_check_topology.bl_idname, icon="VIEWZOOM")
+        if kept.checked:
+            column = layout.column(align=True)
+            for line in topology.sentences(kept):
+                column.label(text=line)
+
+
 class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
     bl_label = "Export and Symmetry"
     bl_parent_id = "UMBILICS_PT_retopology"
@@ -122,8 +166,10 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
 _CLASSES = (
     UMBILICS_UL_poles,
     UMBILICS_PT_retopology,
+    UMBILICS_PT_quads,
     UMBILICS_PT_features,
     UMBILICS_PT_lines,
+    UMBILICS_PT_check,
     UMBILICS_PT_hand_over,
 )
 

@@ -38,11 +38,32 @@ class Settings:
     parametrization: str = setting(
         "conformal",
         label="Parametrization",
-        help="How a shape operator is laid into the plane of a triangle (method S)",
+        help="Coordinates in which shape operators are interpolated in a triangle (method S)",
         kind="choice",
         choices=(
             Choice("conformal", "Conformal", "Rotate the tangent plane into the triangle"),
             Choice("projection", "Projection", "Project the tangent plane along the normal"),
+            Choice("uv", "UV map", "Use the coordinates of the active UV map, however it is bent"),
+        ),
+    )
+    triangles: str = setting(
+        "certified",
+        label="Triangles",
+        help="Which triangles hold an umbilic (method S)",
+        kind="choice",
+        choices=(
+            Choice(
+                "certified",
+                "Certified",
+                "Those that the directions turn around, told alike by neighbours: the indices sum "
+                "to the Euler characteristic",
+            ),
+            Choice(
+                "published",
+                "As published",
+                "Those in which the interpolated operator vanishes, each triangle for itself: on "
+                "rough meshes some are missed and some found twice",
+            ),
         ),
     )
     charts: str = setting(
@@ -146,6 +167,11 @@ class Settings:
         help="Report spherical and flat areas as one region each instead of many points",
         kind="flag",
     )
+
+    @property
+    def certified(self) -> bool:
+        """Whether the indices that are found balance over the surface."""
+        return self.method == "S" and self.triangles == "certified"
 
     def __post_init__(self) -> None:
         check(self)

@@ -18,6 +18,9 @@ from ..base.buffers import Workspace
 # A pivot this far below its diagonal entry means that the samples do not determine the term:
 # the moments carry about 1e-16 of relative error, so smaller ones are round-off.
 RANK_TOLERANCE = 1e-11
+# The last terms to be eliminated: their Schur complement is the inverse of their covariance.
+Terms = tuple[tuple[int, int], ...]
+QUADRATIC: Terms = ((2, 0), (1, 1), (0, 2))
 
 
 @dataclass(frozen=True)
@@ -30,17 +33,23 @@ class HeightFit:
         {(a, b): (b,) float64} for a + b <= degree, in the units of the samples.
     residual:
         (b,) float64 weighted standard deviation of the residuals, same unit as z.
-    gap_error:
-        (b,) float64 root mean square error that the residual leaves in the deviator
-        2 (c20 - c02) + 2i c11.
+    covariance:
+        (3, 3, b) float64 covariance that the residual leaves in the three terms named last.
     determined:
         (b,) bool, False where the samples do not determine every coefficient.
     """
 
     coefficients: dict[tuple[int, int], np.ndarray]
     residual: np.ndarray
-    gap_error: np.ndarray
+    covariance: np.ndarray
     determined: np.ndarray
+
+    @property
+    def gap_error(self) -> np.ndarray:
+        """(b,) root mean square error of the deviator 2 (c20 - c02) + 2i c11, of fits whose last
+        terms are the quadratic ones."""
+        c = self.covariance
+        return 2 * np.sqrt(np.maximum(c[0, 0] + c[2, 2] - 2 * c[0, 2] + c[1, 1], 0))
 
 
 @cache
@@ -49,10 +58,9 @@ def _monomials(degree: int) -> list[tuple[int, int]]:
     return [(total - b, b) for total in range(degree + 1) for b in range(total + 1)]
 
 
-def _terms(degree: int) -> list[tuple[int, int]]:
-    """Exponents with the quadratic terms last: their Schur complement is their covariance."""
-    quadratic = [(2, 0), (1, 1), (0, 2)]
-    return [term for term in _monomials(degree) if term not in quadratic] + quadratic
+def _terms(degree: int, last: Terms) -> list[tuple[int, int]]:
+    """Exponents with the three terms `last` at the end."""
+    return [term for term in _monomials(degree) if term not in last] + list(last)
 
 
 def sum_count(degree: int) -> int:
@@ -61,7 +69,7 @@ def sum_count(degree: int) -> int:
 
 
 @cache
-def _system_rows(degree: int) -> np.ndarray:
+def _system_rows(degree: int, last: Terms) -> np.ndarray:
     """(t, t + 1) rows of the sums that make up the normal equations of the t terms."""
     low, steps = _monomials(degree), range(1, degree + 1)
     # As `sum_samples` multiplies them: all by 1, the highest by powers of x, the rest by y^degree.
@@ -69,7 +77,7 @@ def _system_rows(degree: int) -> np.ndarray:
     moments += [(a, degree + b) for a, b in low[1:]]
     moment = {exponents: row for row, exponents in enumerate(moments)}
     lifted = {exponents: row for row, exponents in enumerate(low, len(moments))}
-    terms = _terms(degree)
+    terms = _terms(degree, last)
     return np.array(
         [[moment[a + c, b + d] for c, d in terms] + [lifted[a, b]] for a, b in terms], np.int32
     )
@@ -136,14 +144,19 @@ def sum_samples(
 
 
 def solve_heights(
-    sums: np.ndarray, samples: np.ndarray, degree: int, workspace: Workspace
+    sums: np.ndarray,
+    samples: np.ndarray,
+    degree: int,
+    workspace: Workspace,
+    last: Terms = QUADRATIC,
 ) -> HeightFit:
-    """The fits of a degree from `sums` (r, b) over their `samples` (b,), see `sum_samples`."""
-    terms = _terms(degree)
+    """The fits of a degree from `sums` (r, b) over their `samples` (b,), see `sum_samples`, and
+    the covariance of the three terms `last`."""
+    terms = _terms(degree, last)
     size, first = len(terms), len(terms) - 3
     diagonal = np.arange(size)
     with np.errstate(all="ignore"):  # undetermined columns may overflow; they are zeroed below
-        system, pivots, floor = _eliminated(sums, degree, workspace)
+        system, pivots, floor = _eliminated(sums, degree, last, workspace)
         covariance, determined = _inverse_of_last(system[first:, first:size], floor[first:])
         determined &= (system[diagonal[:first], diagonal[:first]] > floor[:first]).all(axis=0)
         determined &= samples >= size
@@ -160,21 +173,20 @@ def solve_heights(
         total, square = sums[0], sums[-1]
         freedom = np.maximum(samples - size, 1) / samples
         variance = np.maximum(square - explained, 1e-16 * square) / (total * freedom)
-        spread = covariance[0, 0] + covariance[2, 2] - 2 * covariance[0, 2] + covariance[1, 1]
-        gap_error = 2 * np.sqrt(np.maximum(spread, 0) * variance * total / samples)
+        covariance *= variance * total / samples
     if not determined.all():
-        for values in (solution, variance, gap_error):
+        for values in (solution, variance, covariance):
             values[..., ~determined] = 0.0
     return HeightFit(
         {term: solution[row] for row, term in enumerate(terms)},
         np.sqrt(variance),
-        gap_error,
+        covariance,
         determined,
     )
 
 
 def _eliminated(
-    sums: np.ndarray, degree: int, workspace: Workspace
+    sums: np.ndarray, degree: int, last: Terms, workspace: Workspace
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Normal equations of t terms with all but the last three unknowns eliminated.
 
@@ -187,7 +199,7 @@ def _eliminated(
     floor:
         (t, b) what a pivot must exceed.
     """
-    rows = _system_rows(degree)
+    rows = _system_rows(degree, last)
     size, first, fits = len(rows), len(rows) - 3, sums.shape[1]
     system = workspace.array("system", size, size + 1, fits)
     pivots, floor = np.empty((first, fits)), np.empty((size, fits))
@@ -205,7 +217,7 @@ def _eliminated(
 
 
 def _inverse_of_last(q: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverse (3, 3, b) of the Schur complements q (3, 3, b) of the three quadratic terms, and
+    """Inverse (3, 3, b) of the Schur complements q (3, 3, b) of the three last terms, and
     (b,) whether they have one; only the upper triangles are read."""
     cofactor = {
         (0, 0): q[1, 1] * q[2, 2] - q[1, 2] ** 2,

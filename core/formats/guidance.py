@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import FormatError
+from ..base.errors import FormatError, GuidanceError
 from ..base.progress import Progress
 from ..retopology.lines.polylines import Lines
 from ..retopology.planner import Guidance, Guide
+from ..retopology.settings import GuidanceSettings
 from .curves import write_curves
 from .dmat import write_dmat
 from .mesh import write_mesh
@@ -107,6 +108,76 @@ def write_guidance(
         _WRITERS[kind](*guidance_paths(stem, [kind]), data, turn)
     progress.step(1.0)
     return guidance_paths(stem, kinds)
+
+
+@dataclass(frozen=True)
+class Written:
+    """What `export_guidance` has written.
+
+    Attributes
+    ----------
+    paths:
+        The files.
+    guidance:
+        The plan that they hold.
+    left_out:
+        Sentences on what was asked for and is not there.
+    """
+
+    paths: list[Path]
+    guidance: Guidance
+    left_out: tuple[str, ...]
+
+
+def export_guidance(
+    stem: Path,
+    kinds: Sequence[str],
+    guide: Guide,
+    settings: GuidanceSettings,
+    *,
+    mesh: tuple[np.ndarray, np.ndarray],
+    sharp: np.ndarray | None = None,
+    zone: np.ndarray | None = None,
+    to_file: np.ndarray | None = None,
+    progress: Progress | None = None,
+) -> Written:
+    """Plan, trace what is asked for, and write the files of the given kinds.
+
+    A surface without lines of curvature has no file of them; the others are written.
+
+    Parameters
+    ----------
+    stem, kinds, to_file:
+        As for `write_guidance`.
+    mesh:
+        (n, 3) vertices and (m, 3) triangles, those of `guide`.
+    sharp, zone:
+        As for `Guide.guidance`.
+
+    Raises
+    ------
+    GuidanceError
+        Nothing but lines is asked for, and there are none.
+    FormatError
+        A file cannot be written.
+    """
+    progress = progress or Progress()
+    guidance = guide.guidance(settings, progress.part("Planning", 0.0, 0.4), sharp=sharp, zone=zone)
+    kinds, left_out, lines = list(kinds), [], None
+    if "lines" in kinds:
+        try:
+            lines = guide.lines(settings, progress.part("Lines", 0.4, 0.7))
+        except GuidanceError as error:
+            kinds.remove("lines")
+            left_out.append(str(error))
+            if not kinds:
+                raise
+    arcs = None
+    if "separatrices" in kinds:
+        arcs = guide.separatrices(settings, progress.part("Separatrices", 0.7, 0.8))
+    data = Exported(*mesh, guide, guidance, lines, arcs)
+    paths = write_guidance(stem, kinds, data, to_file, progress.part("Writing files", 0.8, 1.0))
+    return Written(paths, guidance, tuple(left_out))
 
 
 def _crosses(data: Exported) -> tuple[np.ndarray, np.ndarray]:

@@ -15,10 +15,33 @@ MOST_MARKED, SMALL = 0.2, 600
 def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
     """(h,) int64 half-edges, one of each edge, ascending, across which the normal turns further
     than `angle` in degrees."""
+    inner, bend = edge_bends(surface)
+    return inner[bend > angle]
+
+
+def edge_bends(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """(h,) int64 half-edges, one of each inner edge, ascending, and the degrees (h,) that the
+    normal turns across each."""
     inner = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
     normal, _ = surface.face_normal_area
-    cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
-    return inner[cosine < np.cos(np.radians(angle))]
+    one, two = normal[inner // 3], normal[surface.twin[inner] // 3]
+    sine = np.linalg.norm(np.cross(one, two), axis=1)
+    return inner, np.degrees(np.arctan2(sine, np.einsum("ec,ec->e", one, two)))
+
+
+def is_convex(surface: Surface, half_edges: np.ndarray) -> np.ndarray:
+    """(e,) bool, True where the surface bends outwards at an edge, and on borders."""
+    twin = surface.twin[half_edges]
+    normal, _ = surface.face_normal_area
+    inner = twin >= 0
+    opposite = surface.triangles.ravel()[np.where(twin % 3 == 0, twin + 2, twin - 1)]
+    tail = surface.triangles.ravel()[half_edges]
+    height = np.einsum(
+        "ec,ec->e",
+        normal[half_edges // 3],
+        surface.vertices[opposite] - surface.vertices[tail],
+    )
+    return ~inner | (height <= 0)
 
 
 def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:

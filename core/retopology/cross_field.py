@@ -29,7 +29,8 @@ from ..fields.transport import carried, tangents
 from ..fields.winding import certified_index
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
-from .features import along_features
+from .dipoles import without_dipoles
+from .features import Features, find_features, fourth_power, wanted_directions
 from .settings import GuidanceSettings
 
 # The gap over its standard error, and over the median gap, at which a direction counts half.
@@ -39,8 +40,11 @@ WEAK_GAP = 0.15
 LEAST_CONFIDENCE = 1e-6
 # Smoothing lengths at the ends of the slider, in radii of the sphere of the same area.
 SHORTEST, LONGEST = 0.003, 10.0
-# Features outweigh what pulls at them from around by this much.
-FEATURE_WEIGHT = 100.0
+# Smoothness whose length is an edge of a mesh of 2,000 quads: singularities are taken together that
+# are nearer than that, if the field is as smooth; what is smoother lets go of them by itself.
+QUAD_EDGE = 0.4
+# Hard features outweigh what pulls at them from around by this much; crests yield to it.
+FEATURE_WEIGHT, CREST_WEIGHT = 100.0, 0.3
 # Cotangent weights outside these bounds come from slivers and would spoil the solver.
 LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 20.0
 # Mean confidence below which a component has no direction of its own: its smoothest field is
@@ -91,6 +95,7 @@ def cross_field(
     *,
     sharp: np.ndarray | None = None,
     undirected: np.ndarray | None = None,
+    features: Features | None = None,
 ) -> CrossField:
     """The cross field of a surface.
 
@@ -106,8 +111,12 @@ def cross_field(
         (s, 2) pairs of input vertices whose edges are marked sharp.
     undirected:
         (m,) bool triangles of regions where the directions mean nothing.
+    features:
+        What to run along, if it is known; else hard features by the settings.
     """
     progress.step(0.0)
+    if features is None:
+        features = find_features(surface, settings, sharp)
     normal = vertex_normals(surface)
     e1, e2 = tangents(normal)
     axis = np.ascontiguousarray((e1 + 1j * e2).T)
@@ -115,21 +124,28 @@ def cross_field(
     weights, area = _weights_and_areas(surface)
     matrix, pull = _laplacian(surface, weights, axis, 4)
     progress.step(0.15)
-    feature, wanted = along_features(surface, settings, sharp, axis)
+    feature, wanted = wanted_directions(surface, features, axis)
     smoothing = _length(surface, area, settings.smoothness)
     weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
     held = np.abs(wanted) * feature
+    right = weight * data
     weight = np.where(feature, FEATURE_WEIGHT * pull * held, weight)
     unit = wanted / np.maximum(np.abs(wanted), 1e-12)
-    right = weight * np.where(feature, unit, data)
+    right = np.where(feature, weight * unit, right)
+    crest = features.crest_vertex
+    extra = CREST_WEIGHT * pull[crest] * features.crest_weight
+    weight[crest] += extra
+    right[crest] += extra * fourth_power(axis[:, crest], features.crest_direction)
     system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
     u = solve(system, right, progress.part("Solving", 0.15, 0.75))
     u = _smoothest(surface, system, u, confidence, area, feature, progress)
+    part = progress.part("Joining singularities", 0.8, 0.9)
+    apart = float(np.median(np.minimum(smoothing, _length(surface, area, QUAD_EDGE))))
+    u, index = without_dipoles(
+        surface, matrix, u, feature, normal, lambda u: _direction(u, e1, e2), apart, part
+    )
     direction = _direction(u, e1, e2)
-    progress.step(0.8)
-    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.8, 0.9))
-    d2 = np.cross(normal, direction)
-    index = certified_index(surface, direction, d2, progress.part("Counting", 0.9, 1.0), symmetry=4)
+    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.9, 1.0))
     return CrossField(
         direction=direction,
         normal=normal,
@@ -139,6 +155,12 @@ def cross_field(
         triangle_index=index,
         smoothing=float(np.median(smoothing)),
     )
+
+
+def smoothing_length(surface: Surface, smoothness: float) -> float:
+    """Length over which a field is smoothed, median over the vertices of the surface."""
+    _, area = _weights_and_areas(surface)
+    return float(np.median(_length(surface, area, smoothness)))
 
 
 def smoothed_lines(

@@ -1,51 +1,136 @@
-"""Edges that a cross field runs along: creases, edges marked sharp, open borders."""
+"""What a cross field runs along: creases, edges marked sharp, open borders, and crests.
+
+One set for the field, the files, the marks and the quads. Edges are hard features: creases that go
+on as chains, borders, and whatever the user has marked. Where a surface is not sharp at this
+resolution its crests pull, the more the farther the normal turns and the surer they are.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from ..mesh.creases import bent_half_edges, marked_half_edges
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..mesh.creases import marked_half_edges
 from ..mesh.surface import Surface
+from .crease_chains import crease_chains
+from .ridges.find import CERTAIN, CREST, Ridges
 from .settings import GuidanceSettings
 
+# How far the samples of a fit reach, in root mean square distances.
+FIT_EXTENT = 1.5
+BORDER, MARK, CREASE = 0, 1, 2
+# What a feature edge is one for, by number; the first that holds.
+KINDS = ("border", "mark", "crease")
 
-def feature_half_edges(
-    surface: Surface, settings: GuidanceSettings, sharp: np.ndarray | None
-) -> np.ndarray:
-    """Half-edges on features, one of each edge, ascending.
+
+@dataclass(frozen=True)
+class Features:
+    """Features of a `Surface`.
+
+    Attributes
+    ----------
+    half_edge:
+        (e,) int64 one half-edge of each hard feature edge, ascending.
+    kind:
+        (e,) int8 number in `KINDS`.
+    chain:
+        (e,) int64 chain of creases that the edge is part of, -1 for others.
+    crest_vertex:
+        (c,) int64 vertices beside crests, each once, ascending; none of them near a hard feature.
+    crest_direction:
+        (c, 3) float64 unit direction across the crest.
+    crest_weight:
+        (c,) float64 how much it counts, 0 to 1, by how sure the crest is.
+    """
+
+    half_edge: np.ndarray
+    kind: np.ndarray
+    chain: np.ndarray
+    crest_vertex: np.ndarray
+    crest_direction: np.ndarray
+    crest_weight: np.ndarray
+
+
+def find_features(
+    surface: Surface,
+    settings: GuidanceSettings,
+    sharp: np.ndarray | None = None,
+    ridges: Ridges | None = None,
+    shortest: float = 0.0,
+) -> Features:
+    """The features of a surface.
 
     Parameters
     ----------
     sharp:
         (s, 2) pairs of input vertices whose edges are marked sharp, or None.
+    ridges:
+        Its ridges, or None to leave crests out.
+    shortest:
+        Least length of a crest, in the coordinates of the surface.
     """
-    found = [np.flatnonzero(surface.twin < 0)] if settings.align_borders else []
+    kind = np.full(len(surface.twin), -1, np.int8)
+    chain = np.full(len(surface.twin), -1)
     if settings.feature_angle < 180.0:
-        found.append(bent_half_edges(surface, settings.feature_angle))
+        creases = crease_chains(surface, settings.feature_angle)
+        kind[creases.half_edge] = CREASE
+        count = np.diff(creases.start)
+        chain[creases.half_edge] = np.repeat(np.arange(len(count)), count)
     if settings.align_sharp:
-        found.append(marked_half_edges(surface, sharp))
-    return np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
+        kind[marked_half_edges(surface, sharp)] = MARK
+    if settings.align_borders:
+        kind[surface.twin < 0] = BORDER
+    hard = np.flatnonzero(kind >= 0)
+    crests = _crests(surface, hard, ridges, shortest)
+    return Features(hard, kind[hard], chain[hard], *crests)
 
 
-def is_convex(surface: Surface, half_edges: np.ndarray) -> np.ndarray:
-    """(e,) bool, True where the surface bends outwards at an edge, and on borders."""
-    twin = surface.twin[half_edges]
-    normal, _ = surface.face_normal_area
-    inner = twin >= 0
-    opposite = surface.triangles.ravel()[np.where(twin % 3 == 0, twin + 2, twin - 1)]
-    tail = surface.triangles.ravel()[half_edges]
-    height = np.einsum(
-        "ec,ec->e",
-        normal[half_edges // 3],
-        surface.vertices[opposite] - surface.vertices[tail],
+def _ends(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tails and heads (e,) of half-edges."""
+    return (
+        surface.triangles.ravel()[half_edges],
+        surface.triangles[:, [1, 2, 0]].ravel()[half_edges],
     )
-    return ~inner | (height <= 0)
 
 
-def along_features(
-    surface: Surface, settings: GuidanceSettings, sharp: np.ndarray | None, axis: np.ndarray
+def _crests(
+    surface: Surface, hard: np.ndarray, ridges: Ridges | None, shortest: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (c,) beside long crests away from hard features, the directions (c, 3) across and
+    the weights (c,)."""
+    weight = np.zeros(len(surface.vertices))
+    direction = np.zeros((len(weight), 3))
+    if ridges is None:
+        return np.zeros(0, np.int64), direction[:0], weight[:0]
+    chains = ridges.chains
+    chord = np.linalg.norm(np.diff(chains.position, axis=0, prepend=0.0), axis=1)
+    chord[chains.start[:-1]] = 0.0
+    line = np.repeat(np.arange(len(chains)), np.diff(chains.start))
+    length = np.bincount(line, weights=chord, minlength=len(chains))
+    crest = ((chains.kind == CREST) & (length >= shortest))[line]
+    sure = chains.certainty / (chains.certainty + CERTAIN)
+    for family in (0, 1):
+        rows = np.flatnonzero(crest & (chains.family[line] == family))
+        heaviest = np.zeros(len(weight))
+        np.maximum.at(heaviest, surface.triangles[chains.triangle[rows]], sure[rows, None])
+        better = heaviest > weight
+        weight[better] = heaviest[better]
+        direction[better] = ridges.slopes.d[family][better]
+    vertex = np.flatnonzero(weight)
+    if len(hard):
+        # A fit that reaches over a sharp edge says nothing of directions beside it.
+        edge = np.unique(np.concatenate(_ends(surface, hard)))
+        distance, _ = cKDTree(surface.vertices[edge]).query(surface.vertices[vertex])
+        vertex = vertex[distance > FIT_EXTENT * ridges.slopes.radius[vertex]]
+    return vertex, direction[vertex], weight[vertex]
+
+
+def wanted_directions(
+    surface: Surface, features: Features, axis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which vertices lie on features, and the fourth power of their direction there.
+    """Which vertices lie on hard features, and the fourth power of their direction there.
 
     Parameters
     ----------
@@ -54,21 +139,24 @@ def along_features(
 
     Returns
     -------
-    feature, wanted:
+    hard, wanted:
         (n,) bool and (n,) complex128: the mean over the feature's edges at the vertex, of
         length 1 where they agree up to right angles and near 0 where they do not.
     """
     n = len(surface.vertices)
-    edges = feature_half_edges(surface, settings, sharp)
     total, count = np.zeros(n, complex), np.zeros(n)
-    tail = surface.triangles.ravel()[edges]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[edges]
+    tail, head = _ends(surface, features.half_edge)
     along = surface.vertices[head] - surface.vertices[tail]
     for corner in (tail, head):
-        value = np.einsum("ce,ec->e", axis[:, corner], along)
-        size = np.abs(value)
-        value = np.divide(value, size, out=np.zeros_like(value), where=size > 0) ** 4
+        value = fourth_power(axis[:, corner], along)
         total += np.bincount(corner, weights=value.real, minlength=n)
         total += 1j * np.bincount(corner, weights=value.imag, minlength=n)
         count += np.bincount(corner, minlength=n)
     return count > 0, total / np.maximum(count, 1)
+
+
+def fourth_power(axis: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """(r,) fourth powers of the directions of vectors (r, 3) in the frames `axis` (3, r)."""
+    value = np.einsum("cr,rc->r", axis, vectors)
+    size = np.abs(value)
+    return np.divide(value, size, out=np.zeros_like(value), where=size > 0) ** 4

@@ -11,17 +11,25 @@ from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
+from ..mesh.creases import is_convex
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
-from .cross_field import CrossField, cross_field, smoothed_lines
-from .features import feature_half_edges, is_convex
+from .cross_field import CrossField, cross_field, smoothed_lines, smoothing_length
+from .features import Features, find_features
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
 from .mirror import MirrorPlane, find_mirror_plane
 from .poles import Poles, plan_poles
+from .ridges.find import find_ridges, measure_slopes
+from .ridges.ridge_lines import RidgeLines, ridge_lines
+from .ridges.slopes import Slopes
 from .settings import GuidanceSettings
+
+# A crest that draws the cross field to it is longer than this many lengths over which the field is
+# smoothed: shorter ones are bumps, and their ends would be poles.
+CREST_LENGTHS = 8.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +81,9 @@ class Guide:
         (n, 3) and (m, 3), the very mesh that was detected on.
     detection:
         The result of `core.detect`.
+    kept:
+        (k,) rows of the detection's candidates to go on with, in place of those that its filters
+        kept; None for these.
 
     Raises
     ------
@@ -80,17 +91,21 @@ class Guide:
         As `core.detect`.
     """
 
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, detection: Detection) -> None:
+    def __init__(
+        self,
+        vertices: np.ndarray,
+        triangles: np.ndarray,
+        detection: Detection,
+        kept: np.ndarray | None = None,
+    ) -> None:
         self.surface, _ = clean(vertices, triangles)
+        if kept is not None:
+            detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection
         self._counts = len(vertices), len(triangles)
         self._field = _on_surface(self.surface, detection.curvature)
         self._planes: FaceFrames | None = None
-
-    def keep(self, rows: np.ndarray) -> None:
-        """Go on with the given candidates of the detection as the kept umbilics."""
-        umbilics = self.detection.candidates.select(rows)
-        self.detection = replace(self.detection, umbilics=umbilics)
+        self._slopes: Slopes | None = None
 
     @property
     def undirected(self) -> np.ndarray:
@@ -127,8 +142,10 @@ class Guide:
         begin = time.perf_counter()
         part = progress.part("Smoothing the cross field", 0.0, 0.8)
         surface = self.surface
+        features = self.features(settings, part.part("Finding features", 0.0, 0.2), sharp=sharp)
+        part = part.part("Smoothing the cross field", 0.2, 1.0)
         cross = cross_field(
-            surface, self._field, settings, part, sharp=sharp, undirected=self.undirected
+            surface, self._field, settings, part, undirected=self.undirected, features=features
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
@@ -143,19 +160,18 @@ class Guide:
         )
         end = time.perf_counter()
         progress.step(1.0)
-        return self._collected(cross, poles, settings, sharp, middle - begin, end - middle)
+        return self._collected(cross, poles, features, middle - begin, end - middle)
 
     def _collected(
         self,
         cross: CrossField,
         poles: Poles,
-        settings: GuidanceSettings,
-        sharp: np.ndarray | None,
+        features: Features,
         field_seconds: float,
         pole_seconds: float,
     ) -> Guidance:
         surface = self.surface
-        edges = feature_half_edges(surface, settings, sharp)
+        edges = features.half_edge
         n, m = self._counts
         closed = bool(surface.closed.all())
         return Guidance(
@@ -174,6 +190,46 @@ class Guide:
             feature_convex=is_convex(surface, edges),
             timings={"cross field": field_seconds, "poles": pole_seconds},
         )
+
+    def features(
+        self,
+        settings: GuidanceSettings | None = None,
+        progress: Progress | None = None,
+        *,
+        sharp: np.ndarray | None = None,
+    ) -> Features:
+        """What the cross field runs along, in rows of `surface`."""
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        if not settings.align_crests:
+            return find_features(self.surface, settings, sharp)
+        bend = settings.feature_angle
+        ridges = find_ridges(self.surface, self._measured(progress), least_bend=bend)
+        shortest = CREST_LENGTHS * smoothing_length(self.surface, settings.smoothness)
+        return find_features(self.surface, settings, sharp, ridges, shortest)
+
+    def ridges(
+        self, settings: GuidanceSettings | None = None, progress: Progress | None = None
+    ) -> RidgeLines:
+        """Ridges, ravines and crest lines, each with its kind, strength and bend.
+
+        The third derivatives that they come from are measured once; with other settings the
+        lines are only picked anew.
+        """
+        settings, progress = settings or GuidanceSettings(), progress or Progress()
+        slopes = self._measured(progress.part("Measuring ridges", 0.0, 0.9))
+        progress.part("Joining ridges", 0.9, 1.0)
+        found = find_ridges(
+            self.surface,
+            slopes,
+            crests_only=settings.ridges == "crests",
+            least_bend=settings.least_bend,
+        )
+        return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)
+
+    def _measured(self, progress: Progress) -> Slopes:
+        if self._slopes is None:
+            self._slopes = measure_slopes(self.surface, self._field, progress)
+        return self._slopes
 
     def singular_vertices(self, guidance: Guidance) -> tuple[np.ndarray, np.ndarray]:
         """Input vertices (s,) where the field of the faces is singular, and 4 times its index."""

@@ -21,8 +21,10 @@ class GuidanceSettings:
         A value is of the wrong type, out of bounds or not among the choices.
     """
 
+    # The middle of the slider smooths over one and a half edges of a mesh of 2,000 quads: detail
+    # finer than that no quads follow, and smoothing more only turns them from the curvature.
     smoothness: float = setting(
-        0.65,
+        0.45,
         label="Smoothness",
         help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
         "creases and borders allow",
@@ -33,7 +35,8 @@ class GuidanceSettings:
     feature_angle: float = setting(
         40.0,
         label="Feature Angle",
-        help="The cross field runs along edges sharper than this; 180 leaves creases alone",
+        help="The cross field runs along creases sharper than this, where edges go on in a "
+        "chain; 180 leaves creases alone",
         kind="number",
         minimum=0.0,
         maximum=180.0,
@@ -50,6 +53,13 @@ class GuidanceSettings:
         True,
         label="Open Borders",
         help="The cross field runs along open borders",
+        kind="flag",
+    )
+    align_crests: bool = setting(
+        False,
+        label="Crests",
+        help="The cross field is drawn to long rounded crests and hollows too; it then has "
+        "poles where they end",
         kind="flag",
     )
     plan: str = setting(
@@ -128,6 +138,32 @@ class GuidanceSettings:
         automatic=True,
         manual=1.0,
         unit="length",
+    )
+
+    least_bend: float = setting(
+        15.0,
+        label="Least Bend",
+        help="Ridges across which the surface turns by less are left out; along a line the bend "
+        "may fall to half of it",
+        kind="number",
+        minimum=0.0,
+        maximum=180.0,
+        unit="degrees",
+    )
+    ridges: str = setting(
+        "crests",
+        label="Ridges",
+        help="Which lines are drawn where the curvature is extremal along its own lines",
+        kind="choice",
+        choices=(
+            Choice("crests", "Crests", "Convex edges and hollows that show, rounded or sharp"),
+            Choice(
+                "all",
+                "All",
+                "Every extremum of either curvature, also those that bend the other way or "
+                "less; only for clean meshes",
+            ),
+        ),
     )
 
     def __post_init__(self) -> None:

@@ -113,7 +113,9 @@ def detect_by_curvature_tensor(
     """
     progress = progress or Progress()
     charts = unfolding.charts
-    rotation = _vertex_rotations(surface, curvature.normal, unfolding)
+    turned, _ = vertex_maps(surface, curvature.normal, unfolding)
+    length = np.abs(turned)
+    rotation = np.where(length > 0, turned / np.where(length > 0, length, 1.0), 1.0)
     progress.step(0.5)
     e1, e2 = tangents(curvature.normal)
     first = np.einsum("ij,ij->i", curvature.d1, e1) + 1j * np.einsum("ij,ij->i", curvature.d1, e2)
@@ -159,8 +161,18 @@ def zeros_in_triangles(
     return rows, np.where(total > 0, weight / np.where(total > 0, total, 1.0), even), index[rows]
 
 
-def _vertex_rotations(surface: Surface, normal: np.ndarray, unfolding: Unfolding) -> np.ndarray:
-    """(c,) unit complex: the angle of a vertex's first tangent in its chart's plane."""
+def vertex_maps(
+    surface: Surface, normal: np.ndarray, unfolding: Unfolding
+) -> tuple[np.ndarray, np.ndarray]:
+    """The map of the surface to the plane at each chart vertex: the mean, weighted by area, of
+    those of the triangles around it.
+
+    Returns
+    -------
+    similarity, shear:
+        (c,) complex128 p, q of z -> p z + q conj(z) from the tangent frame `tangents(normal)`,
+        up to a positive factor that they share.
+    """
     charts = unfolding.charts
     face_normal, area = surface.face_normal_area
     corner_points = surface.vertices[surface.triangles]
@@ -168,16 +180,18 @@ def _vertex_rotations(surface: Surface, normal: np.ndarray, unfolding: Unfolding
     x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
     y = np.cross(face_normal, x)
     e1, _ = tangents(normal)
-    total = np.zeros(len(charts.vertex), dtype=complex)
+    similarity, shear = np.zeros((2, len(charts.vertex)), dtype=complex)
     for k in range(3):
         vertex, chart_vertex = surface.triangles[:, k], charts.corners[:, k]
         laid = carried(e1[vertex], normal[vertex], face_normal)
         unit = np.einsum("ij,ij->i", laid, x) + 1j * np.einsum("ij,ij->i", laid, y)
-        turned = area * unfolding.similarity * unit
-        total += np.bincount(chart_vertex, turned.real, minlength=len(total))
-        total += 1j * np.bincount(chart_vertex, turned.imag, minlength=len(total))
-    length = np.abs(total)
-    return np.where(length > 0, total / np.where(length > 0, length, 1.0), 1.0)
+        for total, part in (
+            (similarity, area * unfolding.similarity * unit),
+            (shear, area * unfolding.shear * unit.conj()),
+        ):
+            total += np.bincount(chart_vertex, part.real, minlength=len(total))
+            total += 1j * np.bincount(chart_vertex, part.imag, minlength=len(total))
+    return similarity, shear
 
 
 def _vertex_scale(surface: Surface, unfolding: Unfolding) -> np.ndarray:

@@ -21,12 +21,18 @@ from ..fields.winding import certified_index
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from .assembly import Parts, assemble
-from .curvature_tensor import detect_by_curvature_tensor, unfolded_along_seams, unfolded_by_uv
+from .curvature_tensor import (
+    Unfolding,
+    detect_by_curvature_tensor,
+    unfolded_along_seams,
+    unfolded_by_uv,
+)
+from .over_map import corner_deviators
 from .persistence import measure_persistence
 from .raw import RawUmbilics
 from .regions import RegionMap, find_regions
 from .result import Detection
-from .shape_operators import face_deviators, nearest_inside, zero_weights
+from .shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
 from .vertex_index import detect_by_index
 
 # Erosions and dilations that the paper uses throughout.
@@ -86,7 +92,7 @@ def detect(
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        rings = 1 if fitted.neighbourhood is None else fitted.neighbourhood.rings
+        rings = _rings(fitted)
         regions = _regions(surface, shape, noise, radius, rings, settings)
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
@@ -157,14 +163,15 @@ def _found(
     progress: Progress,
 ) -> _Found:
     if settings.method == "S":
-        return _by_shape_operators(surface, shape, settings.parametrization, progress)
+        unfolding = None
+        if settings.parametrization == "uv":
+            unfolding = unfolded_by_uv(surface, triangles, _required(uv))
+        return _by_shape_operators(surface, shape, settings, unfolding, progress)
     if settings.method == "I":
         hits = detect_by_index(surface, shape, progress)
     elif settings.charts in ("islands", "uv"):
-        if uv is None:
-            raise ChartError("The mesh has no UV map: unwrap it, or take the charts from seams.")
         conformal = settings.charts == "islands"
-        unfolding = unfolded_by_uv(surface, triangles, uv, conformal)
+        unfolding = unfolded_by_uv(surface, triangles, _required(uv), conformal)
         hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
     else:
         marked = np.zeros((0, 2), int) if seams is None else seams
@@ -174,21 +181,49 @@ def _found(
     return _Found(hits, index)
 
 
+def _required(uv: np.ndarray | None) -> np.ndarray:
+    if uv is None:
+        raise ChartError(
+            "The mesh has no UV map: unwrap it, or choose a method and a parametrization that "
+            "need none."
+        )
+    return uv
+
+
 def _by_shape_operators(
-    surface: Surface, shape: CurvatureField, parametrization: str, progress: Progress
+    surface: Surface,
+    shape: CurvatureField,
+    settings: Settings,
+    unfolding: Unfolding | None,
+    progress: Progress,
 ) -> _Found:
-    """Method S: the certified index says which triangles, interpolation where in them."""
-    index = certified_index(surface, shape.d1, shape.d2, progress)
-    rows = np.flatnonzero(index)
-    deviators = face_deviators(surface, shape, rows, parametrization)
-    weights, _ = zero_weights(deviators.values)
-    weights = nearest_inside(surface.vertices[surface.triangles[rows]], weights)
+    """Method S: interpolation says where in a triangle an umbilic is, and the certified index, or
+    interpolation alone as published, in which triangles."""
+    mapped = None if unfolding is None else corner_deviators(surface, shape, unfolding)
+    refused = np.zeros(len(surface.triangles), bool)
+
+    def deviators(rows: np.ndarray) -> np.ndarray:
+        local = "conformal" if mapped else settings.parametrization
+        in_faces = face_deviators(surface, shape, rows, local)
+        refused[rows] = in_faces.refused if mapped is None else mapped[1][rows]
+        if mapped is None:
+            return in_faces.values
+        return np.where(refused[rows, None], in_faces.values, mapped[0][rows])
+
+    if settings.triangles == "published":
+        rows, weights, found = zero_crossings(deviators, len(surface.triangles))
+        index = np.zeros(len(surface.triangles))
+        index[rows] = found
+    else:
+        index = certified_index(surface, shape.d1, shape.d2, progress)
+        rows = np.flatnonzero(index)
+        weights, _ = zero_weights(deviators(rows))
+        weights = nearest_inside(surface.vertices[surface.triangles[rows]], weights)
     warnings = []
-    refused = int(deviators.refused.sum())
-    if refused:
+    if refused.any():
         warnings.append(
-            f"The projection was refused in {refused} folded or steep triangles; the conformal "
-            "parametrization was used there."
+            f"The parametrization was refused in {int(refused.sum())} folded or steep triangles; "
+            "the conformal one was used there."
         )
     hits = RawUmbilics(
         triangle=rows,
@@ -214,6 +249,15 @@ def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
     return np.where(known, field.noise, noise), np.where(known, fitted.radius, radius)
 
 
+def _rings(fitted: Estimate) -> int:
+    """Rings of the mesh as far as fits reach."""
+    around = fitted.neighbourhood
+    if around is None:
+        return 1
+    # On stretched meshes more across short edges and fewer across long ones; in between the two.
+    return round(around.rings * around.stretch**0.25)
+
+
 def _regions(
     surface: Surface,
     shape: CurvatureField,
@@ -222,7 +266,7 @@ def _regions(
     rings: int,
     settings: Settings,
 ) -> RegionMap:
-    if not settings.regions or settings.method != "S":
+    if not settings.regions or not settings.certified:
         return RegionMap.none(surface)
     return find_regions(surface, shape.gap, noise, radius, rings)
 
@@ -234,7 +278,7 @@ def _paired(
     hits: RawUmbilics,
     regions: RegionMap,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Persistence and partner; only method S finds indices that balance over the surface."""
-    if settings.method != "S":
+    """Persistence and partner, where the indices balance over the surface."""
+    if not settings.certified:
         return np.full(len(hits), np.nan), np.full(len(hits), -1)
     return measure_persistence(surface, shape.gap, hits.triangle, hits.index, regions.rows())

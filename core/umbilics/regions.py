@@ -23,10 +23,7 @@ from ..curvature.tolerances import (
     ROUND_OFF_GAP,
 )
 from ..mesh.surface import Surface
-from .result import Region
-
-PLANAR = "planar"
-SPHERICAL = "spherical"
+from .result import PLANAR, SPHERICAL, Region
 
 
 @dataclass(frozen=True)

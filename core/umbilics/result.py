@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..base.rows import column
 from ..curvature.field import CurvatureField
 
 STAR = "star"
@@ -14,11 +15,19 @@ LEMON = "lemon"
 MONSTAR = "monstar"
 UNCERTAIN = "uncertain"
 KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
+SPHERICAL = "spherical"
+PLANAR = "planar"
+REGION_KINDS = (SPHERICAL, PLANAR)
+# Blender's whole numbers and its meshes have no more.
+_LARGEST = 2**31 - 1
 
 
 @dataclass(frozen=True)
 class Umbilics:
     """Umbilical points, one row each.
+
+    Beside each field is what is kept of it in a file (a kind as its place in `KINDS`), and the
+    bounds that what is read from one must lie in.
 
     Attributes
     ----------
@@ -34,7 +43,8 @@ class Umbilics:
         (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
         other multiples of one half).
     kind:
-        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree.
+        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree
+        or the form is within its error of another kind.
     curvature:
         (k,) float64 mean curvature at the point, in 1 / length.
     persistence:
@@ -44,11 +54,10 @@ class Umbilics:
         (k,) int64 row of the umbilic it cancels with, -1 where there is none. In a filtered
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
-        (k,) float64 standard error of the position, in length.
+        (k,) float64 standard error of the position along the surface, in the direction in which
+        it is known least, in length.
     noise:
-        (k,) float64 error of the gap around the point, in 1 / length: its standard error, and
-        how much it changes when the fit reaches further; at least the persistence where a
-        close pair does not show in a finer fit. NaN where unknown.
+        (k,) float64 standard error of the gap around the point, in 1 / length; NaN where unknown.
     separatrix:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
@@ -56,28 +65,35 @@ class Umbilics:
         (k,) bool, True next to an open border, where the neighbourhoods are one-sided: such
         points stay among the candidates but are not reported.
     certain:
-        (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
-        not be placed.
+        (k,) bool, True where a fit of higher degree shows the zero so clearly above its error
+        that noise alone cannot have made it; False at a border and where the neighbourhood is
+        damaged.
+    resolved:
+        (k,) bool, False for the pairs that do not rise above the error of the fits, which the
+        automatic persistence drops.
     elliptic:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
 
-    position: np.ndarray
-    normal: np.ndarray
-    triangle: np.ndarray
-    barycentric: np.ndarray
-    vertex: np.ndarray
-    index: np.ndarray
-    kind: np.ndarray
-    curvature: np.ndarray
-    persistence: np.ndarray
-    partner: np.ndarray
-    uncertainty: np.ndarray
-    noise: np.ndarray
-    separatrix: np.ndarray
-    at_border: np.ndarray
-    certain: np.ndarray
-    elliptic: np.ndarray
+    position: np.ndarray = field(metadata=column(np.float64, 3))
+    normal: np.ndarray = field(metadata=column(np.float64, 3, unknown=True))
+    triangle: np.ndarray = field(metadata=column(np.int64, low=0, high=_LARGEST))
+    barycentric: np.ndarray = field(metadata=column(np.float64, 3, unknown=True))
+    vertex: np.ndarray = field(metadata=column(np.int64, low=-1, high=_LARGEST))
+    index: np.ndarray = field(metadata=column(np.float64, low=-_LARGEST, high=_LARGEST))
+    kind: np.ndarray = field(metadata=column(np.int8, low=0, high=len(KINDS) - 1))
+    curvature: np.ndarray = field(
+        metadata=column(np.float64, low=-np.inf, high=np.inf, unknown=True)
+    )
+    persistence: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf, unknown=True))
+    partner: np.ndarray = field(metadata=column(np.int64, low=-1, high=_LARGEST))
+    uncertainty: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf, unknown=True))
+    noise: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf, unknown=True))
+    separatrix: np.ndarray = field(metadata=column(np.float64, 3, 3, unknown=True))
+    at_border: np.ndarray = field(metadata=column(bool))
+    certain: np.ndarray = field(metadata=column(bool))
+    resolved: np.ndarray = field(metadata=column(bool))
+    elliptic: np.ndarray = field(metadata=column(bool))
 
     def __len__(self) -> int:
         return len(self.index)

@@ -6,6 +6,7 @@ parametrizations; its deviator t is interpolated linearly, and the umbilic is wh
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..mesh.surface import Surface
 # Below this cosine between vertex and face normal the projection magnifies the operator more
 # than three times along one axis; the rotation is used for that face instead.
 LEAST_COSINE = 0.3
+_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -103,13 +105,20 @@ def zero_weights(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return weights, winding
 
 
-def zero_crossing(
-    surface: Surface, field: CurvatureField, parametrization: str
+def zero_crossings(
+    deviators: Callable[[np.ndarray], np.ndarray], count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The paper's own test: triangles whose interpolated deviator vanishes inside them.
 
-    Each triangle decides alone, so on noisy meshes umbilics at edges are lost or doubled;
-    `core.winding.certified_index` decides consistently. Kept for comparison.
+    Each triangle decides alone, so on noisy meshes umbilics at edges are lost or doubled; the
+    certified index decides consistently.
+
+    Parameters
+    ----------
+    deviators:
+        Gives those of the corners, (r, 3) complex128, of the triangles (r,).
+    count:
+        How many triangles there are.
 
     Returns
     -------
@@ -117,11 +126,9 @@ def zero_crossing(
         (k,) rows, (k, 3) barycentric coordinates, (k,) index +-0.5.
     """
     found = []
-    block = 65536
-    for first in range(0, len(surface.triangles), block):
-        rows = np.arange(first, min(first + block, len(surface.triangles)))
-        values = face_deviators(surface, field, rows, parametrization).values
-        weights, winding = zero_weights(values)
+    for first in range(0, count, _BLOCK):
+        rows = np.arange(first, min(first + _BLOCK, count))
+        weights, winding = zero_weights(deviators(rows))
         inside = (weights >= 0).all(axis=1) & (winding != 0)
         found.append((rows[inside], weights[inside], 0.5 * np.sign(winding[inside])))
     triangle, weights, index = (np.concatenate(part) for part in zip(*found, strict=True))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
+import shlex
 from pathlib import Path
 
 import bpy
 
 from ... import core
 from ..data.properties import GIVEN_NAMES
-from . import batch_arguments, frames, guidance, values
-from .batch import Plan
+from . import batch_arguments, frames, guidance, source_arguments, values
+from .batch.names import result_name
 from .batch_arguments import OUTPUTS
 from .guard import Guard, OverwriteError
 from .importers import SUFFIXES
+from .request import Limits, Request
 
 _CURVATURE_NAMES = {
     "k1": "larger principal curvature",
@@ -22,67 +23,6 @@ _CURVATURE_NAMES = {
     "d1": "direction of k1",
     "d2": "direction of k2",
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Limits:
-    """What one file may take: seconds and bytes, None for no bound."""
-
-    seconds: float | None = None
-    memory: int | None = None
-
-    def __bool__(self) -> bool:
-        return self.seconds is not None or self.memory is not None
-
-
-@dataclasses.dataclass(frozen=True)
-class Request:
-    """What the command is asked to do.
-
-    Attributes
-    ----------
-    files:
-        The files, None for the one that Blender has open.
-    objects:
-        Names of the meshes to take, or none for all.
-    frames:
-        Frames of the animation, or none for the mesh without modifiers.
-    outputs:
-        For each file where its JSON, .blend, PNG, PLY and USD go.
-    guidance:
-        Files for remeshers.
-    events:
-        Tell of the progress in JSON lines on standard output, instead of in sentences.
-    limits:
-        Of each file.
-    worker_arguments:
-        What gives another process the same settings.
-    is_worker:
-        This process belongs to another one, and ends with it.
-    guard:
-        Holds the paths of all inputs and results.
-    batch:
-        With one other processes do the files.
-    summary:
-        With one nothing is done but the summary of the batches in that folder.
-    """
-
-    files: tuple[str | None, ...]
-    objects: tuple[str, ...]
-    frames: tuple[int, ...]
-    settings: core.Settings
-    given_names: tuple[str, ...]
-    per_vertex: bool
-    compare: bool
-    outputs: tuple[dict[str, Path], ...]
-    guard: Guard
-    events: bool = False
-    limits: Limits = Limits()
-    worker_arguments: tuple[str, ...] = ()
-    is_worker: bool = False
-    guidance: guidance.GuidanceRequest | None = None
-    batch: Plan | None = None
-    summary: tuple[Path, Path | None] | None = None
 
 
 def parse(arguments: list[str]) -> Request:
@@ -95,6 +35,10 @@ def parse(arguments: list[str]) -> Request:
         on standard error; with 0 after --help.
     """
     parser = _parser()
+    try:
+        arguments = _spread(arguments)
+    except ValueError as error:
+        parser.error(f"--options: {error}")
     found = parser.parse_args(arguments)
     setting_values = {name: getattr(found, name) for name in core.options()}
     try:
@@ -120,6 +64,7 @@ def parse(arguments: list[str]) -> Request:
         files=files,
         objects=tuple(found.object),
         frames=found.frames,
+        source=source_arguments.source_of(parser, found),
         settings=settings,
         given_names=tuple(getattr(found, name) for name in GIVEN_NAMES),
         per_vertex=found.per_vertex,
@@ -134,6 +79,28 @@ def parse(arguments: list[str]) -> Request:
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
+
+
+def _spread(arguments: list[str]) -> list[str]:
+    """The arguments with those of `--options TEXT` in its place, for farms that pass one text.
+
+    Raises
+    ------
+    ValueError
+        A quotation is not closed, or there is no text.
+    """
+    spread: list[str] = []
+    rest = iter(arguments)
+    for argument in rest:
+        if argument == "--":
+            return [*spread, argument, *rest]
+        if argument == "--options":
+            argument = f"--options={next(rest, chr(34))}"
+        if argument.startswith("--options="):
+            spread += shlex.split(argument.partition("=")[2])
+        else:
+            spread.append(argument)
+    return spread
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -165,14 +132,20 @@ def _parser() -> argparse.ArgumentParser:
         metavar="A-B",
         type=frames.read,
         default=(),
-        help="the meshes as modifiers, armatures and shape keys make them at these frames, such "
-        "as 1-10,20,30-50x5 (default: the meshes without modifiers)",
+        help="the meshes as they are at these frames of the animation, such as 1-10,20,30-50x5 "
+        "(default: at the frame that the file was saved with)",
     )
+    source_arguments.add_arguments(parser)
     parser.add_argument(
         "--progress",
         choices=("text", "jsonl"),
         default="text",
         help="how far it is: sentences, or JSON lines on standard output (default: text)",
+    )
+    parser.add_argument(
+        "--options",
+        metavar="TEXT",
+        help="more options in one text, quoted as in a shell, for farms that pass only one",
     )
     _add_results(parser)
     guidance.add_arguments(parser, _add_setting)
@@ -205,6 +178,9 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--blend", metavar="F", help="save a .blend with the results")
     group.add_argument("--png", metavar="F", help="draw a picture")
     group.add_argument("--ply", metavar="F", help="write the mesh with the curvatures as PLY")
+    group.add_argument(
+        "--usda", metavar="F", help="write the mesh, its curvatures and the umbilics as USD"
+    )
     group.add_argument(
         "--per-vertex", action="store_true", help="JSON: add the curvature at every vertex"
     )
@@ -250,7 +226,7 @@ def _outputs(
         if path.is_file():
             parser.error(f"--{kind} {path} is a file; with several FILEs it must be a folder.")
     return tuple(
-        {kind: folder / f"{Path(file).stem}.{kind}" for kind, folder in wanted.items()}
+        {kind: folder / f"{result_name(Path(file).stem)}.{kind}" for kind, folder in wanted.items()}
         for file in files
     )
 

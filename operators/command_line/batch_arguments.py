@@ -9,13 +9,13 @@ import bpy
 
 from ... import core
 from ..data.properties import GIVEN_NAMES
-from . import frames, values, version
+from . import frames, source_arguments, values, version
 from .batch import Plan, PlanError
 from .batch.plan import tasks_for
 from .guard import Guard
 from .importers import SUFFIXES
 
-OUTPUTS = ("json", "blend", "png", "ply")
+OUTPUTS = ("json", "blend", "png", "ply", "usda")
 # What only makes sense together with --out.
 _BATCH = ("also", "jobs", "report", "resume", "part", "tolerant", "summary")
 _TIME_LIMIT = 3600.0
@@ -168,6 +168,7 @@ def worker_arguments(
     arguments += [f"--{name}={getattr(found, name)}" for name in GIVEN_NAMES]
     arguments += [f"--object={name}" for name in found.object]
     arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
+    arguments += source_arguments.words_of(found)
     if found.frames:
         arguments.append(f"--frames={frames.in_words(found.frames)}")
     return tuple(arguments)

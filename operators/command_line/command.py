@@ -19,6 +19,7 @@ from . import (
 )
 from .batch import lifetime, supervised
 from .guard import shown
+from .request import Request
 
 
 def run(argv: list[str]) -> int:
@@ -39,7 +40,7 @@ def run(argv: list[str]) -> int:
     return code
 
 
-def _done(request: arguments.Request) -> int:
+def _done(request: Request) -> int:
     base = bpy.data.filepath
     blender = [bpy.app.binary_path, "-b", *([base] if base else []), "--command", "umbilics"]
     try:
@@ -62,7 +63,7 @@ def _done(request: arguments.Request) -> int:
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
-def _one_file(request: arguments.Request, file: str | None, base: str, outputs: dict) -> bool:
+def _one_file(request: Request, file: str | None, base: str, outputs: dict) -> bool:
     """Do one file, so that the next ones are done whatever is in it; whether all went well."""
     label = "" if file is None else f"{shown(file)}: "
     start = time.monotonic()

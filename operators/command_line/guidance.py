@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import core
 from ..jobs import detect
+from .batch.names import result_name
 from .guard import Guard
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
@@ -30,6 +31,7 @@ class GuidanceRequest:
         if file is not None and object_name != name:
             name = f"{name}-{object_name}"
         name = "".join("_" if letter in '/\\:*?"<>|' else letter for letter in name)
+        name = result_name(name)
         return self.folder / (name if frame is None else f"{name}.{frame:04d}")
 
     def claim_file(self, guard: Guard, file: str, frames: Iterable[int]) -> None:
@@ -108,28 +110,20 @@ def write(
         A file cannot be written.
     """
     arrays = inputs.arrays
-    guide = core.Guide(arrays.vertices, arrays.triangles, detection)
-    part = progress.part("Planning", 0.0, 0.5)
-    guidance = guide.guidance(request.settings, part, sharp=arrays.sharp)
-    kinds, said = list(request.kinds), []
-    lines = None
-    if "lines" in kinds:
-        try:
-            lines = guide.lines(request.settings, progress.part("Lines", 0.5, 0.7))
-        except core.GuidanceError as error:
-            kinds.remove("lines")
-            said.append(str(error))
-    arcs = None
-    if "separatrices" in kinds:
-        arcs = guide.separatrices(request.settings, progress.part("Separatrices", 0.7, 0.8))
-    data = core.Exported(arrays.vertices, arrays.triangles, guide, guidance, lines, arcs)
-    part = progress.part("Writing files", 0.8, 1.0)
-    written = core.write_guidance(stem, kinds, data, to_file, part)
-    poles = guidance.poles
-    three = int(np.count_nonzero(poles.valence == 3))
-    said.insert(
-        0,
-        f"Poles: {three} of valence 3, {len(poles) - three} of valence 5. "
-        f"Wrote {', '.join(path.name for path in written)}.",
+    found = core.export_guidance(
+        stem,
+        request.kinds,
+        core.Guide(arrays.vertices, arrays.triangles, detection),
+        request.settings,
+        mesh=(arrays.vertices, arrays.triangles),
+        sharp=arrays.sharp,
+        to_file=to_file,
+        progress=progress,
     )
-    return said
+    poles = found.guidance.poles
+    three = int(np.count_nonzero(poles.valence == 3))
+    return [
+        f"Poles: {three} of valence 3, {len(poles) - three} of valence 5. "
+        f"Wrote {', '.join(path.name for path in found.paths)}.",
+        *found.left_out,
+    ]

@@ -17,11 +17,8 @@ import numpy as np
 
 from ..base.errors import FileError
 from ..mesh.read import positions
+from .file_kinds import LOADERS, UPRIGHT
 from .guard import shown
-
-_UPRIGHT = np.eye(3)
-# glTF has y up by definition; Blender's importer turns (x, y, z) into (x, -z, y).
-_FROM_GLTF = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -29,56 +26,17 @@ class Opened:
     """The meshes of a file.
 
     `to_file` (3, 3) turns world coordinates into the file's own; `up` is the world axis that
-    points up in pictures.
+    points up in pictures, `file_up` the same axis as the file counts.
     """
 
     objects: list[bpy.types.Object]
     to_file: np.ndarray
     up: str
+    file_up: str
 
 
-def _obj(path: str) -> None:
-    bpy.ops.wm.obj_import(filepath=path, forward_axis="Y", up_axis="Z")
-
-
-def _ply(path: str) -> None:
-    bpy.ops.wm.ply_import(filepath=path, forward_axis="Y", up_axis="Z")
-
-
-def _stl(path: str) -> None:
-    bpy.ops.wm.stl_import(filepath=path, forward_axis="Y", up_axis="Z")
-
-
-def _gltf(path: str) -> None:
-    bpy.ops.import_scene.gltf(filepath=path)
-
-
-def _fbx(path: str) -> None:
-    bpy.ops.import_scene.fbx(
-        filepath=path,
-        use_manual_orientation=True,
-        axis_forward="Y",
-        axis_up="Z",
-        # FBX counts in centimetres, Blender's importer in metres.
-        global_scale=100.0,
-    )
-
-
-def _blend(path: str) -> None:
-    bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
-
-
-# Ending of the file: how it is opened, world to file, the axis that usually points up in it.
-_FORMATS = {
-    ".obj": (_obj, _UPRIGHT, "Y"),
-    ".ply": (_ply, _UPRIGHT, "Y"),
-    ".stl": (_stl, _UPRIGHT, "Z"),
-    ".gltf": (_gltf, _FROM_GLTF, "Z"),
-    ".glb": (_gltf, _FROM_GLTF, "Z"),
-    ".fbx": (_fbx, _UPRIGHT, "Y"),
-    ".blend": (_blend, _UPRIGHT, "Z"),
-}
-SUFFIXES = tuple(_FORMATS)
+SUFFIXES = tuple(LOADERS)
+_AXES = {"Y": np.eye(3)[1], "Z": np.eye(3)[2]}
 
 
 def open_file(path: str | None, base: str) -> Opened:
@@ -93,7 +51,7 @@ def open_file(path: str | None, base: str) -> Opened:
         The file is missing, empty, of another kind, damaged, or holds no mesh.
     """
     if path is None:
-        return Opened(_meshes(set()), _UPRIGHT, "Z")
+        return Opened(_meshes(set()), UPRIGHT, "Z", "Z")
     file, name = Path(path), shown(path)
     suffix = file.suffix.lower()
     if not file.exists():
@@ -102,25 +60,27 @@ def open_file(path: str | None, base: str) -> Opened:
         raise FileError(f"{name}: this is a folder, not a file.")
     if not file.is_file():
         raise FileError(f"{name}: this is not a file but a pipe, a socket or a device.")
-    if suffix not in _FORMATS:
+    if suffix not in LOADERS:
         raise FileError(f"{name}: not a kind of file that can be read ({', '.join(SUFFIXES)}).")
     if not file.stat().st_size:
         raise FileError(f"{name}: the file is empty.")
-    load, to_file, up = _FORMATS[suffix]
+    load, file_up = LOADERS[suffix]
     before = set() if suffix == ".blend" else _start(base)
     try:
         with quiet():
-            load(str(file.resolve()))
+            to_file = load(str(file.resolve()))
     except RuntimeError as error:
-        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
-        raise FileError(f"{name}: Blender cannot read it ({reason})") from error
+        words = str(error).strip().splitlines() or ["it does not say why"]
+        raise FileError(f"{name}: Blender cannot read it ({_reason(words)})") from error
     objects = _meshes(before)
     if not objects:
         raise FileError(f"{name}: no mesh was found in it.")
     if suffix in (".gltf", ".glb"):
         for obj in objects:
             _weld(obj.data)
-    return Opened(objects, to_file, up)
+    file_up = file_up or ("Z" if to_file[2, 2] > 0.5 else "Y")
+    up = "Z" if (to_file.T @ _AXES[file_up])[2] > 0.5 else "Y"
+    return Opened(objects, to_file, up, file_up)
 
 
 def files_read(path: str | None) -> list[str]:
@@ -158,6 +118,11 @@ def quiet() -> Iterator[None]:
         for number, copy in zip((1, 2), kept, strict=True):
             os.dup2(copy, number)
             os.close(copy)
+
+
+def _reason(words: list[str]) -> str:
+    """The last line that says something, without Blender's label."""
+    return words[-1].removeprefix("Error: ")
 
 
 def _start(base: str) -> set[str]:

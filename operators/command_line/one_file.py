@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
+import os
 import time
 from pathlib import Path
 
@@ -13,11 +15,17 @@ from ..base.errors import FileError
 from ..base.words import outcome
 from ..data import properties
 from ..jobs import detect
+from ..mesh.evaluated import is_in
+from ..scene import display_objects
 from . import frames, guidance, importers, mesh_file, messages, report
-from .arguments import Request
 from .guard import shown
 from .messages import complain
 from .pictures import panels, picture
+from .request import Request
+
+# How a compressed .blend ends: the mark of the table of the parts that can be read by themselves,
+# https://github.com/facebook/zstd/blob/dev/contrib/seekable_format
+_BLEND_END = (0x8F92EAB1).to_bytes(4, "little")
 
 
 @dataclasses.dataclass
@@ -45,6 +53,9 @@ def analyse(
     wanted = [obj.name for obj in _wanted(opened.objects, request, file)]
     _claim_guidance(request, file, wanted)
     properties.from_settings(bpy.context.scene.umbilics, request.settings)
+    display = bpy.context.scene.umbilics_display
+    display.source, display.scope = request.source.reading.source, request.source.scope.kind
+    display.scope_group = request.source.scope.group
     entries = []
     for number in request.frames or (None,):
         if number is not None:
@@ -113,17 +124,20 @@ def _one_object(
 def _detected(
     request: Request, name: str, frame: int | None, progress: core.Progress, is_kept: bool
 ) -> tuple[detect.Inputs, core.Detection, tuple[core.MethodResult, ...]]:
-    """Read one mesh and detect on it, at a frame as modifiers make it."""
+    """Read one mesh and detect on it."""
     context = bpy.context
-    depsgraph = None if frame is None else context.evaluated_depsgraph_get()
+    source = request.source
+    depsgraph = context.evaluated_depsgraph_get() if source.evaluated else None
     obj = context.scene.objects[name]
-    inputs = detect.gather(obj, request.settings, request.given_names, request.compare, depsgraph)
+    inputs = detect.gather(
+        obj, request.settings, request.given_names, request.compare, depsgraph, source.scope
+    )
     share = 0.6 if request.guidance is not None else 1.0
     part = progress.part("Detecting", 0.0, share)
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
     if is_kept or frame is None:
-        detect.write(context, inputs, detect.found(inputs, detection))
+        detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
 
 
@@ -148,7 +162,7 @@ def _claim_guidance(request: Request, file: str | None, names: list[str]) -> Non
 def _wanted(
     objects: list[bpy.types.Object], request: Request, file: str | None
 ) -> list[bpy.types.Object]:
-    """The objects to analyse: those named, else all that have faces."""
+    """The objects to analyse: those named, else all that have faces and can be seen."""
     where = shown(file or bpy.data.filepath or "The scene")
     by_name = {obj.name: obj for obj in objects}
     for name in request.objects:
@@ -156,8 +170,16 @@ def _wanted(
             raise FileError(f"{where}: there is no mesh called {name}.")
     if request.objects:
         return [by_name[name] for name in dict.fromkeys(request.objects)]
-    # At a frame, modifiers may make the faces.
-    solid = [obj for obj in objects if obj.data.polygons or (request.frames and obj.modifiers)]
+    evaluated = request.source.evaluated
+    # Modifiers may make the faces.
+    solid = [obj for obj in objects if obj.data.polygons or (evaluated and obj.modifiers)]
+    solid = [obj for obj in solid if not display_objects.is_ours(obj)]
+    if evaluated:
+        layer = bpy.context.view_layer
+        for obj in solid:
+            if not is_in(layer, obj):
+                complain(f"{where}: {obj.name} is left out: it is not in the view layer.")
+        solid = [obj for obj in solid if is_in(layer, obj)]
     if not solid:
         what = "its meshes have no faces" if objects else "there is no mesh in it"
         raise FileError(f"{where}: {what}; curvature needs a surface.")
@@ -178,12 +200,29 @@ def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) ->
         picture.write(places["png"], found.done, opened.up)
     if "ply" in places:
         mesh_file.write(places["ply"], found.done, opened.to_file)
+    if "usda" in places:
+        meshes = [
+            core.UsdMesh(
+                inputs.object_name,
+                inputs.arrays.vertices,
+                inputs.arrays.triangles,
+                detection,
+                opened.to_file,
+            )
+            for inputs, detection in found.done
+        ]
+        core.write_usda(places["usda"], meshes, opened.file_up, found.number)
 
 
 def _save(path: Path) -> None:
     try:
-        with core.whole_file(path) as partial, importers.quiet():
-            bpy.ops.wm.save_as_mainfile(filepath=str(partial.resolve()), copy=True, compress=True)
+        with core.whole_file(path) as partial:
+            with importers.quiet():
+                place = str(partial.resolve())
+                bpy.ops.wm.save_as_mainfile(filepath=place, copy=True, compress=True)
+            # Blender does not say that a disk is full.
+            if not partial.read_bytes().endswith(_BLEND_END):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     except (OSError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or str(error).strip()
         raise FileError(f"{shown(path)}: cannot be written ({reason}).") from error

@@ -55,6 +55,7 @@ def success(
     world into file coordinates."""
     entry = {
         **about,
+        "analysed": inputs.analysed,
         "vertices": len(inputs.arrays.vertices),
         "faces": inputs.arrays.polygon_count,
         "triangles": len(inputs.arrays.triangles),
@@ -75,7 +76,7 @@ def success(
                 "index": region.index,
                 "area": region.area,
                 "curvature": region.curvature,
-                "triangles": region.triangles,
+                "triangles": inputs.arrays.loop_triangle[region.triangles],
             }
             for region in detection.regions
         ],
@@ -152,7 +153,7 @@ def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> l
         "certain": umbilics.certain,
         "elliptic": umbilics.elliptic,
         "face": arrays.polygon[umbilics.triangle],
-        "triangle": umbilics.triangle,
+        "triangle": arrays.loop_triangle[umbilics.triangle],
         "triangle_vertices": arrays.triangles[umbilics.triangle],
         "barycentric": umbilics.barycentric,
         "vertex": umbilics.vertex,

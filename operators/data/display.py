@@ -103,7 +103,7 @@ def _get_opened(self) -> bool:
 def _set_opened(self, value: bool) -> None:
     settings = self.id_data.umbilics
     kept = record.of(_active())
-    strength = (kept.settings["opening"] if kept else 0) or core.USUAL_OPENING
+    strength = (kept.settings.opening if kept else 0) or core.USUAL_OPENING
     settings.opening = strength if value else 0
 
 

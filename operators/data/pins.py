@@ -30,15 +30,23 @@ def carry_over(
     `chosen` is what `rows` gave before, and `before` is None where it cannot be read any more.
     The answer is how many of them have no umbilic of their index near their old place now.
     """
-    old = np.array(sorted({row for part in chosen for row in part}), dtype=int)
     if before is None:
-        return len(old)
+        return len({row for part in chosen for row in part})
+    carried, lost = counterparts(chosen, before, after)
+    for name, part in zip(LISTS, carried, strict=True):
+        setattr(obj.umbilics, name, summary.text_of(part))
+    return lost
+
+
+def counterparts(
+    chosen: tuple[list[int], list[int]], before: Record, after: Record
+) -> tuple[tuple[list[int], ...], int]:
+    """Rows pinned and rows deleted in another detection of the object, and how many are lost."""
+    old = np.array(sorted({row for part in chosen for row in part}), dtype=int)
     old = old[old < len(before.detection.candidates)]
     new = dict(zip(old.tolist(), _counterparts(before, after, old).tolist(), strict=True))
-    for name, part in zip(LISTS, chosen, strict=True):
-        found = [new[row] for row in part if new.get(row, -1) >= 0]
-        setattr(obj.umbilics, name, summary.text_of(found))
-    return sum(row < 0 for row in new.values())
+    carried = tuple([new[row] for row in part if new.get(row, -1) >= 0] for part in chosen)
+    return carried, sum(row < 0 for row in new.values())
 
 
 def _counterparts(before: Record, after: Record, old: np.ndarray) -> np.ndarray:

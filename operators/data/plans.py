@@ -1,7 +1,9 @@
 """The settings of the guidance in the scene, and what the panel shows of a plan."""
 
+import json
 import math
-import uuid
+from dataclasses import asdict, dataclass
+from hashlib import blake2b
 
 import bpy
 from bpy.props import (
@@ -15,7 +17,67 @@ from bpy.props import (
 )
 
 from ... import core
+from ..base import caches
+from ..mesh.fingerprint import Fingerprint
+from ..mesh.scope import Scope
 from .properties import annotations_of, values_of
+
+UNREADABLE = (
+    "The plan cannot be read: another version of this add-on made it, or the file is damaged. "
+    "Plan again."
+)
+# Settings that only lines read, which a plan does not hang on.
+_OF_LINES = ("spacing", "closest", "line_smoothness", "families", "shortest", "length_limit")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """All that a plan was made of.
+
+    Attributes
+    ----------
+    fingerprint:
+        Of what was read of the object.
+    detecting, given_names:
+        Settings of the detection behind it, and the names of given curvatures.
+    scope:
+        Which part of the object was planned on.
+    settings:
+        Those of the guidance.
+    zone:
+        Name of the vertex group that poles avoid, or nothing.
+    kept:
+        Digest of the umbilics that were kept, see `scene.filters.kept_digest`.
+    """
+
+    fingerprint: Fingerprint
+    detecting: core.Settings
+    given_names: tuple[str, ...]
+    scope: Scope
+    settings: core.GuidanceSettings
+    zone: str
+    kept: str
+
+    def to_text(self) -> str:
+        values = vars(self) | {"fingerprint": self.fingerprint.to_text()}
+        return json.dumps(values, default=asdict)
+
+    @classmethod
+    def from_text(cls, text: str) -> "Origin | None":
+        """What `to_text` has written; None for any other text."""
+        try:
+            values = json.loads(text)
+            return cls(
+                fingerprint=Fingerprint.from_text(values["fingerprint"]),
+                detecting=core.Settings(**values["detecting"]),
+                given_names=tuple(str(name) for name in values["given_names"]),
+                scope=Scope(str(values["scope"]["kind"]), str(values["scope"]["group"])),
+                settings=core.GuidanceSettings(**values["settings"]),
+                zone=str(values["zone"]),
+                kept=str(values["kept"]),
+            )
+        except (ValueError, TypeError, LookupError, RecursionError, core.InvalidSettingsError):
+            return None
 
 
 class UMBILICS_PG_guidance(bpy.types.PropertyGroup):
@@ -54,8 +116,8 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     """The pole plan of an object, in numbers."""
 
     planned: BoolProperty(description="The object has a plan")
-    stamp: StringProperty(description="Tells one plan from another")
-    signature: StringProperty(description="The mesh that was planned on, as a hash")
+    stamp: StringProperty(description="Digest of what it was made of")
+    origin: StringProperty(description="What it was made of, see data/plans.py")
     source: StringProperty(description="What was planned on: BASE or EVALUATED")
     poles: CollectionProperty(type=UMBILICS_PG_pole)
     active: IntProperty(update=_pole_chosen)
@@ -80,7 +142,7 @@ def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:
 
 def store(
     obj: bpy.types.Object,
-    signature: str,
+    made_of: Origin,
     poles: core.Poles,
     empties: list[bpy.types.Object],
     origins: list[str],
@@ -88,7 +150,8 @@ def store(
     """Put a plan into the object's table, in place of an earlier one."""
     plan = obj.umbilics_plan
     plan.planned = True
-    plan.stamp, plan.signature = uuid.uuid4().hex, signature
+    plan.origin = made_of.to_text()
+    plan.stamp = blake2b(plan.origin.encode(), digest_size=16).hexdigest()
     plan.closed = math.isfinite(poles.expected)
     plan.expected = int(poles.expected) if plan.closed else 0
     plan.poles.clear()
@@ -99,6 +162,31 @@ def store(
         item.valence = int(poles.valence[row])
         item.origin = origins[row]
         item.confidence = float(poles.confidence[row])
+
+
+def origin_of(obj: bpy.types.Object) -> Origin | None:
+    """What the object's plan was made of; None without one, or where it cannot be read."""
+    plan = obj.umbilics_plan
+    if not plan.planned:
+        return None
+    key = "plan", plan.origin
+    return caches.RECORDS.of(key, lambda: Origin.from_text(plan.origin))
+
+
+def changed_settings(group: UMBILICS_PG_guidance, made: Origin) -> list[str]:
+    """Labels of the settings that differ from those of a plan."""
+    try:
+        now = to_guidance_settings(group)
+    except core.InvalidSettingsError:
+        return []
+    changed = [
+        option.label
+        for name, option in core.options(core.GuidanceSettings).items()
+        if name not in _OF_LINES and getattr(now, name) != getattr(made.settings, name)
+    ]
+    if group.zone != made.zone:
+        changed.append(group.bl_rna.properties["zone"].name)
+    return changed
 
 
 def change_of(pole: UMBILICS_PG_pole) -> str:

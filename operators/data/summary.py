@@ -21,6 +21,8 @@ from .record import Record
 
 # A longer list would neither be read nor keep up with a slider.
 MOST_ITEMS = 1000
+# Of a row's number.
+_MOST_DIGITS = 12
 
 
 def _active_changed(self, context):
@@ -113,10 +115,11 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
         name="Fitted Radius",
         description="Median radius of the neighbourhoods that curvature was fitted over, in length",
     )
+    is_coarse: BoolProperty(description="The mesh is too coarse for the fits, see core.suitability")
+    is_hard: BoolProperty(description="Smooth parts of the surface meet at creases, see there")
     warnings: CollectionProperty(type=UMBILICS_PG_warning)
-    record: StringProperty(description="The detection itself, see operators/record.py")
-    stamp: StringProperty(description="Changes with every detection")
-    signature: StringProperty(description="Tells whether the mesh is still the one analysed")
+    record: StringProperty(description="The detection itself, see data/record.py")
+    stamp: StringProperty(description="Digest of the record, which tells it from all others")
     source: StringProperty(description="What was analysed: BASE or EVALUATED")
     scope: StringProperty(description="Which faces were: WHOLE, VISIBLE, SELECTED or GROUP")
     group: StringProperty(description="The vertex group of the scope GROUP")
@@ -195,8 +198,8 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
 
 
 def rows_of(text: str) -> list[int]:
-    """The rows in `pinned` or `deleted`."""
-    return [int(row) for row in text.split()]
+    """The rows in `pinned` or `deleted`; what is no row, in a damaged file, is passed over."""
+    return [int(row) for row in text.split() if row.isdecimal() and len(row) < _MOST_DIGITS]
 
 
 def text_of(rows: Iterable[int]) -> str:

@@ -1,7 +1,7 @@
 """One detection in three steps, so that it can block in background and run beside the window.
 
-`gather` reads the scene, `compute` and `found` touch arrays only (any thread may run them), `write`
-changes the scene, once, at the end.
+`gather` reads the scene, `compute` and `results_of` touch arrays only (any thread may run them),
+`write` changes the scene, once, at the end: all of it or nothing.
 """
 
 from __future__ import annotations
@@ -13,14 +13,17 @@ import bpy
 import numpy as np
 
 from ... import core
+from ..base import caches
 from ..base.errors import ObjectError
 from ..data import pins, record, summary
+from ..mesh import fingerprint
 from ..mesh.attributes import RESULTS, check_result_names, write_results
 from ..mesh.evaluated import is_in, outside, works_on
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh, unit_vectors
 from ..mesh.scope import WHOLE, Scope
 from ..scene import display_objects, empties, filters, guidance_objects, homes, maps, targets
 from ..scene.modes import object_mode
+from ..scene.transaction import Transaction, all_or_nothing
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,20 @@ class Inputs:
     evaluated: bool = False
     scope: Scope = WHOLE
     analysed: str = ""  # source and scope in words
+
+    def compute(self, progress: core.Progress | None = None) -> Results:
+        """The detection and all that `write` wants; any thread may run it."""
+        return results_of(self, compute(self, progress))
+
+
+@dataclass(frozen=True)
+class Results:
+    """A detection, and what of it goes to the mesh and into the file."""
+
+    detection: core.Detection
+    attributes: dict[str, np.ndarray]
+    record: record.RecordText
+    suitability: core.Suitability
 
 
 def gather(
@@ -62,10 +79,11 @@ def gather(
             # What a script did to the mesh is evaluated only when it is told of.
             obj.data.update_tag()
             bpy.context.view_layer.update()
+        parts = fingerprint.read_by(settings, all_methods)
         arrays = read_mesh(
             obj,
-            given_names if settings.curvature == "given" else None,
-            with_uv=(settings.method == "C" or all_methods) and settings.charts != "seams",
+            given_names if fingerprint.GIVEN in parts else None,
+            with_uv=fingerprint.UV in parts,
             depsgraph=depsgraph,
             scope=scope,
         )
@@ -76,24 +94,34 @@ def gather(
 def compute(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
     """The detection itself; NumPy arrays in and out, nothing of Blender is touched."""
     arrays = inputs.arrays
-    return core.detect(
+    detection = core.detect(
         arrays.vertices, arrays.triangles, inputs.settings, progress, **_extra(arrays)
     )
+    caches.DETECTIONS.put(content(inputs), detection)
+    return detection
 
 
-@dataclass(frozen=True)
-class Found:
-    """A detection, and what of it goes to the mesh and into the file."""
+def known_or_computed(inputs: Inputs, progress: core.Progress | None = None) -> core.Detection:
+    """As `compute`; the last detection is taken again if it was of the very same input.
 
-    detection: core.Detection
-    attributes: dict[str, np.ndarray]
-    packed: record.Packed
+    What a mesh keeps is not enough to go on from: its attributes are of single precision, and a
+    plan must be the same whether or not a detection came before it.
+    """
+    return caches.DETECTIONS.of(content(inputs), lambda: compute(inputs, progress))
 
 
-def found(inputs: Inputs, detection: core.Detection) -> Found:
+def content(inputs: Inputs) -> str:
+    """A digest of all that a detection reads, to the last digit."""
+    arrays = inputs.arrays
+    values = (arrays.vertices, arrays.triangles, arrays.seams, arrays.sharp, arrays.uv)
+    return fingerprint.digest(*values, *(arrays.given or ())) + repr(inputs.settings)
+
+
+def results_of(inputs: Inputs, detection: core.Detection) -> Results:
     """What `write` wants: packing takes seconds where umbilics are many, and any thread will do."""
     packed = record.pack(inputs.arrays, inputs.settings, detection)
-    return Found(detection, _attributes(detection, inputs.arrays), packed)
+    suitability = core.suitability(inputs.arrays.vertices, inputs.arrays.triangles, detection)
+    return Results(detection, _attributes(detection, inputs.arrays), packed, suitability)
 
 
 def compare(inputs: Inputs, progress: core.Progress | None = None) -> tuple[core.MethodResult, ...]:
@@ -113,7 +141,7 @@ def _extra(arrays: MeshArrays) -> dict:
     return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
 
 
-def write(context: bpy.types.Context, inputs: Inputs, outcome: Found) -> int:
+def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
     """Store attributes, empties and summary, in place of those of an earlier detection.
 
     Pins and deletions stay with their umbilics; how many have none any more is the answer.
@@ -128,44 +156,57 @@ def write(context: bpy.types.Context, inputs: Inputs, outcome: Found) -> int:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
     check_object(obj, inputs.evaluated)
     check_result_names(obj)
-    with object_mode(context, obj):
+    with object_mode(context, obj), all_or_nothing() as transaction:
         depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
         check_unchanged(obj, inputs.arrays, depsgraph)
-        home = homes.home_for(context, obj, depsgraph)
+        home = homes.home_for(context, obj, depsgraph, transaction)
         obj = home.owner
         was_shown = maps.is_shown_on(obj)
-        maps.hide(context, obj)
-        homes.leave(obj, RESULTS)
-        write_results(home.mesh, inputs.arrays, outcome.attributes)
-        before, chosen = record.of(obj), pins.rows(obj)
-        summary.forget(obj)
-        kept = obj.umbilics
-        kept.detected = True
-        kept.method = inputs.settings.method
-        kept.scope, kept.group = inputs.scope.kind, inputs.scope.group
-        kept.analysed = inputs.analysed
-        kept.signature = inputs.arrays.signature
-        record.store(obj, outcome.packed)
-        homes.settle(home)
-        lost = pins.carry_over(obj, chosen, before, outcome.packed.record)
-        filters.apply(context, obj, inputs.settings, fresh=True)
+        maps.hide(context, obj, transaction)
+        homes.leave(obj, RESULTS, homes.DETECTION, transaction, home.mesh)
+        transaction.keep_attributes(home.mesh, tuple(RESULTS))
+        write_results(home.mesh, inputs.arrays, results.attributes)
+        lost = _describe(obj, inputs, results, transaction)
+        homes.settle(home, homes.DETECTION, transaction)
+        filters.write(context, obj, inputs.settings, transaction, fresh=True)
         if was_shown:
-            maps.show(context, [obj])
+            maps.write(context, [obj], transaction)
     return lost
+
+
+def _describe(
+    obj: bpy.types.Object, inputs: Inputs, results: Results, transaction: Transaction
+) -> int:
+    """The record and what stands beside it; how many pins and deletions are lost."""
+    before, chosen = record.of(obj), pins.rows(obj)
+    transaction.keep_properties(obj, "umbilics")
+    summary.forget(obj)
+    kept = obj.umbilics
+    kept.detected = True
+    kept.method = inputs.settings.method
+    kept.scope, kept.group = inputs.scope.kind, inputs.scope.group
+    kept.analysed = inputs.analysed
+    suits = results.suitability
+    # Creases that were not fitted across smear nothing.
+    is_hard = suits.is_hard and inputs.settings.crease_angle > core.SHARP
+    kept.is_coarse, kept.is_hard = suits.is_coarse, is_hard
+    record.store(obj, results.record)
+    return pins.carry_over(obj, chosen, before, results.record.record)
 
 
 def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     """Remove everything a detection left on the object; says whether there was anything."""
     obj = homes.owner_of(obj)
-    with object_mode(context, obj):
-        maps.hide(context, obj)
-        values = homes.leave(obj, RESULTS)
-        emptied = empties.remove(obj)
-        guided = guidance_objects.remove_all(obj)
+    with object_mode(context, obj), all_or_nothing() as transaction:
+        maps.hide(context, obj, transaction)
+        values = homes.leave(obj, RESULTS, homes.DETECTION, transaction)
+        emptied = empties.remove(obj, transaction)
+        guided = guidance_objects.remove_all(obj, transaction)
+        transaction.keep_properties(obj, "umbilics")
         described = summary.forget(obj)
         stands_in = display_objects.is_ours(obj)
         if stands_in:
-            display_objects.remove(context, obj)
+            display_objects.remove(context, obj, transaction)
     return bool(values or emptied or described or guided or stands_in)
 
 

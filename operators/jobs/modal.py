@@ -1,12 +1,127 @@
-"""What the operators of the guidance share: background and window, progress, Esc, reports."""
+"""What all operators share whose work takes long: background and window, progress, Esc, reports.
+
+The protocol has three steps. An operator gathers from the scene (`jobs`), jobs compute (arrays
+only, see `worker.Job`), and the operator writes (`put`).
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import bpy
 
 from ... import core
 from ..scene.modes import finished
 from . import detect, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
+
+# A level of Blender's reports, and a sentence.
+Message = tuple[str, str]
+
+
+class BackgroundOperator:
+    """A mixin of operators that run beside the window, and straight through from a script."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    def jobs(
+        self, context: bpy.types.Context
+    ) -> tuple[Sequence[worker.Job], list[core.UmbilicsError]]:
+        """What to compute, and why some of what is wanted is left out; the scene is only read.
+
+        Raises
+        ------
+        core.UmbilicsError
+            There is nothing to compute.
+        """
+        raise NotImplementedError
+
+    def put(self, context: bpy.types.Context, job: worker.Job, found: Any) -> list[Message]:
+        """Write what a job has found; what to tell the user.
+
+        Raises
+        ------
+        core.UmbilicsError
+            It cannot be written; the scene is as it was.
+        """
+        raise NotImplementedError
+
+    def execute(self, context):
+        """Run straight through."""
+        try:
+            jobs, refused = self._gathered(context)
+        except core.UmbilicsError as error:
+            return self._fail([error])
+        return self._write(context, jobs, [worker.outcome_of(job) for job in jobs], refused)
+
+    def invoke(self, context, event):
+        """Run beside the window."""
+        try:
+            jobs, self._refused = self._gathered(context)
+        except core.UmbilicsError as error:
+            return self._fail([error])
+        if not jobs:
+            return self._fail(self._refused)
+        worker.begin(*jobs)
+        self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        task = worker.current()
+        if event.type == "ESC" and event.value == "PRESS":
+            task.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if not task.finished:
+            worker.show(context)
+            return {"PASS_THROUGH"}
+        self.cancel(context)
+        try:
+            outcomes = task.results()
+        except core.CancelledError:
+            self.report({"INFO"}, "Cancelled; nothing was changed.")
+            return {"CANCELLED"}
+        edited = context.mode == "EDIT_MESH"
+        return finished(self._write(context, task.jobs, outcomes, self._refused), edited)
+
+    def cancel(self, context):
+        """End the thread and take the progress away, also when a file is opened or closed."""
+        worker.end()
+        context.window_manager.event_timer_remove(self._timer)
+        worker.show(context)
+
+    def _gathered(self, context):
+        # The transforms of objects made or moved by a script are brought up to date only here.
+        context.view_layer.update()
+        return self.jobs(context)
+
+    def _write(self, context, jobs, outcomes, refused):
+        errors, written = list(refused), 0
+        for job, found in zip(jobs, outcomes, strict=True):
+            try:
+                if isinstance(found, core.UmbilicsError):
+                    raise found
+                messages = self.put(context, job, found)
+            except core.UmbilicsError as error:
+                errors.append(error)
+                continue
+            written += 1
+            name = f"{job.object_name}: " if len(jobs) + len(refused) > 1 else ""
+            for level, sentence in messages:
+                self.report({level}, f"{name}{sentence}")
+        if not written:
+            return self._fail(errors)
+        for error in errors:
+            self.report({"WARNING"}, str(error))
+        return {"FINISHED"}
+
+    def _fail(self, errors):
+        self.report({"ERROR"}, " ".join(str(error) for error in errors))
+        return {"CANCELLED"}
 
 
 class NeedsMesh:
@@ -23,64 +138,13 @@ class NeedsMesh:
         return not reason
 
 
-class GuidanceOperator(NeedsMesh):
-    """A mixin. Subclasses have `job(context)`, which gathers, and `put(context, job, found)`,
-    which writes and answers with a sentence for the user."""
+class GuidanceOperator(NeedsMesh, BackgroundOperator):
+    """A mixin of operators that make one thing of the active mesh: subclasses have
+    `job(context)` and, like `put`, `done(context, job, found)`, which answers with a sentence."""
 
-    bl_options = {"REGISTER", "UNDO"}
+    def jobs(self, context):
+        return [self.job(context)], []
 
-    def execute(self, context):
-        """Run straight through."""
-        try:
-            context.view_layer.update()
-            job = self.job(context)
-            return self._write(context, job, worker.outcome_of(job))
-        except core.UmbilicsError as error:
-            return self._fail(error)
-
-    def invoke(self, context, event):
-        """Run beside the window."""
-        try:
-            context.view_layer.update()
-            worker.begin(self.job(context))
-        except core.UmbilicsError as error:
-            return self._fail(error)
-        self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        run = worker.current()
-        if event.type == "ESC" and event.value == "PRESS":
-            run.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        if not run.finished:
-            worker.show(context)
-            return {"PASS_THROUGH"}
-        self.cancel(context)
-        edited = context.mode == "EDIT_MESH"
-        try:
-            return finished(self._write(context, run.jobs[0], run.results()[0]), edited)
-        except core.CancelledError:
-            self.report({"INFO"}, "Cancelled; nothing was changed.")
-            return {"CANCELLED"}
-        except core.UmbilicsError as error:
-            return self._fail(error)
-
-    def cancel(self, context):
-        """End the thread and take the progress away, also when a file is opened or closed."""
-        worker.end()
-        context.window_manager.event_timer_remove(self._timer)
-        worker.show(context)
-
-    def _write(self, context, job, found):
-        if isinstance(found, core.UmbilicsError):
-            raise found
-        self.report({"INFO"}, self.put(context, job, found))
-        return {"FINISHED"}
-
-    def _fail(self, error):
-        self.report({"ERROR"}, str(error))
-        return {"CANCELLED"}
+    def put(self, context, job, found):
+        sentence = self.done(context, job, found)
+        return [("INFO", sentence), *(("WARNING", text) for text in job.notes)]

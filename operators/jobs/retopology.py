@@ -1,12 +1,13 @@
-"""Guidance in three steps, like a detection in `engine`: gather, compute, write.
+"""Guidance in three steps, like a detection in `detect`: gather, compute, write.
 
-The detection that it builds on is computed again where it is not at hand; the umbilics that the
-user keeps, by filters, pins and deletions, are taken from the object's record.
+The detection that it builds on is the object's as it is now: the last one is taken again where it
+was of the very same input, else it is made anew. The umbilics that the user keeps, by filters,
+pins and deletions, are taken from the object's record, and found again by their places if the
+record is of something older.
 """
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,17 +18,48 @@ import bpy
 import numpy as np
 
 from ... import core
+from ..base import caches
 from ..base.errors import ObjectError
-from ..data import plans, properties, reading, record, summary
+from ..data import pins, plans, properties, reading, record
+from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
 from ..mesh.read import check_unchanged, current_mesh, edge_vertices
 from ..mesh.scope import Scope, in_vertex_group
 from ..scene import display_objects, filters, guidance_objects, homes, targets
 from ..scene.modes import object_mode
+from ..scene.transaction import Transaction, all_or_nothing
 from . import detect
 
-# The last mesh that was prepared, with its key: the steps of one plan follow each other.
-_latest: tuple[tuple, core.Guide] | None = None
+
+@dataclass(frozen=True)
+class Choice:
+    """The umbilics that the user keeps.
+
+    Attributes
+    ----------
+    record:
+        Of the detection that the user chose among.
+    filters:
+        What its results went through.
+    by_hand:
+        Rows pinned and rows deleted.
+    """
+
+    record: record.Record
+    filters: core.Settings
+    by_hand: tuple[list[int], list[int]]
+
+    def rows_in(self, inputs: detect.Inputs, detection: core.Detection) -> np.ndarray:
+        """(k,) rows of the candidates of a detection that are kept."""
+        after = record.of_detection(inputs.arrays, inputs.settings, detection)
+        candidates = [one.detection.candidates for one in (self.record, after)]
+        triangles, places = (
+            [getattr(one, name) for one in candidates] for name in ("triangle", "barycentric")
+        )
+        by_hand = self.by_hand
+        if not (np.array_equal(*triangles) and np.array_equal(*places, equal_nan=True)):
+            by_hand, _ = pins.counterparts(by_hand, self.record, after)
+        return core.kept_rows(detection, self.filters, *by_hand)
 
 
 @dataclass(frozen=True)
@@ -40,25 +72,26 @@ class Job:
         The mesh and the settings of the detection.
     settings:
         Those of the guidance.
-    kept:
-        Rows of the candidates that the user keeps, or None for what the filters keep.
-    candidates:
-        How many candidates the record has, to know that the rows mean the same.
-    zone:
-        Vertices where no pole is wanted, or None.
+    choice:
+        The umbilics that the user keeps, or None for what the detection's own filters keep.
+    zone, zone_name:
+        Vertices where no pole is wanted, or None; and the vertex group that they come from.
     edges:
         (e, 2) vertices of the mesh's edges, if they are wanted.
     work:
         What is to be made of a `core.Guide`; touches arrays only.
+    notes:
+        Sentences for the user, beside what comes of it.
     """
 
     inputs: detect.Inputs
     settings: core.GuidanceSettings
-    kept: np.ndarray | None
-    candidates: int
+    choice: Choice | None
     zone: np.ndarray | None
+    zone_name: str
     edges: np.ndarray | None
     work: Callable[[Job, core.Guide, core.Progress], Any] = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     @property
     def object_name(self) -> str:
@@ -67,8 +100,33 @@ class Job:
     def compute(self, progress: core.Progress | None = None) -> Any:
         """The work; any thread may run it."""
         progress = progress or core.Progress()
-        guide = _prepared(self, progress.part("Detecting", 0.0, 0.5))
+        guide = self._prepared(progress.part("Detecting", 0.0, 0.5))
         return self.work(self, guide, progress.part("Planning", 0.5, 1.0))
+
+    def origin(self, umbilics: core.Umbilics) -> plans.Origin:
+        """What a plan from these umbilics is made of."""
+        arrays = self.inputs.arrays
+        read = arrays.fingerprint
+        return plans.Origin(
+            fingerprint=read.plus(fingerprint.ZONE, self.zone) if self.zone_name else read,
+            detecting=self.inputs.settings,
+            given_names=arrays.given_names,
+            scope=self.inputs.scope,
+            settings=self.settings,
+            zone=self.zone_name,
+            kept=filters.digest_of(umbilics),
+        )
+
+    def _prepared(self, progress: core.Progress) -> core.Guide:
+        """The mesh with its detection and the umbilics that are kept; that of the step before if
+        it is the very same."""
+        arrays = self.inputs.arrays
+        detection = detect.known_or_computed(self.inputs, progress)
+        rows = None if self.choice is None else self.choice.rows_in(self.inputs, detection)
+        return caches.GUIDES.of(
+            (detect.content(self.inputs), None if rows is None else rows.tobytes()),
+            lambda: core.Guide(arrays.vertices, arrays.triangles, detection, rows),
+        )
 
 
 def gather(
@@ -86,42 +144,45 @@ def gather(
     """
     scene = context.scene
     settings = plans.to_guidance_settings(scene.umbilics_guidance)
-    known = record.of(obj)
-    kept = None
+    known, choice = record.of(obj), None
     if known is not None:
-        detecting = core.Settings(**known.settings)
-        by_hand = (summary.rows_of(obj.umbilics.pinned), summary.rows_of(obj.umbilics.deleted))
-        kept = core.kept_rows(known.detection, filters.used_filters(obj), *by_hand)
+        detecting, names = known.settings, known.given_names
+        choice = Choice(known, filters.used_filters(obj), pins.rows(obj))
     else:
         detecting = properties.to_settings(scene.umbilics)
+        names = properties.given_names(scene.umbilics)
     obj, evaluated, scope = _to_read(scene, obj)
     detect.check_object(obj, evaluated)
     for layouts in (guidance_objects.ATTRIBUTES, guidance_objects.MARKS):
         check_result_names(obj, layouts)
     depsgraph = context.evaluated_depsgraph_get() if evaluated else None
-    names = properties.given_names(scene.umbilics)
     inputs = detect.gather(obj, detecting, names, depsgraph=depsgraph, scope=scope)
+    zone_name = scene.umbilics_guidance.zone
     edges = zone = None
     with object_mode(context, obj, push=False), current_mesh(obj, depsgraph) as mesh:
         if with_edges:
             _check_marks(obj, mesh)
             edges = edge_vertices(mesh)
-        if scene.umbilics_guidance.zone:
-            zone = in_vertex_group(obj, mesh, scene.umbilics_guidance.zone)
-    return Job(
-        inputs=inputs,
-        settings=settings,
-        kept=kept,
-        candidates=-1 if known is None else len(known.detection.candidates),
-        zone=zone,
-        edges=edges,
-        work=work,
+        if zone_name:
+            zone = in_vertex_group(obj, mesh, zone_name)
+    notes = () if known is None else _outdated(known, inputs)
+    return Job(inputs, settings, choice, zone, zone_name, edges, work, notes)
+
+
+def _outdated(known: record.Record, inputs: detect.Inputs) -> tuple[str, ...]:
+    """A sentence if the umbilics that are shown are of something older than what was read."""
+    parts = fingerprint.read_by(known.settings)
+    changed = known.fingerprint.changed(inputs.arrays.fingerprint, parts)
+    if not changed:
+        return ()
+    what = " ".join(fingerprint.WORDS[part] for part in changed)
+    return (
+        f"The umbilics that are shown are out of date. {what} This was made from the mesh as it "
+        "is now; detect again to see its umbilics.",
     )
 
 
-def _to_read(
-    scene: bpy.types.Scene, obj: bpy.types.Object
-) -> tuple[bpy.types.Object, bool, Scope]:
+def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.Object, bool, Scope]:
     """The object, form and part that the object's detection was made of, else the scene's."""
     if obj.umbilics.detected:
         kept = obj.umbilics
@@ -142,8 +203,9 @@ def _check_marks(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
 
 
 @contextmanager
-def written(context: bpy.types.Context, job: Job) -> Iterator[bpy.types.Object]:
-    """The object that keeps the results, out of Edit Mode, if what was read is still the same.
+def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Object, Transaction]]:
+    """The object that keeps the results, out of Edit Mode, if what was read is still the same;
+    what is written within the block is written as a whole or not at all.
 
     Raises
     ------
@@ -154,21 +216,24 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[bpy.types.Object]:
     if obj is None:
         raise ObjectError(f"{job.object_name} is no longer there. Try again.")
     detect.check_object(obj, job.inputs.evaluated)
-    with object_mode(context, obj):
+    with object_mode(context, obj), all_or_nothing() as transaction:
         depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
         check_unchanged(obj, job.inputs.arrays, depsgraph)
         if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
-            homes.home_for(context, obj, depsgraph)
-        yield homes.owner_of(obj)
+            homes.home_for(context, obj, depsgraph, transaction)
+        yield homes.owner_of(obj), transaction
 
 
-def home_of_plan(context: bpy.types.Context, job: Job) -> homes.Home:
+def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:
     """Where a plan goes, within the block of `written`."""
     depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
-    return homes.home_for(context, targets.named(job.object_name), depsgraph, homes.PLAN)
+    obj = targets.named(job.object_name)
+    return homes.home_for(context, obj, depsgraph, transaction, homes.PLAN)
 
 
-def plan(job: Job, guide: core.Guide, progress: core.Progress) -> tuple:
+def plan(
+    job: Job, guide: core.Guide, progress: core.Progress
+) -> tuple[core.Guidance, core.Umbilics]:
     """Cross field and poles, and the umbilics they come from."""
     guidance = guide.guidance(job.settings, progress, sharp=job.inputs.arrays.sharp, zone=job.zone)
     return guidance, guide.detection.umbilics
@@ -207,49 +272,20 @@ def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
     return work
 
 
-def exported(stem: Path, kinds: list[str]) -> Callable[..., list[Path]]:
-    """Work that writes files of the given kinds, named after `stem`; their paths."""
+def exported(stem: Path, kinds: list[str]) -> Callable[..., core.Written]:
+    """Work that writes files of the given kinds, named after `stem`."""
 
-    def work(job: Job, guide: core.Guide, progress: core.Progress) -> list[Path]:
-        guidance, _ = plan(job, guide, progress.part("Planning", 0.0, 0.4))
+    def work(job: Job, guide: core.Guide, progress: core.Progress) -> core.Written:
         arrays = job.inputs.arrays
-        data = core.Exported(
-            arrays.vertices,
-            arrays.triangles,
+        return core.export_guidance(
+            stem,
+            kinds,
             guide,
-            guidance,
-            lines(job, guide, progress.part("Lines", 0.4, 0.7)) if "lines" in kinds else None,
-            separatrices(job, guide, progress.part("Separatrices", 0.7, 0.8))
-            if "separatrices" in kinds
-            else None,
+            job.settings,
+            mesh=(arrays.vertices, arrays.triangles),
+            sharp=arrays.sharp,
+            zone=job.zone,
+            progress=progress,
         )
-        part = progress.part("Writing files", 0.8, 1.0)
-        return core.write_guidance(stem, kinds, data, progress=part)
 
     return work
-
-
-def _prepared(job: Job, progress: core.Progress) -> core.Guide:
-    """The mesh with its detection; that of the step before if it is still the same."""
-    global _latest
-    arrays = job.inputs.arrays
-    key = (
-        job.object_name,
-        arrays.signature,
-        repr(job.inputs.settings),
-        arrays.matrix.tobytes(),
-        zlib.crc32(arrays.loop_triangle),
-    )
-    if _latest is None or _latest[0] != key:
-        detection = detect.compute(job.inputs, progress)
-        _latest = key, core.Guide(arrays.vertices, arrays.triangles, detection)
-    guide = _latest[1]
-    if job.kept is not None and job.candidates == len(guide.detection.candidates):
-        guide.keep(job.kept)
-    return guide
-
-
-def forget() -> None:
-    """Let go of the mesh that was prepared last."""
-    global _latest
-    _latest = None

@@ -1,25 +1,41 @@
-"""The detection that runs beside the window, in a thread that touches arrays only."""
+"""The task that runs beside the window, in a thread that touches arrays only."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Sequence
+from typing import Any, Protocol
 
 import bpy
 
 from ... import core
-from . import detect
 
 # Seconds between two looks of the user's at the progress.
 PACE = 0.25
 
-_current: Run | None = None
-_shown: tuple[str | None, float] = (None, 0.0)
+_current: BackgroundTask | None = None
 
 
-class Run:
-    """Detections on one or more meshes in a worker thread, which `results` joins.
+class Job(Protocol):
+    """What was gathered from the scene, to be computed; an operator writes what comes of it."""
+
+    @property
+    def object_name(self) -> str:
+        """Of the object that it is about, for the user."""
+
+    def compute(self, progress: core.Progress | None = None) -> Any:
+        """The work: arrays in and out, so that any thread may run it.
+
+        Raises
+        ------
+        core.UmbilicsError
+            It cannot be done; the text says why.
+        """
+
+
+class BackgroundTask:
+    """Jobs that are computed one after the other in a worker thread, which `results` joins.
 
     Attributes
     ----------
@@ -27,15 +43,16 @@ class Run:
         How much is done, 0 to 1, and what is being done, for the user.
     """
 
-    def __init__(self, jobs: Sequence[detect.Inputs]) -> None:
+    def __init__(self, jobs: Sequence[Job]) -> None:
         self.jobs = jobs
         self.fraction = 0.0
         self.stage = "Starting"
         self._stop = threading.Event()
         self._name = ""
-        self._outcomes: list[detect.Found | core.UmbilicsError] = []
+        self._outcomes: list[Any] = []
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._work, name="umbilics")
+        self._shown = "", 0.0
 
     def start(self) -> None:
         self._thread.start()
@@ -56,8 +73,8 @@ class Run:
     def join(self) -> None:
         self._thread.join()
 
-    def results(self) -> list[detect.Found | core.UmbilicsError]:
-        """Wait for the worker; for each job its detection, or why there is none.
+    def results(self) -> list[Any]:
+        """Wait for the worker; for each job what `outcome_of` says.
 
         Raises
         ------
@@ -70,6 +87,15 @@ class Run:
         if self._error is not None:
             raise self._error
         return self._outcomes
+
+    def news(self) -> str:
+        """What the status bar should say; nothing if that is what it said just now."""
+        text = f"Umbilics: {self.stage} ({self.fraction:.0%})     Esc: Cancel"
+        now = time.monotonic()
+        if text == self._shown[0] or now - self._shown[1] < PACE:
+            return ""
+        self._shown = text, now
+        return text
 
     def _work(self) -> None:
         progress = core.Progress(self._report, self._stop.is_set)
@@ -89,35 +115,34 @@ class Run:
             self.stage = f"{self._name}{stage}" if stage else self.stage
 
 
-def outcome_of(
-    job: detect.Inputs, progress: core.Progress | None = None
-) -> detect.Found | core.UmbilicsError:
-    """What the job has found, or why there is none; `CancelledError` is raised."""
+def outcome_of(job: Job, progress: core.Progress | None = None) -> Any:
+    """What the job has found, or the `UmbilicsError` that says why there is nothing.
+
+    `CancelledError` is raised.
+    """
     try:
-        if hasattr(job, "compute"):
-            return job.compute(progress)
-        return detect.found(job, detect.compute(job, progress))
+        return job.compute(progress)
     except core.CancelledError:
         raise
     except core.UmbilicsError as error:
         return error
 
 
-def current() -> Run | None:
-    """The detection that is running, if there is one."""
+def current() -> BackgroundTask | None:
+    """The task that is running, if there is one."""
     return _current
 
 
-def begin(*jobs: detect.Inputs) -> Run:
-    """Start detections beside the window, one after the other; there is one run at a time."""
+def begin(*jobs: Job) -> BackgroundTask:
+    """Start jobs beside the window, one after the other; there is one task at a time."""
     global _current
-    _current = Run(jobs)
+    _current = BackgroundTask(jobs)
     _current.start()
     return _current
 
 
 def end() -> None:
-    """Stop the running detection, if there is one, and wait until its thread is gone."""
+    """Stop the running task, if there is one, and wait until its thread is gone."""
     global _current
     if _current is None:
         return
@@ -128,19 +153,14 @@ def end() -> None:
 
 
 def show(context: bpy.types.Context) -> None:
-    """Progress in the status bar and in the panels; without a detection, take it away.
+    """Progress in the status bar and in the panels; without a task, take it away.
 
     Nothing is drawn again unless the text is another one: a sidebar that overlaps its view has
     the whole view drawn with it.
     """
-    global _shown
-    text = None
-    if _current is not None:
-        text = f"Umbilics: {_current.stage} ({_current.fraction:.0%})     Esc: Cancel"
-    now = time.monotonic()
-    if text is not None and (text == _shown[0] or now - _shown[1] < PACE):
+    text = None if _current is None else _current.news()
+    if text == "":
         return
-    _shown = (text, now)
     context.workspace.status_text_set(text)
     for window in context.window_manager.windows:
         for area in window.screen.areas:

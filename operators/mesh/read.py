@@ -11,10 +11,12 @@ import bpy
 import numpy as np
 
 from ..base.errors import AttributeNameError, ChangedMeshError, ObjectError
+from . import fingerprint
+from .edge_marks import marked_edges
 from .evaluated import evaluated_mesh
 from .fetch import DOMAIN_LABEL, LAYOUT, fetch, unit_vectors
-from .fingerprint import mesh_signature
-from .scope import WHOLE, Scope, faces_in
+from .fingerprint import Fingerprint
+from .scope import WHOLE, Scope, faces_in, in_vertex_group
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,12 @@ class MeshArrays:
         (m, 3, 2) float64 active UV map at the triangles' corners, or None.
     given:
         Curvatures k1, k2 (n,) and world directions d1, d2 (n, 3), float64, or None.
-    signature:
-        Of the mesh as it was read, see `signature`.
+    fingerprint:
+        Of all that was read, as it was then.
+    given_names:
+        Names of the attributes behind `given`.
+    scope:
+        Which part of the object it is.
     """
 
     vertices: np.ndarray
@@ -56,7 +62,9 @@ class MeshArrays:
     sharp: np.ndarray
     uv: np.ndarray | None
     given: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None
-    signature: str = ""
+    fingerprint: Fingerprint
+    given_names: tuple[str, ...] = ()
+    scope: Scope = WHOLE
 
 
 def read_mesh(
@@ -97,11 +105,13 @@ def read_mesh(
         if wanted is not None:
             rows = rows[wanted[polygon]]
             triangles, loops, polygon = triangles[rows], loops[rows], polygon[rows]
-        seams, sharp = _marked_edges(mesh)
+        seams, sharp = marked_edges(mesh)
         uv = _active_uv(obj, mesh, loops) if with_uv else None
         given = _given(obj, mesh, matrix, given_names) if given_names else None
         polygon_count = len(mesh.polygons)
-        fingerprint = mesh_signature(mesh)
+        read = fingerprint.of_mesh(mesh, matrix, with_uv, given_names or ())
+        if wanted is not None:
+            read = read.plus(fingerprint.SCOPE, wanted)
     if determinant < 0.0:
         triangles = np.ascontiguousarray(triangles[:, (0, 2, 1)])
         uv = None if uv is None else np.ascontiguousarray(uv[:, (0, 2, 1)])
@@ -116,18 +126,45 @@ def read_mesh(
         sharp=sharp,
         uv=uv,
         given=given,
-        signature=fingerprint,
+        fingerprint=read,
+        given_names=tuple(given_names or ()),
+        scope=scope,
     )
 
 
 def check_unchanged(
     obj: bpy.types.Object, arrays: MeshArrays, depsgraph: bpy.types.Depsgraph | None = None
 ) -> None:
-    """Raise `ChangedMeshError` if the object's mesh is no longer the one that was read."""
+    """Raise `ChangedMeshError` if something that was read of the object is no longer the same."""
     with current_mesh(obj, depsgraph) as mesh:
-        same = mesh_signature(mesh) == arrays.signature
-    if not same:
-        raise ChangedMeshError(f"{obj.name} was changed while it was being analysed. Detect again.")
+        now = fingerprint_of(obj, mesh, arrays.uv is not None, arrays.given_names, arrays.scope)
+    changed = arrays.fingerprint.changed(now, (*now.digests, fingerprint.SCALE))
+    if changed:
+        what = " ".join(fingerprint.WORDS[part] for part in changed)
+        raise ChangedMeshError(
+            f"{obj.name} was changed while it was being analysed. {what} Detect again."
+        )
+
+
+def fingerprint_of(
+    obj: bpy.types.Object,
+    mesh: bpy.types.Mesh,
+    with_uv: bool,
+    given_names: tuple[str, ...],
+    scope: Scope,
+    zone: str = "",
+) -> Fingerprint:
+    """Of what would be read of an object now, whose mesh is `mesh`; `zone` names a vertex group."""
+    found = fingerprint.of_mesh(mesh, np.array(obj.matrix_world), with_uv, given_names)
+    try:
+        wanted = faces_in(obj, mesh, scope)
+    except ObjectError:
+        wanted = np.zeros(0, bool)
+    if wanted is not None:
+        found = found.plus(fingerprint.SCOPE, wanted)
+    if zone:
+        found = found.plus(fingerprint.ZONE, in_vertex_group(obj, mesh, zone))
+    return found
 
 
 @contextmanager
@@ -190,23 +227,6 @@ def _triangles(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray
     loops = fetch(mesh.loop_triangles, "loops", 3, np.int32)
     polygon = fetch(mesh.loop_triangle_polygons, "value", 1, np.int32)
     return corners[loops], loops, polygon
-
-
-def _marked_edges(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """(s, 2) vertices of the edges marked as seams, and of those marked sharp."""
-    # Up to Blender 4 the seams' name began with a dot.
-    return _edges_with(mesh, ("uv_seam", ".uv_seam")), _edges_with(mesh, ("sharp_edge",))
-
-
-def _edges_with(mesh: bpy.types.Mesh, names: tuple[str, ...]) -> np.ndarray:
-    """(s, 2) vertices of the edges at which the attribute is true that has one of these names."""
-    found = next((mesh.attributes[name] for name in names if name in mesh.attributes), None)
-    if found is None:
-        return np.empty((0, 2), dtype=np.int32)
-    edges = np.flatnonzero(fetch(found.data, "value", 1, bool))
-    if not len(edges):
-        return np.empty((0, 2), dtype=np.int32)
-    return fetch(mesh.edges, "vertices", 2, np.int32)[edges]
 
 
 def _active_uv(obj: bpy.types.Object, mesh: bpy.types.Mesh, loops: np.ndarray) -> np.ndarray:

@@ -69,9 +69,7 @@ def faces_in(obj: bpy.types.Object, mesh: bpy.types.Mesh, scope: Scope) -> np.nd
     return found
 
 
-def in_vertex_group(
-    obj: bpy.types.Object, mesh: bpy.types.Mesh, name: str
-) -> np.ndarray | None:
+def in_vertex_group(obj: bpy.types.Object, mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
     """(n,) bool vertices that weigh more than a half in a group; None without the group."""
     group = obj.vertex_groups.get(name) if name else None
     if group is None:

@@ -12,8 +12,9 @@ from __future__ import annotations
 import bpy
 
 from ..mesh.fingerprint import mesh_signature
-from .empties import local_views
+from .empties import OWNER_TAG, local_views
 from .targets import is_local
+from .transaction import Transaction
 
 TAG = "umbilics_display"
 _LIFT = "Umbilics Lift"
@@ -39,7 +40,11 @@ def display_of(source: bpy.types.Object) -> bpy.types.Object | None:
 
 
 def place(
-    context: bpy.types.Context, source: bpy.types.Object, mesh: bpy.types.Mesh, lifted: bool
+    context: bpy.types.Context,
+    source: bpy.types.Object,
+    mesh: bpy.types.Mesh,
+    lifted: bool,
+    transaction: Transaction,
 ) -> bpy.types.Object:
     """An object of ours with this mesh where `source` is, in place of an earlier one.
 
@@ -48,35 +53,49 @@ def place(
     display = display_of(source)
     if display is None:
         display = bpy.data.objects.new(f"Umbilics of {source.name}", mesh)
+        transaction.made(display)
         for collection in _collections(context, source):
             collection.objects.link(display)
         display.parent = source
+        display[OWNER_TAG] = source.name_full
         display.hide_render = True
         for view in local_views(context, source):
             display.local_view_set(view, True)
-    old, display.data = display.data, mesh
+    else:
+        was_lifted = _LIFT in display.modifiers
+        transaction.keep_custom(display, (TAG,))
+        transaction.on_failure(_dress, display, source, display.data, was_lifted)
+    old = display.data
+    _dress(display, source, mesh, lifted)
     if old != mesh and not old.users:
-        bpy.data.meshes.remove(old)
+        transaction.discard([old])
+    display[TAG] = _state(display)
+    return display
+
+
+def _dress(
+    display: bpy.types.Object, source: bpy.types.Object, mesh: bpy.types.Mesh, lifted: bool
+) -> None:
+    display.data = mesh
     display.hide_select = lifted
     display.modifiers.clear()
     if lifted:
         lift = display.modifiers.new(_LIFT, "DISPLACE")
         lift.mid_level = 0.0
         lift.strength = _HEIGHT * max(source.dimensions) / _scale(source)
-    display[TAG] = _state(display)
-    return display
 
 
-def remove(context: bpy.types.Context, display: bpy.types.Object) -> None:
-    """Remove one of ours, and its mesh where nothing else uses it."""
+def remove(context: bpy.types.Context, display: bpy.types.Object, transaction: Transaction) -> None:
+    """Have one of ours go, and its mesh where nothing else uses it."""
     source, mesh, objects = display.parent, display.data, context.view_layer.objects
-    was_active = objects.active == display
-    bpy.data.objects.remove(display)
-    if not mesh.users:
-        bpy.data.meshes.remove(mesh)
-    if was_active and source is not None and source.name in objects:
+    if objects.active == display and source is not None and source.name in objects:
+        transaction.on_failure(setattr, objects, "active", display)
+        transaction.on_failure(source.select_set, source.select_get())
         source.select_set(True)
         objects.active = source
+    transaction.discard([display])
+    if mesh.users == 1:
+        transaction.discard([mesh])
 
 
 def _state(obj: bpy.types.Object) -> dict:

@@ -16,9 +16,12 @@ umbilics_barycentric  weights of those vertices
 umbilics_persistence  gap at which it cancels with its partner, in 1 / world length;
                       3.4e38, the largest float, where topology keeps it; -1 where unknown
 umbilics_row          row among all candidates of the detection
+umbilics_of           full name of the object, then
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import bpy
 import numpy as np
@@ -28,10 +31,13 @@ from ... import core
 from ..data.preferences import Appearance
 from ..data.record import Record
 from ..drawing.frames import frames_of
-from .glyph_images import UNIT, image_of, remove_unused
+from .glyph_images import UNIT, image_of, unused_without
+from .transaction import Transaction, all_or_nothing, empty_without
 
 COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
+# Also on other objects that belong to one: by it they are known when that is gone.
+OWNER_TAG = "umbilics_of"
 PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
 # Size of the cross under a glyph of the overlay, in sizes of the glyph.
@@ -53,24 +59,51 @@ def empties_of(obj: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def replace(
-    context: bpy.types.Context, obj: bpy.types.Object, record: Record, rows: np.ndarray
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    record: Record,
+    rows: np.ndarray,
+    transaction: Transaction,
 ) -> None:
     """Put an empty at each of the candidates `rows` (k,), in place of earlier ones."""
-    collection = collection_of(obj)
-    _remove(empties_of(obj))
-    _add(context, obj, collection, record, rows)
+    _exchange(context, obj, record, rows, empties_of(obj), transaction)
 
 
 def update(
-    context: bpy.types.Context, obj: bpy.types.Object, record: Record, rows: np.ndarray
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    record: Record,
+    rows: np.ndarray,
+    transaction: Transaction,
 ) -> None:
     """As `replace`, for the same detection: empties that stay are left as they are."""
-    collection = collection_of(obj)
     wanted = set(rows.tolist())
     present = {empty.get("umbilics_row", -1): empty for empty in empties_of(obj)}
-    _remove([empty for row, empty in present.items() if row not in wanted])
-    missing = wanted - present.keys()
-    _add(context, obj, collection, record, np.array(sorted(missing), dtype=int))
+    unwanted = [empty for row, empty in present.items() if row not in wanted]
+    missing = np.array(sorted(wanted - present.keys()), dtype=int)
+    _exchange(context, obj, record, missing, unwanted, transaction)
+
+
+def _exchange(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    record: Record,
+    rows: np.ndarray,
+    unwanted: list[bpy.types.Object],
+    transaction: Transaction,
+) -> None:
+    """Empties at the candidates `rows` (k,) instead of those unwanted."""
+    collection = collection_of(obj)
+    transaction.discard(unwanted)
+    if len(rows):
+        _add(context, obj, collection, record, rows, transaction)
+    _sweep([collection] if collection is not None else [], transaction)
+
+
+def _sweep(collections: list[bpy.types.Collection], transaction: Transaction) -> None:
+    """Have our collections and images go with the last that is in them or shows them."""
+    transaction.sweep(partial(empty_without, collections))
+    transaction.sweep(unused_without)
 
 
 def _add(
@@ -79,28 +112,28 @@ def _add(
     collection: bpy.types.Collection | None,
     record: Record,
     rows: np.ndarray,
+    transaction: Transaction,
 ) -> None:
-    if not len(rows):
-        _remove_unused(collection)
-        return
     if collection is None:
-        collection = bpy.data.collections.new(f"Umbilics of {obj.name}")
+        collection = transaction.made(bpy.data.collections.new(f"Umbilics of {obj.name}"))
         collection[COLLECTION_TAG] = True
     root = context.scene.collection
     if collection not in root.children_recursive:
         root.children.link(collection)
+        transaction.on_failure(root.children.unlink, collection)
     look = Appearance(context)
     umbilics = record.detection.candidates.select(rows)
     size = np.maximum(look.empty_size * record.edge[rows], look.smallest_empty * record.extent)
     frames = frames_of(umbilics)
-    images = {kind: image_of(kind) for kind in set(umbilics.kind.tolist())}
+    is_overlaid = _is_overlaid(context)
+    shown = set() if is_overlaid else set(umbilics.kind.tolist())
+    images = {kind: image_of(kind, transaction) for kind in shown}
     to_object = Matrix(record.matrix).inverted()
     views = local_views(context, obj)
-    is_overlaid = _is_overlaid(context)
     for place, row in enumerate(rows.tolist()):
         kind = str(umbilics.kind[place])
-        empty = bpy.data.objects.new(kind.capitalize(), None)
-        _dress(empty, images[kind], float(size[place]), look.colours[kind], is_overlaid)
+        empty = transaction.made(bpy.data.objects.new(kind.capitalize(), None))
+        _dress(empty, images.get(kind), float(size[place]), look.colours[kind])
         empty.parent = obj
         # The inverse undoes a non-uniform scale, which would shear the empty.
         empty.matrix_parent_inverse = to_object
@@ -108,6 +141,7 @@ def _add(
         for name, value in _properties(umbilics, record.corners[row], place).items():
             empty[f"umbilics_{name}"] = value
         empty["umbilics_row"] = row
+        empty[OWNER_TAG] = obj.name_full
         collection.objects.link(empty)
         for view in views:
             empty.local_view_set(view, True)
@@ -125,35 +159,28 @@ def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
     ]
 
 
-def remove(obj: bpy.types.Object) -> bool:
-    """Remove the object's empties and their collection; says whether there was anything.
+def remove(obj: bpy.types.Object, transaction: Transaction) -> bool:
+    """Have the object's empties and their collection go; says whether there was anything.
 
     What the user has put into the collection stays, and then the collection stays too.
     """
     collection = collection_of(obj)
     empties = empties_of(obj)
-    _remove(empties)
-    _remove_unused(collection)
+    transaction.discard(empties)
+    _sweep([collection] if collection is not None else [], transaction)
     return bool(empties)
-
-
-def _remove(empties: list[bpy.types.Object]) -> None:
-    bpy.data.batch_remove(empties)
-
-
-def _remove_unused(collection: bpy.types.Collection | None) -> None:
-    if collection is not None and not collection.objects and not collection.children:
-        bpy.data.collections.remove(collection)
-    remove_unused()
 
 
 def dress_all(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     """Let the object's empties show the glyphs, or leave that to the overlay."""
     drawn = _is_overlaid(context)
-    for empty in empties_of(obj):
-        if drawn == (empty.empty_display_type == "IMAGE"):
-            size = empty.empty_display_size * (2.0 * UNIT if drawn else 1.0 / _CROSS)
-            _dress(empty, image_of(empty[EMPTY_TAG]), size, tuple(empty.color), drawn)
+    with all_or_nothing() as transaction:
+        for empty in empties_of(obj):
+            if drawn == (empty.empty_display_type == "IMAGE") and empty[EMPTY_TAG] in core.KINDS:
+                size = empty.empty_display_size * (2.0 * UNIT if drawn else 1.0 / _CROSS)
+                image = None if drawn else image_of(empty[EMPTY_TAG], transaction)
+                _dress(empty, image, size, tuple(empty.color))
+        transaction.sweep(unused_without)
 
 
 def _is_overlaid(context: bpy.types.Context) -> bool:
@@ -165,17 +192,16 @@ def _is_overlaid(context: bpy.types.Context) -> bool:
 
 def _dress(
     empty: bpy.types.Object,
-    image: bpy.types.Image,
+    image: bpy.types.Image | None,
     size: float,
     colour: tuple[float, ...],
-    is_overlaid: bool,
 ) -> None:
     """Let the empty show its glyph on the surface, from outside and in front of the mesh.
 
-    Under the overlay's glyph it is a small cross, for images have frames.
+    Without an image it is a small cross, under the overlay's glyph: images have frames.
     """
     empty.color = colour
-    if is_overlaid:
+    if image is None:
         empty.data = None
         empty.empty_display_type = "PLAIN_AXES"
         empty.empty_display_size = _CROSS * size

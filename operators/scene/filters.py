@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import time
-
 import bpy
 import numpy as np
 
 from ... import core
-from ..base import changes
-from ..data import pins, record, summary
+from ..base import caches, changes
+from ..data import clicks, pins, record, summary
 from ..data.preferences import Appearance
+from ..mesh.fingerprint import digest
 from . import empties, framing, targets
+from .transaction import Transaction, all_or_nothing
 
 AUTOMATIC = -1.0
-# Object, row and time of the last click in the list, to know a double click by.
-_clicked = ("", -1, 0.0)
-# Rows that were found, by the detection's stamp and the filters: every redraw of a view asks.
-_found: dict[tuple, np.ndarray] = {}
-_MOST = 16
 
 
 def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -49,6 +44,25 @@ def left_out_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
     return np.setdiff1d(everything, shown_rows(obj, scene))
 
 
+def kept_digest(obj: bpy.types.Object) -> str:
+    """Of the umbilics that filters, pins and deletions keep; nothing without results."""
+    kept = record.of(obj)
+    if kept is None:
+        return ""
+    settings = used_filters(obj)
+
+    def find() -> str:
+        rows = core.kept_rows(kept.detection, settings, *pins.rows(obj))
+        return digest_of(kept.detection.candidates.select(rows))
+
+    return caches.ROWS.of((*_key(obj, settings), "digest"), find)
+
+
+def digest_of(umbilics: core.Umbilics) -> str:
+    """Differs where umbilics lie elsewhere in their triangles, however these are counted."""
+    return digest(umbilics.barycentric, umbilics.index)
+
+
 def without_empty(context: bpy.types.Context, obj: bpy.types.Object | None) -> int:
     """How many of the object's umbilics are too many for an empty; 0 if none is wanted."""
     if obj is None or not context.scene.umbilics_display.empties:
@@ -61,11 +75,22 @@ def apply(
     context: bpy.types.Context,
     obj: bpy.types.Object,
     settings: core.Settings,
-    fresh: bool = False,
 ) -> None:
-    """Bring the object's summary, list and empties in line with the filters of `settings`.
+    """Bring the object's summary, list and empties in line with the filters of `settings`."""
+    with all_or_nothing() as transaction:
+        write(context, obj, settings, transaction, fresh=False)
 
-    `fresh`: they belong to an earlier detection and are all replaced.
+
+def write(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    settings: core.Settings,
+    transaction: Transaction,
+    fresh: bool,
+) -> None:
+    """As `apply`, in a transaction that takes back the empties; numbers and list are its owner's.
+
+    `fresh`: the empties that there are belong to an earlier detection and are all replaced.
     """
     kept = record.of(obj)
     if kept is None:
@@ -79,7 +104,8 @@ def apply(
     summary.list_items(obj, kept, rows)
     most = Appearance(context).most_empties if scene.umbilics_display.empties else 0
     with_empty = kept.most_persistent(rows, most)
-    (empties.replace if fresh else empties.update)(context, obj, kept, with_empty)
+    put = empties.replace if fresh else empties.update
+    put(context, obj, kept, with_empty, transaction)
 
 
 def chosen_filters(scene: bpy.types.Scene) -> core.Settings:
@@ -102,16 +128,21 @@ def _shown(
     kept: record.Record,
     settings: core.Settings,
 ) -> np.ndarray:
-    mine, kinds = obj.umbilics, frozenset(scene.umbilics_display.kinds)
-    opened = settings.opening > 0
-    key = (mine.stamp, settings.persistence, opened, mine.pinned, mine.deleted, kinds)
-    if key not in _found:
+    kinds = frozenset(scene.umbilics_display.kinds)
+
+    def find() -> np.ndarray:
         rows = core.kept_rows(kept.detection, settings, *pins.rows(obj))
         wanted = np.isin(core.KINDS, list(kinds))
-        if len(_found) >= _MOST:
-            _found.clear()
-        _found[key] = rows[wanted[kept.kind_codes[rows]]]
-    return _found[key]
+        return rows[wanted[kept.kind_codes[rows]]]
+
+    # Every redraw of a view asks.
+    return caches.ROWS.of((*_key(obj, settings), kinds), find)
+
+
+def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple:
+    """All that decides which umbilics of the object pass the filters."""
+    mine = obj.umbilics
+    return mine.stamp, settings.persistence, settings.opening > 0, mine.pinned, mine.deleted
 
 
 def _filter_changed(context: bpy.types.Context) -> None:
@@ -127,14 +158,11 @@ def _glyphs_changed(context: bpy.types.Context) -> None:
 
 def _active_changed(context: bpy.types.Context) -> None:
     """Select the umbilic that was clicked in the list; frame it if it is clicked twice."""
-    global _clicked
     obj = context.view_layer.objects.active
     if obj is None or not 0 <= obj.umbilics.active < len(obj.umbilics.items):
         return
     row = obj.umbilics.items[obj.umbilics.active].row
-    before, _clicked = _clicked, (obj.name_full, row, time.monotonic())
-    pause = context.preferences.inputs.mouse_double_click_time / 1000.0
-    if before[:2] == _clicked[:2] and _clicked[2] - before[2] < pause:
+    if clicks.is_second(context, f"{obj.name_full} {row}"):
         framing.frame(context, row)
     obj.umbilics.active_row = row
     if obj.mode == "OBJECT":
@@ -155,4 +183,3 @@ def unregister() -> None:
     changes.forget("filter", _filter_changed)
     changes.forget("active", _active_changed)
     changes.forget("glyphs", _glyphs_changed)
-    _found.clear()

@@ -6,10 +6,13 @@ images are tagged by the custom property `umbilics_glyph` and go when nothing sh
 
 from __future__ import annotations
 
+from collections import Counter
+
 import bpy
 import numpy as np
 
 from ..drawing.glyphs import OUTLINES
+from .transaction import Transaction
 
 IMAGE_TAG = "umbilics_glyph"
 # Length of the outline's unit as a fraction of the image's side, so that all outlines fit.
@@ -19,12 +22,13 @@ _PIXELS, _SAMPLES = 96, 4
 _RIM, _RIM_BRIGHTNESS = 0.14, 0.12
 
 
-def image_of(kind: str) -> bpy.types.Image:
+def image_of(kind: str, transaction: Transaction) -> bpy.types.Image:
     """The image for a kind of umbilic, made if it is missing."""
     for image in bpy.data.images:
         if image.library is None and image.get(IMAGE_TAG) == kind:
             return image
     image = bpy.data.images.new(f"Umbilics {kind}", _PIXELS, _PIXELS, alpha=True)
+    transaction.made(image)
     image[IMAGE_TAG] = kind
     image.pixels.foreach_set(drawn(kind).ravel())
     image.update()
@@ -32,10 +36,14 @@ def image_of(kind: str) -> bpy.types.Image:
     return image
 
 
-def remove_unused() -> None:
-    """Remove our images that nothing shows any more."""
-    unused = [image for image in bpy.data.images if IMAGE_TAG in image and not image.users]
-    bpy.data.batch_remove(unused)
+def unused_without(going: set[bpy.types.ID]) -> list[bpy.types.Image]:
+    """Our images that nothing shows without the empties that go."""
+    showing = Counter(one.data for one in going if isinstance(one, bpy.types.Object))
+    return [
+        image
+        for image in bpy.data.images
+        if IMAGE_TAG in image and image.library is None and image.users <= showing[image]
+    ]
 
 
 def drawn(kind: str) -> np.ndarray:

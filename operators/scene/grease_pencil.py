@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ... import core
+from .transaction import Transaction
 
 SMALLER, LARGER, SEPARATRICES = "Smaller Curvature", "Larger Curvature", "Separatrices"
 _COLOUR = {
@@ -35,7 +36,10 @@ def layers_of(lines: core.Lines, separatrices: core.Lines) -> dict[str, core.Lin
 
 
 def make(
-    name: str, layers: dict[str, tuple[core.Lines, np.ndarray, float]], frame: int
+    name: str,
+    layers: dict[str, tuple[core.Lines, np.ndarray, float]],
+    frame: int,
+    transaction: Transaction,
 ) -> bpy.types.Object:
     """A new Grease Pencil object, in no collection yet.
 
@@ -49,27 +53,35 @@ def make(
     """
     # From 4.3 to 4.5 `grease_pencils` are annotations.
     data = getattr(bpy.data, "grease_pencils_v3", bpy.data.grease_pencils).new(name)
+    transaction.made(data)
     data.stroke_depth_order = "3D"
     for number, (title, (lines, points, radius)) in enumerate(layers.items()):
-        data.materials.append(_material(title))
+        data.materials.append(transaction.made(_material(title)))
         key = data.layers.new(title).frames.new(frame)
         write = _draw if hasattr(key, "drawing") else _draw_old
         write(key, lines, points.astype(np.float32), radius, number)
-    return bpy.data.objects.new(name, data)
+    return transaction.made(bpy.data.objects.new(name, data))
 
 
-def remove(obj: bpy.types.Object) -> bool:
-    """Remove our layers, and the object if nothing of the user's is left; whether it is gone."""
+def is_ours(obj: bpy.types.Object) -> bool:
+    """Whether nothing of the user's is on the object: no layer but our own."""
+    return all(_title(layer) in _COLOUR for layer in obj.data.layers)
+
+
+def remove_layers(obj: bpy.types.Object) -> None:
+    """Remove our layers from an object on which the user has some too."""
     data = obj.data
     for layer in [one for one in data.layers if _title(one) in _COLOUR]:
         data.layers.remove(layer)
-    if len(data.layers):
-        return False
-    materials = [one for one in data.materials if one is not None]
-    bpy.data.batch_remove([obj])
-    bpy.data.batch_remove([one for one in (data,) if not one.users])
-    bpy.data.batch_remove([one for one in materials if not one.users])
-    return True
+
+
+def parts_of(obj: bpy.types.Object) -> list[bpy.types.ID]:
+    """The object, with its strokes and materials where nothing else uses them."""
+    data = obj.data
+    found = [obj, *(one for one in (data,) if one.users == 1)]
+    if data.users == 1:
+        found += [one for one in data.materials if one is not None and one.users == 1]
+    return found
 
 
 def _title(layer) -> str:

@@ -11,6 +11,8 @@ curvature) and `umbilics_lengths`, a length for each spline.
 
 from __future__ import annotations
 
+from functools import partial
+
 import bpy
 import numpy as np
 from mathutils import Matrix
@@ -18,10 +20,12 @@ from mathutils import Matrix
 from ... import core
 from ..data import plans
 from ..mesh.attributes import remove_results, write_attributes
-from ..mesh.edge_marks import mark_edges, unmark_edges
+from ..mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
 from ..mesh.read import MeshArrays, unit_vectors
 from . import grease_pencil, homes
+from .empties import OWNER_TAG
 from .targets import is_local
+from .transaction import Transaction, empty_without
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "guides", "mirror")
@@ -53,7 +57,8 @@ def parts_of(obj: bpy.types.Object, part: str | None = None) -> list[bpy.types.O
 
 def pole_sum(obj: bpy.types.Object) -> int:
     """Sum of 4 - valence over the poles that are there now."""
-    return sum(4 - int(child["umbilics_valence"]) for child in parts_of(obj, POLES))
+    valences = [child.get("umbilics_valence") for child in parts_of(obj, POLES)]
+    return sum(4 - valence for valence in valences if isinstance(valence, int))
 
 
 def write_plan(
@@ -62,6 +67,8 @@ def write_plan(
     arrays: MeshArrays,
     guidance: core.Guidance,
     umbilics: core.Umbilics,
+    origin: plans.Origin,
+    transaction: Transaction,
 ) -> None:
     """Attributes of the field, an empty at each pole, and the table."""
     obj = home.owner
@@ -78,15 +85,16 @@ def write_plan(
             arrays.polygon, weights=guidance.triangle_index, minlength=arrays.polygon_count
         ),
     }
-    homes.leave(obj, ATTRIBUTES, homes.PLAN)
+    homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction, home.mesh)
+    transaction.keep_attributes(home.mesh, tuple(ATTRIBUTES))
     write_attributes(home.mesh, values, ATTRIBUTES)
-    remove(obj, POLES)
+    collection = _discard(obj, POLES, transaction)
     poles = guidance.poles
     extent = float(np.ptp(arrays.vertices, axis=0).max())
     empties, origins = [], []
     for row in range(len(poles)):
         valence = int(poles.valence[row])
-        empty = bpy.data.objects.new(f"Pole {valence}", None)
+        empty = transaction.made(bpy.data.objects.new(f"Pole {valence}", None))
         empty.empty_display_type = _POLE_SHAPE[valence]
         empty.empty_display_size = _POLE_SIZE * extent
         empty.color = _POLE_COLOUR[valence]
@@ -95,11 +103,13 @@ def write_plan(
         empty["umbilics_umbilic"] = int(poles.umbilic[row])
         matrix = Matrix.Translation(poles.position[row].tolist())
         rotation = _upright(poles.normal[row])
-        _adopt(context, obj, arrays, empty, POLES, matrix @ rotation)
+        place = arrays, matrix @ rotation
+        collection = _adopt(context, obj, empty, POLES, collection, transaction, place)
         empties.append(empty)
         origins.append(_origin(poles, umbilics, row))
-    plans.store(obj, arrays.signature, poles, empties, origins)
-    homes.settle(home, homes.PLAN)
+    transaction.keep_properties(obj, homes.PLAN)
+    plans.store(obj, origin, poles, empties, origins)
+    homes.settle(home, homes.PLAN, transaction)
 
 
 def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:
@@ -125,16 +135,16 @@ def write_lines(
     arrays: MeshArrays,
     lines: core.Lines,
     part: str,
-) -> list[bpy.types.Object]:
+    transaction: Transaction,
+) -> None:
     """A curve object of poly splines for each family, in place of the earlier ones."""
-    remove(obj, part)
+    collection = _discard(obj, part, transaction)
     points = _lifted(arrays, lines)
-    made = []
     for family, name in enumerate(_FAMILY_NAME):
         rows = np.flatnonzero(lines.family == family)
         if not len(rows):
             continue
-        curve = bpy.data.curves.new(f"{part.capitalize()}: {name}", "CURVE")
+        curve = transaction.made(bpy.data.curves.new(f"{part.capitalize()}: {name}", "CURVE"))
         curve.dimensions = "3D"
         curve.resolution_u = 1
         curve.bevel_depth = _thickness(arrays, part)
@@ -147,13 +157,11 @@ def write_lines(
             co[:, :3] = place
             spline.points.foreach_set("co", co.ravel())
             spline.use_cyclic_u = bool(lines.closed[row])
-        curve_object = bpy.data.objects.new(curve.name, curve)
+        curve_object = transaction.made(bpy.data.objects.new(curve.name, curve))
         curve_object.color = _FAMILY_COLOUR[family]
         curve_object["umbilics_family"] = family
         curve_object["umbilics_lengths"] = lines.length[rows].tolist()
-        _adopt(context, obj, arrays, curve_object, part, None)
-        made.append(curve_object)
-    return made
+        collection = _adopt(context, obj, curve_object, part, collection, transaction)
 
 
 def write_guides(
@@ -162,16 +170,17 @@ def write_guides(
     arrays: MeshArrays,
     lines: core.Lines,
     separatrices: core.Lines,
+    transaction: Transaction,
 ) -> None:
     """Lines and separatrices as Grease Pencil strokes, in place of the earlier ones."""
-    remove(obj, GUIDES)
+    collection = _discard(obj, GUIDES, transaction)
     layers = {}
     for name, some in grease_pencil.layers_of(lines, separatrices).items():
         part = SEPARATRICES if some is separatrices else LINES
         layers[name] = some, _lifted(arrays, some), _thickness(arrays, part)
     frame = min(context.scene.frame_start, context.scene.frame_current)
-    made = grease_pencil.make(f"Guides of {obj.name}", layers, frame)
-    _adopt(context, obj, arrays, made, GUIDES, None)
+    made = grease_pencil.make(f"Guides of {obj.name}", layers, frame, transaction)
+    _adopt(context, obj, made, GUIDES, collection, transaction)
 
 
 def _lifted(arrays: MeshArrays, lines: core.Lines) -> np.ndarray:
@@ -190,11 +199,15 @@ def _thickness(arrays: MeshArrays, part: str) -> float:
 
 
 def write_mirror(
-    context: bpy.types.Context, obj: bpy.types.Object, arrays: MeshArrays, plane: core.MirrorPlane
-) -> bpy.types.Object:
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    arrays: MeshArrays,
+    plane: core.MirrorPlane,
+    transaction: Transaction,
+) -> None:
     """An empty whose z axis is the plane's normal, as large as the mesh."""
-    remove(obj, MIRROR)
-    empty = bpy.data.objects.new("Mirror Plane", None)
+    collection = _discard(obj, MIRROR, transaction)
+    empty = transaction.made(bpy.data.objects.new("Mirror Plane", None))
     empty.empty_display_type = "CIRCLE"
     empty.empty_display_size = 0.55 * float(np.ptp(arrays.vertices, axis=0).max())
     empty["umbilics_normal"] = plane.normal.tolist()
@@ -202,15 +215,16 @@ def write_mirror(
     # The circle lies in the empty's x-z plane: its y axis is the normal.
     turn = Matrix.Rotation(-np.pi / 2.0, 4, "X")
     place = Matrix.Translation(plane.point.tolist()) @ _upright(plane.normal) @ turn
-    _adopt(context, obj, arrays, empty, MIRROR, place)
+    _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays, place))
+    transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.mirror = (
         f"{len(plane.pairs)} matched, {100.0 * plane.score:.0f} % of a perfect mirror"
     )
-    return empty
 
 
-def mark(obj: bpy.types.Object, chosen: np.ndarray, kind: str) -> int:
+def mark(obj: bpy.types.Object, chosen: np.ndarray, kind: str, transaction: Transaction) -> int:
     """Mark edges (e,) bool as "seam" or "edge_sharp" and remember which; how many are new."""
+    transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
     unmark(obj, kind)
     fresh = mark_edges(obj.data, chosen, kind)
     ours = _marks(obj.data)
@@ -238,33 +252,46 @@ def _marks(mesh: bpy.types.Mesh) -> np.ndarray:
     return values
 
 
-def remove(obj: bpy.types.Object, part: str) -> bool:
-    """Remove the objects of one part, and the collection if it is empty then."""
+def _discard(
+    obj: bpy.types.Object, part: str, transaction: Transaction
+) -> bpy.types.Collection | None:
+    """Have the objects of one part go, and the collection with its last; the collection."""
     found = parts_of(obj, part)
-    collections = {one for child in found for one in child.users_collection if TAG in one}
-    strokes = [child for child in found if child.type in grease_pencil.OBJECT_TYPES]
-    rest = [child for child in found if child not in strokes]
-    for child in strokes:
-        if not grease_pencil.remove(child):
-            # What the user drew on it is the user's.
-            del child[TAG]
-    curves = [child.data for child in rest if child.type == "CURVE"]
-    bpy.data.batch_remove(rest)
-    bpy.data.batch_remove([curve for curve in curves if not curve.users])
-    for collection in collections:
-        if not collection.objects and not collection.children:
-            bpy.data.collections.remove(collection)
-    return bool(found)
+    ours = [one for child in parts_of(obj) for one in child.users_collection if TAG in one]
+    for child in found:
+        discard(child, transaction)
+    transaction.sweep(partial(empty_without, ours))
+    return ours[0] if ours else None
 
 
-def remove_all(obj: bpy.types.Object) -> bool:
-    """Remove everything the guidance left on an object that is not in Edit Mode."""
-    found = [remove(obj, part) for part in PARTS]
-    found.append(homes.leave(obj, ATTRIBUTES, homes.PLAN))
+def discard(child: bpy.types.Object, transaction: Transaction) -> None:
+    """Have one of our objects go, with data that nothing else uses."""
+    if child.type in grease_pencil.OBJECT_TYPES:
+        if grease_pencil.is_ours(child):
+            transaction.discard(grease_pencil.parts_of(child))
+            return
+        # What the user drew on it is the user's.
+        transaction.at_end(grease_pencil.remove_layers, child)
+        transaction.keep_custom(child, (TAG,))
+        del child[TAG]
+        return
+    transaction.discard([child])
+    if child.type in ("CURVE", "MESH") and child.data.users == 1:
+        transaction.discard([child.data])
+
+
+def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
+    """Have everything go that the guidance left on an object that is not in Edit Mode."""
+    found = [bool(parts_of(obj))]
+    for part in PARTS:
+        _discard(obj, part, transaction)
+    found.append(homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction))
     if is_local(obj.data) and not homes.others_with_results(obj):
         # Marks are the mesh's: whoever shares it may have made them.
+        transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
         found += [unmark(obj, kind) for kind in _BIT]
         found.append(remove_results(obj.data, MARKS.keys(), MARKS) > 0)
+    transaction.keep_properties(obj, homes.PLAN)
     found.append(plans.forget(obj))
     return any(found)
 
@@ -272,27 +299,25 @@ def remove_all(obj: bpy.types.Object) -> bool:
 def _adopt(
     context: bpy.types.Context,
     obj: bpy.types.Object,
-    arrays: MeshArrays,
     child: bpy.types.Object,
     part: str,
-    place: Matrix | None,
-) -> None:
-    """Make an object a tagged child of the mesh; `place` is where it stands in the world."""
+    collection: bpy.types.Collection | None,
+    transaction: Transaction,
+    place: tuple[MeshArrays, Matrix] | None = None,
+) -> bpy.types.Collection:
+    """Make an object a tagged child of the mesh, in the guidance's collection, which is the
+    answer; `place` is where it stands in the world of the arrays."""
     child[TAG] = part
+    child[OWNER_TAG] = obj.name_full
     child.parent = obj
     if place is not None:
+        arrays, matrix = place
         # The inverse undoes a non-uniform scale, which would shear the empty.
         child.matrix_parent_inverse = Matrix(arrays.matrix).inverted()
-        child.matrix_basis = place
-    _collection(context, obj).objects.link(child)
-
-
-def _collection(context: bpy.types.Context, obj: bpy.types.Object) -> bpy.types.Collection:
-    for child in parts_of(obj):
-        for collection in child.users_collection:
-            if TAG in collection:
-                return collection
-    collection = bpy.data.collections.new(f"Guidance of {obj.name}")
-    collection[TAG] = True
-    context.scene.collection.children.link(collection)
+        child.matrix_basis = matrix
+    if collection is None:
+        collection = transaction.made(bpy.data.collections.new(f"Guidance of {obj.name}"))
+        collection[TAG] = True
+        context.scene.collection.children.link(collection)
+    collection.objects.link(child)
     return collection

@@ -25,10 +25,13 @@ from ..mesh.fingerprint import mesh_signature
 from ..mesh.read import current_mesh
 from . import display_objects
 from .targets import is_local
+from .transaction import Transaction
 
 DETECTION, PLAN = "umbilics", "umbilics_plan"
 # On a mesh: stamp of the detection, and of the plan, whose values it holds.
 _STAMP = {DETECTION: "umbilics_stamp", PLAN: "umbilics_plan_stamp"}
+
+STAMPS = tuple(_STAMP.values())
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,7 @@ def home_for(
     context: bpy.types.Context,
     obj: bpy.types.Object,
     depsgraph: bpy.types.Depsgraph | None,
+    transaction: Transaction,
     part: str = DETECTION,
 ) -> Home:
     """Where new results of `obj`, which is not in Edit Mode, go; `settle` makes it known.
@@ -72,19 +76,30 @@ def home_for(
         if display is not None and mesh_signature(seen) == mesh_signature(display.data):
             mesh = display.data
         else:
-            mesh = same_surface(seen, f"Umbilics of {obj.name}")
+            mesh = transaction.made(same_surface(seen, f"Umbilics of {obj.name}"))
     if is_local(obj):
         return Home(obj, mesh, evaluated)
-    display = display_objects.place(context, obj, mesh, lifted=False)
+    display = display_objects.place(context, obj, mesh, False, transaction)
     if obj.mode == "OBJECT" and context.view_layer.objects.active == obj:
+        transaction.on_failure(_select_instead, context, display, obj)
         obj.select_set(False)
         display.select_set(True)
         context.view_layer.objects.active = display
     return Home(display, mesh, evaluated)
 
 
-def settle(home: Home, part: str = DETECTION) -> None:
+def _select_instead(
+    context: bpy.types.Context, one: bpy.types.Object, other: bpy.types.Object
+) -> None:
+    one.select_set(False)
+    other.select_set(True)
+    context.view_layer.objects.active = other
+
+
+def settle(home: Home, part: str, transaction: Transaction) -> None:
     """Let the owner point to its new home, and the mesh say whose results it holds."""
+    transaction.keep_custom(home.mesh, (_STAMP[part],))
+    transaction.keep_properties(home.owner, part)
     made = getattr(home.owner, part)
     made.mesh = None if home.mesh == home.owner.data else home.mesh
     made.source = "EVALUATED" if home.evaluated else "BASE"
@@ -98,32 +113,43 @@ def mesh_of(obj: bpy.types.Object | None, part: str = DETECTION) -> bpy.types.Me
     made = getattr(obj, part)
     if made.mesh is not None:
         return made.mesh
-    # Files of before version 0.3 have results and no stamp on the mesh.
+    # Files of earlier versions have results and no stamp on the mesh.
     stamp = obj.data.get(_STAMP[part], made.stamp)
     return obj.data if stamp == made.stamp else None
 
 
 def leave(
-    obj: bpy.types.Object, layouts: dict[str, tuple[str, str]], part: str = DETECTION
+    obj: bpy.types.Object,
+    layouts: dict[str, tuple[str, str]],
+    part: str,
+    transaction: Transaction,
+    for_home: bpy.types.Mesh | None = None,
 ) -> bool:
     """Remove the values of the object's results, unless another object shows them as well.
 
     The answer is whether there were any. What is left on its mesh of an object that is no more
-    goes, too.
+    goes, too. Values on a mesh that new ones are `for_home` are left to be replaced.
     """
     made, found = getattr(obj, part), False
     if made.mesh is not None:
+        transaction.keep_properties(obj, part)
         mesh, made.mesh, found = made.mesh, None, True
-        remove_unused(mesh)
-    if not is_local(obj.data):
+        if mesh != for_home:
+            discard_unused(mesh, transaction)
+    if not is_local(obj.data) or obj.data == for_home:
         return found
     if _is_taken(obj, part):
         return found or _holds(obj, obj.data, part)
-    obj.data.pop(_STAMP[part], None)
+    transaction.keep_attributes(obj.data, tuple(layouts))
+    transaction.keep_custom(obj.data, (_STAMP[part],))
+    if _STAMP[part] in obj.data:
+        del obj.data[_STAMP[part]]
     return remove_results(obj.data, layouts.keys(), layouts) > 0 or found
 
 
-def move_out(obj: bpy.types.Object, copied: dict[str, tuple[str, str]]) -> bpy.types.Mesh | None:
+def move_out(
+    obj: bpy.types.Object, copied: dict[str, tuple[str, str]], transaction: Transaction
+) -> bpy.types.Mesh | None:
     """A mesh with a detection's values that no object with other results shares.
 
     Where the object's own mesh is shared so, its values are copied to a mesh of ours.
@@ -131,14 +157,14 @@ def move_out(obj: bpy.types.Object, copied: dict[str, tuple[str, str]]) -> bpy.t
     mesh = mesh_of(obj)
     if mesh is None or mesh != obj.data or all(_holds(other, mesh) for other in _users(mesh)):
         return mesh
-    made = same_surface(mesh, f"Umbilics of {obj.name}")
+    made = transaction.made(same_surface(mesh, f"Umbilics of {obj.name}"))
     for name, (domain, kind) in copied.items():
         values = read_result(mesh, name, copied)
         if values is not None:
             _, _, key, _ = LAYOUT[kind]
             made.attributes.new(name, kind, domain).data.foreach_set(key, values.ravel())
-    leave(obj, copied)
-    settle(Home(obj, made, obj.umbilics.source == "EVALUATED"))
+    leave(obj, copied, DETECTION, transaction)
+    settle(Home(obj, made, obj.umbilics.source == "EVALUATED"), DETECTION, transaction)
     return made
 
 
@@ -150,10 +176,10 @@ def others_with_results(obj: bpy.types.Object) -> bool:
     )
 
 
-def remove_unused(mesh: bpy.types.Mesh) -> None:
-    """Remove a mesh that nothing uses any more."""
+def discard_unused(mesh: bpy.types.Mesh, transaction: Transaction) -> None:
+    """Have a mesh go that nothing uses any more."""
     if not mesh.users:
-        bpy.data.meshes.remove(mesh)
+        transaction.discard([mesh])
 
 
 def _is_taken(obj: bpy.types.Object, part: str) -> bool:

@@ -24,6 +24,7 @@ from ..mesh.attributes import RESULTS, read_result, to_corners
 from . import display_objects
 from .homes import mesh_of, move_out
 from .targets import is_local
+from .transaction import Transaction, all_or_nothing
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"
@@ -72,13 +73,26 @@ class Legend:
 
 def is_shown_on(obj: bpy.types.Object | None) -> bool:
     """Whether the object's mesh carries a map of ours."""
-    mesh = mesh_of(obj)
-    return mesh is not None and SHOWN in mesh
+    return _shown(mesh_of(obj)) is not None
 
 
 def is_dark(obj: bpy.types.Object) -> bool:
     """Whether the object shows a map on which only light strokes are seen."""
-    return is_shown_on(obj) and mesh_of(obj)[SHOWN]["map"] in _DARK
+    shown = _shown(mesh_of(obj))
+    return shown is not None and shown["map"] in _DARK
+
+
+def _shown(mesh: bpy.types.Mesh | None) -> dict | None:
+    """What the mesh says of its colours; None where it says nothing, or nothing that can be, in
+    a damaged file."""
+    found = None if mesh is None else mesh.get(SHOWN)
+    if not hasattr(found, "to_dict"):
+        return None
+    found = found.to_dict()
+    numbers = [found.get(name) for name in ("low", "high")]
+    if found.get("map") not in TITLES or not all(isinstance(one, float) for one in numbers):
+        return None
+    return found
 
 
 def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int:
@@ -86,31 +100,40 @@ def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int
 
     The answer is how many of `objects` have values to show.
     """
+    with all_or_nothing() as transaction:
+        return write(context, objects, transaction)
+
+
+def write(
+    context: bpy.types.Context, objects: Sequence[bpy.types.Object], transaction: Transaction
+) -> int:
+    """As `show`, in a transaction."""
     display = context.scene.umbilics_display
     values = {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
-        mesh = move_out(obj, RESULTS)
+        mesh = move_out(obj, RESULTS, transaction)
         found = None if mesh is None else _values(mesh, display.map)
         if found is not None:
             values[obj] = found
     low = high = 0.0
     if display.map in POWER and values:
+        transaction.on_failure(_set_range, display, display.range_low, display.range_high)
         low, high = _range(display, np.concatenate(list(values.values())))
     for obj, found in values.items():
         mesh = mesh_of(obj)
+        transaction.keep_attributes(mesh, (NAME,))
+        transaction.keep_custom(mesh, (BEFORE, SHOWN))
         _store(mesh, *_coloured(obj, display.map, found, low, high))
         mesh[SHOWN] = {"map": display.map, "low": low, "high": high}
         if mesh != obj.data:
-            display_objects.place(context, obj, mesh, lifted=True)
+            display_objects.place(context, obj, mesh, True, transaction)
     return sum(obj in values for obj in objects)
 
 
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
     return [
-        obj
-        for obj in scene.objects
-        if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
+        obj for obj in scene.objects if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
     ]
 
 
@@ -119,13 +142,15 @@ def _coloured(
 ) -> tuple[np.ndarray, str]:
     """(n, 3) sRGB colours of the values, and the domain that they are on."""
     if name == "region":
-        return _region_colours(obj.umbilics.regions)[values], "CORNER"
+        colours = _region_colours(obj.umbilics.regions)
+        return colours[np.clip(values, 0, len(colours) - 1)], "CORNER"
     if name == "type":
-        return np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])[values], "POINT"
+        colours = np.vstack([colour_maps.TYPE_COLOURS, colour_maps.UNKNOWN_COLOUR])
+        return colours[np.clip(values, -1, len(colours) - 1)], "POINT"
     return colour_maps.coloured(values, low, high, _scale(name)), "POINT"
 
 
-def hide(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Remove the colours and make the attribute active that was; whether there were any."""
     if not is_shown_on(obj):
         return False
@@ -133,11 +158,13 @@ def hide(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     if mesh != obj.data:
         display = display_objects.display_of(obj)
         if display is not None:
-            display_objects.remove(context, display)
+            display_objects.remove(context, display, transaction)
+    transaction.keep_attributes(mesh, (NAME,))
+    transaction.keep_custom(mesh, (BEFORE, SHOWN))
     colours = mesh.color_attributes
     if NAME in colours:
         colours.remove(colours[NAME])
-    before = colours.find(mesh.get(BEFORE, ""))
+    before = colours.find(str(mesh.get(BEFORE, "")))
     if before >= 0:
         colours.active_color_index = before
     for name in (BEFORE, SHOWN):
@@ -148,7 +175,7 @@ def hide(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
 
 def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
     """What the colours that `show` gave the object mean."""
-    shown = mesh_of(obj)[SHOWN]
+    shown = _shown(mesh_of(obj))
     name = shown["map"]
     title = TITLES[name]
     if name == "type":
@@ -188,9 +215,13 @@ def _range(display: bpy.types.PropertyGroup, values: np.ndarray) -> tuple[float,
     """The range of the colours, which the scene keeps for the legend and for locking."""
     if not display.lock_range:
         low, high = colour_maps.robust_range(values, display.percentile, _SIGNED[display.map])
-        with changes.silence("map"):
-            display.range_low, display.range_high = low, high
+        _set_range(display, low, high)
     return display.range_low, display.range_high
+
+
+def _set_range(display: bpy.types.PropertyGroup, low: float, high: float) -> None:
+    with changes.silence("map"):
+        display.range_low, display.range_high = low, high
 
 
 def _scale(name: str) -> np.ndarray:

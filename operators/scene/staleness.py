@@ -1,40 +1,55 @@
-"""Whether results still belong to the mesh and the settings, and why not."""
+"""Whether results still belong to the mesh and the settings, and why not.
+
+What an object is made of now is looked at when it is asked for, and again after Blender has said
+that the object was touched; in between the answer is remembered (`base.caches.FINGERPRINTS`).
+"""
 
 from __future__ import annotations
+
+from collections.abc import Collection
 
 import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
 from ... import core
-from ..base import app_handlers
-from ..data import properties, record
-from ..mesh.fingerprint import mesh_signature
+from ..base import app_handlers, caches
+from ..data import plans, properties, record
+from ..mesh import fingerprint
+from ..mesh.fingerprint import Fingerprint
+from ..mesh.read import fingerprint_of
+from ..mesh.scope import Scope
 from . import filters
 from .display_objects import source_of
-
-# Two transforms give the same curvatures if lengths agree to this part.
-_SAME_SCALE = 1e-4
-
-# What is known, by object and stamp, until the object's geometry is touched.
-_edited: dict[tuple[str, str], bool] = {}
 
 
 def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
     """Why the object's results need a new detection, in words; empty if they do not."""
     kept = record.of(obj)
     if kept is None:
-        unreadable = "The results are of another version of this add-on."
-        return [unreadable] if obj.umbilics.detected else []
-    found = []
-    if is_edited(context, obj):
-        found.append("The mesh was edited.")
-    if not _same_scale(np.array(obj.matrix_world), kept.matrix):
-        found.append("The object was scaled.")
+        return [record.UNREADABLE] if obj.umbilics.detected else []
+    found = [fingerprint.WORDS[part] for part in _changed_parts(context, obj, kept)]
     changed = _changed_settings(context.scene.umbilics, kept)
     source = context.scene.umbilics_display.source
     if obj.umbilics.source and source != obj.umbilics.source:
         changed.append(context.scene.umbilics_display.bl_rna.properties["source"].name)
+    if changed:
+        found.append(f"Changed since: {', '.join(changed)}.")
+    return found
+
+
+def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
+    """Why the object's plan needs to be made again, in words; empty if it does not."""
+    if not obj.umbilics_plan.planned:
+        return []
+    made = plans.origin_of(obj)
+    if made is None:
+        return [plans.UNREADABLE]
+    found = [fingerprint.WORDS[part] for part in _changed_plan_parts(context, obj, made)]
+    kept = filters.kept_digest(obj)
+    if kept and kept != made.kept:
+        found.append("Other umbilics are kept.")
+    changed = plans.changed_settings(context.scene.umbilics_guidance, made)
     if changed:
         found.append(f"Changed since: {', '.join(changed)}.")
     return found
@@ -46,6 +61,22 @@ def filters_differ(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     return (used.persistence, used.opening > 0) != (chosen.persistence, chosen.opening > 0)
 
 
+def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Whether vertices or faces are no longer those analysed, so that values do not fit them."""
+    kept = record.of(obj)
+    return kept is not None and _is_edited(_changed_parts(context, obj, kept))
+
+
+def plan_is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+    """Whether vertices or faces are no longer those that poles were planned on."""
+    made = plans.origin_of(obj)
+    return made is not None and _is_edited(_changed_plan_parts(context, obj, made))
+
+
+def _is_edited(changed: Collection[str]) -> bool:
+    return any(part in fingerprint.GEOMETRY for part in changed)
+
+
 def _changed_settings(group: bpy.types.PropertyGroup, kept: record.Record) -> list[str]:
     """Labels of the settings that differ from those of the detection."""
     try:
@@ -54,7 +85,7 @@ def _changed_settings(group: bpy.types.PropertyGroup, kept: record.Record) -> li
         return []
     changed = []
     for name, option in core.options().items():
-        now, then = getattr(settings, name), kept.settings.get(name)
+        now, then = getattr(settings, name), getattr(kept.settings, name)
         if name == "opening":
             # Whether it is on is a filter; its strength is part of the detection.
             then = then or core.USUAL_OPENING
@@ -62,6 +93,14 @@ def _changed_settings(group: bpy.types.PropertyGroup, kept: record.Record) -> li
         if name == "persistence" or now == then or not _is_read(name, settings):
             continue
         changed.append(option.label)
+    if settings.curvature == kept.settings.curvature == "given":
+        names = zip(
+            properties.GIVEN_NAMES,
+            properties.given_names(group),
+            kept.given_names,
+            strict=True,
+        )
+        changed += [label for label, now, then in names if now != then]
     return changed
 
 
@@ -75,71 +114,102 @@ def _is_read(name: str, settings: core.Settings) -> bool:
     }.get(name, True)
 
 
-def _same_scale(now: np.ndarray, then: np.ndarray) -> bool:
-    """Whether two transforms (4, 4) differ by a movement only."""
-    metrics = [matrix[:3, :3].T @ matrix[:3, :3] for matrix in (now, then)]
-    return bool(
-        np.allclose(*metrics, rtol=_SAME_SCALE, atol=_SAME_SCALE * np.abs(metrics[1]).max())
+def _changed_parts(
+    context: bpy.types.Context, obj: bpy.types.Object, kept: record.Record
+) -> list[str]:
+    """What the detection read and is another now, as far as is known."""
+    made = obj.umbilics
+    return _changed(
+        context,
+        obj,
+        kept.fingerprint,
+        fingerprint.read_by(kept.settings),
+        made.source == "EVALUATED",
+        Scope(made.scope or "WHOLE", made.group),
+        kept.given_names,
     )
 
 
-def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
-    """Whether the mesh is no longer the one that was analysed, as far as is known now."""
-    return _is_other(context, obj, obj.umbilics)
+def _changed_plan_parts(
+    context: bpy.types.Context, obj: bpy.types.Object, made: plans.Origin
+) -> list[str]:
+    """What the plan, and the detection behind it, read and is another now."""
+    parts = fingerprint.read_by(made.detecting)
+    if made.settings.align_sharp:
+        parts = (*parts, fingerprint.SHARP)
+    evaluated = obj.umbilics_plan.source == "EVALUATED"
+    names, then = made.given_names, made.fingerprint
+    return _changed(context, obj, then, parts, evaluated, made.scope, names, made.zone)
 
 
-def plan_is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
-    """Whether the mesh is no longer the one that poles were planned on, as far as is known."""
-    return _is_other(context, obj, obj.umbilics_plan)
+def _changed(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    then: Fingerprint,
+    parts: Collection[str],
+    evaluated: bool,
+    scope: Scope,
+    given_names: tuple[str, ...],
+    zone: str = "",
+) -> list[str]:
+    """Which of the parts that were read then are others now; none where it cannot be known.
+
+    While a mesh is worked on its arrays are not up to date, and Blender does not evaluate what is
+    hidden; it is looked at after.
+    """
+    source = source_of(obj)
+    if obj.mode != "OBJECT" or not source.visible_get():
+        return []
+    wanted = dict.fromkeys(parts)
+    if scope.kind != "WHOLE":
+        wanted[fingerprint.SCOPE] = None
+    if zone:
+        wanted[fingerprint.ZONE] = None
+    names = given_names if fingerprint.GIVEN in wanted else ()
+    read = fingerprint.UV in wanted, names, scope, zone
+    now = caches.FINGERPRINTS.of(
+        (source.name_full, evaluated, *read), lambda: _look(context, source, evaluated, *read)
+    )
+    # A transform is known at once, and changes without the geometry being touched.
+    now = Fingerprint(now.digests, fingerprint.metric_of(np.array(source.matrix_world)))
+    return then.changed(now, wanted)
 
 
-def _is_other(context: bpy.types.Context, obj: bpy.types.Object, made) -> bool:
-    """Whether the mesh differs from the one that `made` was made of, by its signature."""
-    key = obj.name_full, made.stamp
-    if key not in _edited:
-        if not made.stamp or obj.mode != "OBJECT" or not source_of(obj).visible_get():
-            # While the mesh is worked on its arrays are not up to date, and Blender does not
-            # evaluate what is hidden; it is looked at after.
-            return False
-        _edited[key] = _compare(context, obj, made)
-    return _edited[key]
-
-
-def _compare(context: bpy.types.Context, obj: bpy.types.Object, made) -> bool:
-    obj = source_of(obj)
-    if made.source != "EVALUATED":
-        return mesh_signature(obj.data) != made.signature
-    evaluated = obj.evaluated_get(context.view_layer.depsgraph)
+def _look(context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read) -> Fingerprint:
+    if not evaluated:
+        return fingerprint_of(obj, obj.data, *read)
+    shown = obj.evaluated_get(context.view_layer.depsgraph)
     # Its data may be what is subdivided while it is drawn.
     try:
-        return mesh_signature(evaluated.to_mesh()) != made.signature
+        return fingerprint_of(obj, shown.to_mesh(), *read)
     finally:
-        evaluated.to_mesh_clear()
+        shown.to_mesh_clear()
 
 
 @persistent
 def _touched(scene, depsgraph):
-    if not _edited:
+    if not len(caches.FINGERPRINTS):
         return
     names = {
         update.id.name_full
         for update in depsgraph.updates
         if update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
     }
-    for key in [key for key in _edited if key[0] in names]:
-        del _edited[key]
+    if names:
+        caches.FINGERPRINTS.drop(lambda key: key[0] in names)
 
 
 @persistent
 def _restored(*_):
-    _edited.clear()
+    caches.FINGERPRINTS.clear()
 
 
 _HANDLERS = (
     ("depsgraph_update_post", _touched),
+    # Modifiers and shape keys may be animated.
+    ("frame_change_post", _restored),
     ("undo_post", _restored),
     ("redo_post", _restored),
-    ("load_post", _restored),
 )
 
 
@@ -149,4 +219,3 @@ def register() -> None:
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    _edited.clear()

@@ -15,10 +15,9 @@ from bpy.app.handlers import persistent
 from ..base import app_handlers
 from . import maps
 
-# Screen and place of the views that an undo has put back.
-_undone: list[tuple[str, str]] = []
-
 _TAG = "umbilics_shading"
+# On a screen: the places of its views that an undo has put back.
+_UNDONE = "umbilics_shading_undone"
 _KEPT = ("type", "color_type", "light")
 
 
@@ -57,7 +56,24 @@ def is_changed(screen: bpy.types.Screen, area: bpy.types.Area) -> bool:
 
 
 def _known(screen: bpy.types.Screen) -> dict[str, dict[str, str]]:
-    return json.loads(screen.get(_TAG, "{}"))
+    """How its views were shaded, by place; what is not of that form, in a damaged file, is
+    nothing."""
+    try:
+        found = json.loads(screen.get(_TAG, "{}"))
+    except (ValueError, TypeError, RecursionError):
+        return {}
+    if not isinstance(found, dict):
+        return {}
+    return {place: before for place, before in found.items() if _is_shading(before)}
+
+
+def _is_shading(before: object) -> bool:
+    allowed = bpy.types.View3DShading.bl_rna.properties
+    return isinstance(before, dict) and all(
+        isinstance(before.get(name), str)
+        and before[name] in [item.identifier for item in allowed[name].enum_items_static]
+        for name in _KEPT
+    )
 
 
 def _place(screen: bpy.types.Screen, area: bpy.types.Area) -> str:
@@ -79,7 +95,7 @@ def _after_undo(*_):
         return
     for screen, area in _areas():
         if put_back(screen, area):
-            _undone.append((screen.name, _place(screen, area)))
+            screen[_UNDONE] = f"{screen.get(_UNDONE, '')} {_place(screen, area)}"
 
 
 @persistent
@@ -87,14 +103,20 @@ def _after_redo(*_):
     if not any(map(maps.is_shown_on, bpy.data.objects)):
         return
     for screen, area in _areas():
-        if (screen.name, _place(screen, area)) in _undone:
+        if _place(screen, area) in str(screen.get(_UNDONE, "")).split():
             show_attributes(screen, area)
-    _undone.clear()
+    _forget_undone()
 
 
 @persistent
 def _after_load(*_):
-    _undone.clear()
+    _forget_undone()
+
+
+def _forget_undone() -> None:
+    for screen in bpy.data.screens:
+        if _UNDONE in screen:
+            del screen[_UNDONE]
 
 
 _HANDLERS = (("undo_post", _after_undo), ("redo_post", _after_redo), ("load_post", _after_load))
@@ -106,4 +128,3 @@ def register() -> None:
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    _undone.clear()

@@ -18,9 +18,9 @@ from hands import PATIENCE, View, picture
 
 NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top; the same in every run.
-DETECT, STRENGTH, FIRST_ROW, ROW = 74, 164, 431, 21
+DETECT, STRENGTH, FIRST_ROW, ROW = 100, 246, 512, 21
 # In parts of its width and in pixels below its top.
-SHOW_MAP = 0.75, 598
+SHOW_MAP = 0.75, 679
 
 
 def part(name: str) -> ModuleType:

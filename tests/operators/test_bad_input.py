@@ -181,7 +181,7 @@ def test_mesh_that_changes_meanwhile(addon):
     obj.data.attributes["position"].data[0].vector.x += 0.5
     before = census()
     with pytest.raises(addon.core.UmbilicsError, match="changed"):
-        engine.write(bpy.context, inputs, engine.found(inputs, detection))
+        engine.write(bpy.context, inputs, engine.results_of(inputs, detection))
     assert census() == before
 
 
@@ -192,7 +192,7 @@ def test_object_that_disappears_meanwhile(addon):
     detection = engine.compute(inputs)
     bpy.data.objects.remove(obj)
     with pytest.raises(addon.core.UmbilicsError, match="no longer there"):
-        engine.write(bpy.context, inputs, engine.found(inputs, detection))
+        engine.write(bpy.context, inputs, engine.results_of(inputs, detection))
 
 
 def test_run_can_be_cancelled_and_leaves_no_thread(addon):

@@ -227,9 +227,7 @@ def test_lines_of_a_journal_that_are_not_whole_are_dropped(part, do, tmp_path):
 def test_a_journal_on_a_full_disk_is_written_when_there_is_room_again(part, tmp_path):
     path = tmp_path / "report.jsonl"
     kept = part("journal").Journal(path, fresh=True)
-    entries = [
-        {"name": name, "status": "delivering", "results": {"json": name}} for name in "abc"
-    ]
+    entries = [{"name": name, "status": "delivering", "results": {"json": name}} for name in "abc"]
     assert kept.add(entries[0])
     # As good as a full disk: it cannot be written, and then half of a line stands there.
     whole = path.read_bytes()

@@ -109,7 +109,7 @@ def test_what_has_no_counterpart_is_told_of(addon, obj):
     obj.data.vertices.foreach_set("co", points[:, (1, 2, 0)].astype(np.float32).ravel())
     obj.data.update()
     inputs = engine.gather(obj, core.Settings())
-    assert engine.write(bpy.context, inputs, engine.found(inputs, engine.compute(inputs))) == 2
+    assert engine.write(bpy.context, inputs, engine.results_of(inputs, engine.compute(inputs))) == 2
     assert obj.umbilics.pinned == obj.umbilics.deleted == ""
     assert len(empties(obj)) == 4
     words = addon.operators.base.words

@@ -50,8 +50,9 @@ def scene(detected=False):
 
 
 def jobs(addon):
-    detect = addon.operators.detect
-    found, refused = detect._gather(bpy.context)
+    detect = addon.operators.detect.UMBILICS_OT_detect
+    bpy.context.view_layer.update()
+    found, refused = detect.jobs(None, bpy.context)
     assert not refused
     assert len(found) == 2
     return found
@@ -62,7 +63,7 @@ def run(addon, stop_at=None):
     running, core = addon.operators.jobs.worker, addon.core
     moments = []
     job_list = jobs(addon)
-    worker = running.Run(job_list)
+    worker = running.BackgroundTask(job_list)
     heard = worker._report
 
     def report(fraction, stage):
@@ -127,7 +128,7 @@ def test_what_takes_long_is_packed_before_the_final_write(addon, monkeypatch):
     engine, record = addon.operators.jobs.detect, addon.operators.data.record
     obj = add_ellipsoid(subdivisions=4)
     inputs = engine.gather(obj, addon.core.Settings())
-    found = engine.found(inputs, engine.compute(inputs))
+    found = engine.results_of(inputs, engine.compute(inputs))
 
     def too_late(*_):
         raise AssertionError("the window is kept waiting")
@@ -138,6 +139,6 @@ def test_what_takes_long_is_packed_before_the_final_write(addon, monkeypatch):
     assert len(empties(obj)) == 4
     monkeypatch.undo()
     kept = record.of(obj)
-    again = record._decode(obj.umbilics.record)
+    again = record._decode(obj.umbilics.record, obj.umbilics.stamp)
     assert (kept.edge == again.edge).all()
     assert (kept.detection.candidates.position == again.detection.candidates.position).all()

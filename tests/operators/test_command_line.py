@@ -163,6 +163,25 @@ def test_every_mesh_of_a_blend_and_only_those_named(run, tmp_path):
     assert run([scene, "--object", "Wire"]) == 1
 
 
+def test_a_single_file_is_given_up_at_its_limit(run, files, tmp_path, capfd):
+    """By its process where Blender is a program, by the work itself where it is a module."""
+    target = tmp_path / "out.json"
+    assert run([str(files / "egg.obj"), "--json", str(target), "--time-limit", "0.001"]) == 1
+    assert "given up after 0.001 s (--time-limit)" in capfd.readouterr().err
+    assert not target.exists()
+
+
+def test_options_may_come_in_one_text(run, files, tmp_path, capfd):
+    target = tmp_path / "out dir" / "out.json"
+    text = f"--opening 1 --json '{target}'"
+    assert run([str(files / "egg.obj"), "--options", text, "--no-regions"]) == 0
+    settings = json.loads(target.read_text())["settings"]
+    assert (settings["opening"], settings["regions"]) == (1, False)
+    assert run(["--options", "--json 'o"]) == 2
+    assert run(["--options"]) == 2
+    assert run(["--options", "--unheard-of"]) == 2
+
+
 BAD_FILES = {
     "none.obj": (None, "no such file"),
     "empty.obj": (b"", "empty"),

@@ -103,7 +103,7 @@ def unparented(display):
 @pytest.mark.parametrize("work", [raised, painted, renamed, modified, unparented])
 @pytest.mark.parametrize("then", ["detect", "hide_map", "clear"])
 def test_what_the_user_worked_on_is_the_users(shown, work, then):
-    obj, display = shown
+    _, display = shown
     work(display)
     bpy.context.view_layer.update()
     kept = [vertex.co[:] for vertex in display.data.vertices]

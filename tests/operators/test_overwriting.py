@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import sys
 
 import bpy
 import pytest
@@ -53,9 +54,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("arguments", REFUSED.values(), ids=REFUSED)
-def test_what_would_be_overwritten_is_refused_before_anything_runs(
-    run, meshes, arguments, capfd
-):
+def test_what_would_be_overwritten_is_refused_before_anything_runs(run, meshes, arguments, capfd):
     for folder in ("a", "b"):
         (meshes / folder).mkdir()
         shutil.copy(meshes / "x.obj", meshes / folder / "x.obj")
@@ -172,4 +171,47 @@ def test_all_results_of_a_file_are_whole_or_not_there(run, meshes, addon, monkey
     monkeypatch.setattr(addon.operators.command_line.report, "_plain", torn)
     assert run("x.obj", "--json", "o.json") == 1
     assert (meshes / "o.json").read_text() == "of before"
+    assert not list(meshes.glob(".umbilics*"))
+
+
+def test_the_panel_knows_which_files_of_the_guidance_are_there_already(addon, tmp_path):
+    """The file browser warns of the one name that is typed, but more are written."""
+    in_the_way = addon.operators.export_field.in_the_way
+    kinds = ["mesh", "rosy", "csv"]
+    assert in_the_way(str(tmp_path / "egg.obj"), kinds) == []
+    for name in ("egg.rosy", "egg-umbilics.csv", "egg.sharp"):
+        (tmp_path / name).write_text("")
+    assert in_the_way(str(tmp_path / "egg.obj"), kinds) == ["egg.rosy", "egg-umbilics.csv"]
+
+
+def test_names_that_endings_do_not_fit_on_are_cut_and_stay_apart(run, meshes):
+    long = ["m" * 250 + letter + ".obj" for letter in "ab"]
+    for name in long:
+        shutil.copy(meshes / "x.obj", meshes / name)
+    guide = ("--guide", "g", "--guide-files", "separatrices", "csv")
+    assert run(*long, "--json", "out", *guide) == 0
+    assert len(list((meshes / "out").glob("*.json"))) == 2
+    assert len(list((meshes / "g").iterdir())) == 6
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="bounds files as Linux does")
+@pytest.mark.parametrize("kind", ["blend", "png", "ply", "usda", "json"])
+def test_what_does_not_fit_on_the_disk_is_not_there(run, meshes, kind, capfd):
+    """As on a full disk: no file may grow beyond a few kilobytes."""
+    import resource
+    import signal
+
+    (meshes / f"o.{kind}").write_text("of before")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        code = run("x.obj", f"--{kind}", f"o.{kind}", "--per-vertex")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert code == 1
+    said = [line for line in capfd.readouterr().err.splitlines() if "umbilics:" in line]
+    assert "cannot be written" in said[-1]
+    assert (meshes / f"o.{kind}").read_text() == "of before"
     assert not list(meshes.glob(".umbilics*"))

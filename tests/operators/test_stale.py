@@ -2,7 +2,7 @@
 
 import bpy
 import pytest
-from scene_building import add_ellipsoid, census, empties
+from scene_building import add_ellipsoid, empties
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import os
 import subprocess
 from pathlib import Path
 
+import places
 import pytest
 
 TOOLS = Path(__file__).resolve().parents[2] / "tools"
@@ -72,6 +73,59 @@ def test_without_a_package_manager_it_says_how_to_install_blender(fake, tmp_path
     assert "3.4.1; 4.2 or later is needed" in done.stderr
     assert "not a Debian or Ubuntu system" in done.stderr
     assert "brew install --cask blender" in done.stderr
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """A PATH of a Debian machine without Blender, with programs that do as they are told."""
+
+    def make(**programs):
+        usual = ("bash", "cat", "cksum", "cut", "dirname", "flock", "grep", "head", "mkdir", "rm")
+        usual += ("sed", "sort", "tail", "uname", "mktemp", "mv", "du")
+        for program in usual:
+            (tmp_path / program).symlink_to(f"/usr/bin/{program}")
+        told = {"apt-get": "exit 0", "apt-config": "exit 0", "dpkg": "exit 0", "unshare": "exit 0"}
+        for name, does in (told | programs).items():
+            (tmp_path / name).write_text(f"#!/bin/bash\n{does}\n")
+            (tmp_path / name).chmod(0o755)
+        return {"PATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+
+    return make
+
+
+NOBODY = "case $1 in -u) echo 54321 ;; *) echo nobody-of-the-tests ;; esac"
+
+
+def test_without_root_and_a_range_of_users_it_says_how_to_get_one(machine):
+    done = run(TOOLS / "blender", "-b", **machine(id=NOBODY, mmdebstrap="exit 0"))
+    assert done.returncode == 1
+    assert "sudo usermod --add-subuids" in done.stderr
+    assert "nobody-of-the-tests" in done.stderr
+    assert "brew install" in done.stderr
+
+
+def test_where_namespaces_are_forbidden_it_says_so(machine):
+    done = run(TOOLS / "blender", "-b", **machine(id="echo 0", unshare="exit 1"))
+    assert done.returncode == 1
+    assert "namespaces are not allowed" in done.stderr
+
+
+def test_without_a_network_it_says_so(machine):
+    failing = "echo 'E: Temporary failure resolving deb.debian.org'; exit 100"
+    done = run(TOOLS / "blender", "-b", **machine(id="echo 0", mmdebstrap=failing))
+    assert done.returncode == 1
+    assert "could not be reached" in done.stderr
+    assert "install Blender by hand" in done.stderr
+
+
+def test_packages_of_python_that_cannot_be_fetched_are_explained(capfd):
+    said = "ERROR: Could not find a version: Max retries exceeded (NewConnectionError: refused)"
+    with pytest.raises(SystemExit):
+        places.run_quietly(["sh", "-c", f"echo '{said}'; exit 1"], "install things")
+    assert "needs the network" in capfd.readouterr().err
+    with pytest.raises(SystemExit):
+        places.run_quietly(["sh", "-c", "echo 'no such package'; exit 1"], "install things")
+    assert "network" not in capfd.readouterr().err
 
 
 def test_an_unknown_version_is_an_error():

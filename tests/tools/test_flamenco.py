@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).resolve().parents[2] / "tools" / "flamenco" / "umbilics.js"
+FARMS = Path(__file__).resolve().parents[2] / "tools" / "farms"
+SCRIPT = FARMS / "flamenco" / "umbilics.js"
 
 # What Flamenco's Manager gives to a job compiler script: `author`, with tasks that take commands
 # and dependencies, and a job that takes tasks. Nothing else is there, as in the Manager. See

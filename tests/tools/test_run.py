@@ -21,6 +21,14 @@ def test_files_and_options_are_told_apart(arguments, files, options):
     assert run_umbilics.split_arguments(arguments) == ([Path(f) for f in files], options)
 
 
+def test_results_that_would_overwrite_something_are_refused(tmp_path):
+    one, two = tmp_path / "a" / "x.obj", tmp_path / "b" / "X.ply"
+    own = tmp_path / "out" / "x-umbilics.blend"
+    assert run_umbilics.overwritten([one], tmp_path / "out") == ""
+    assert "both" in run_umbilics.overwritten([one, two], tmp_path / "out")
+    assert "files to read" in run_umbilics.overwritten([one, own], tmp_path / "out")
+
+
 def entry(**changes):
     return {
         "object": "mesh",

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from bl_ext.user_default.umbilics.operators import mesh_data
 from bl_ext.user_default.umbilics.operators.command_line import importers
 from bl_ext.user_default.umbilics.operators.command_line.pictures import panels
 from bl_ext.user_default.umbilics.operators.command_line.pictures.panels import (
@@ -14,6 +13,8 @@ from bl_ext.user_default.umbilics.operators.command_line.pictures.panels import 
     view_of,
     write,
 )
+from bl_ext.user_default.umbilics.operators.mesh.fingerprint import Fingerprint, metric_of
+from bl_ext.user_default.umbilics.operators.mesh.read import MeshArrays, read_mesh
 from surfaces import AnalyticSurface
 
 import core
@@ -23,19 +24,29 @@ from core.mesh.repair import clean
 __all__ = ["Panel", "arrays_of", "by_index", "from_above", "panels", "read", "view_of", "write"]
 
 
-def arrays_of(vertices: np.ndarray, triangles: np.ndarray) -> mesh_data.MeshArrays:
+def arrays_of(vertices: np.ndarray, triangles: np.ndarray) -> MeshArrays:
     """Arrays of a mesh that was not read from a scene."""
     none = np.empty((0, 2), dtype=np.int32)
-    return mesh_data.MeshArrays(
-        vertices, triangles, np.arange(len(triangles)), len(triangles), np.eye(4), none, none,
-        None, None,
-    )  # fmt: skip
+    rows = np.arange(len(triangles))
+    return MeshArrays(
+        vertices=vertices,
+        triangles=triangles,
+        loop_triangle=rows,
+        polygon=rows,
+        polygon_count=len(triangles),
+        matrix=np.eye(4),
+        seams=none,
+        sharp=none,
+        uv=None,
+        given=None,
+        fingerprint=Fingerprint({}, metric_of(np.eye(4))),
+    )
 
 
-def read(path: Path) -> tuple[mesh_data.MeshArrays, str]:
+def read(path: Path) -> tuple[MeshArrays, str]:
     """The first mesh of a file with n-gons triangulated, and the axis that points up in it."""
     opened = importers.open_file(str(path), "")
-    return mesh_data.read(opened.objects[0]), opened.up
+    return read_mesh(opened.objects[0]), opened.up
 
 
 def from_above(

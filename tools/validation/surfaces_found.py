@@ -12,7 +12,7 @@ from core.curvature.from_normals import curvature_from_normals
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
-from core.umbilics.shape_operators import zero_crossing
+from core.umbilics.shape_operators import face_deviators, zero_crossings
 
 RAW = core.Settings(curvature="given", persistence=0.0, regions=False)
 """A method alone: operators as they are, nothing cancelled, nothing merged."""
@@ -41,7 +41,10 @@ def surface_and_field(mesh: AnalyticSurface) -> tuple[Surface, core.CurvatureFie
 def paper_points(mesh: AnalyticSurface, parametrization: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions (k, 3) and triangles (k,) by the paper's own test of each triangle alone."""
     surface, field = surface_and_field(mesh)
-    triangle, weights, _ = zero_crossing(surface, field, parametrization)
+    triangle, weights, _ = zero_crossings(
+        lambda rows: face_deviators(surface, field, rows, parametrization).values,
+        len(surface.triangles),
+    )
     corners = mesh.vertices[surface.source_vertex[surface.triangles[triangle]]]
     return np.einsum("kj,kji->ki", weights, corners), surface.source_triangle[triangle]
 

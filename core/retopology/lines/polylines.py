@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Lines:
     closed:
         (l,) bool, True where a line comes back to its first point.
     source, target:
-        (l,) int64 umbilics that a separatrix starts from and ends at, -1 for none.
+        (l,) int64 umbilics that a separatrix or ridge starts from and ends at, -1 for none.
     """
 
     start: np.ndarray
@@ -49,6 +50,9 @@ class Lines:
     source: np.ndarray
     target: np.ndarray
 
+    OF_POINTS: ClassVar[tuple[str, ...]] = ("position", "normal", "triangle", "barycentric")
+    OF_LINES: ClassVar[tuple[str, ...]] = ("family", "length", "closed", "source", "target")
+
     def __len__(self) -> int:
         return len(self.family)
 
@@ -61,13 +65,9 @@ class Lines:
         rows = np.arange(len(self))[rows]
         count = np.diff(self.start)[rows]
         points = spans(self.start[:-1][rows], count)
-        parts = {name: getattr(self, name)[points] for name in _OF_POINTS}
-        parts |= {name: getattr(self, name)[rows] for name in _OF_LINES}
-        return Lines(start=np.concatenate([[0], np.cumsum(count)]), **parts)
-
-
-_OF_POINTS = ("position", "normal", "triangle", "barycentric")
-_OF_LINES = ("family", "length", "closed", "source", "target")
+        parts = {name: getattr(self, name)[points] for name in self.OF_POINTS}
+        parts |= {name: getattr(self, name)[rows] for name in self.OF_LINES}
+        return type(self)(start=np.concatenate([[0], np.cumsum(count)]), **parts)
 
 
 def spans(first: np.ndarray, count: np.ndarray) -> np.ndarray:

@@ -149,7 +149,7 @@ class _Batch:
             f"{jobs} at a time, each with at most {memory >> 20} MB of memory."
         )
         if plan.events:
-            messages.tell("start", files=len(waiting), skipped=skipped)
+            messages.tell("batch", files=len(waiting), skipped=skipped)
         start = time.monotonic()
         waiting.reverse()
         number = ended = 0

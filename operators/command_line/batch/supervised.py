@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ....core.formats.whole import PARTIAL
 from .. import exit_codes
-from ..arguments import Request
 from ..guard import shown
-from ..messages import complain
+from ..messages import complain, tell
+from ..request import Limits, Request
 from . import machine
 
 _PAUSE = 0.05
@@ -32,29 +32,49 @@ def _one_file(request: Request, file: str | None, outputs: dict, blender: list[s
     if request.events:
         command.append("--progress=jsonl")
     command += [] if file is None else ["--", file]
-    label = "" if file is None else f"{shown(file)}: "
-    # Its sentences are this command's; Blender's own at start and end are for nobody.
+    start = time.monotonic()
+    number, code = _end_of(command, request.limits)
+    if code in (exit_codes.DONE, exit_codes.FAILED):
+        # It has said all that there is to say.
+        return code == exit_codes.DONE
+    _remove_partial(request, outputs, number)
+    if code is None:
+        error = f"given up after {request.limits.seconds:g} s (--time-limit)."
+    else:
+        error = f"Blender ended with {machine.end_in_words(code)}."
+        if request.limits.memory:
+            error += " It may have needed more than --memory-limit."
+    name = None if file is None else shown(file)
+    error = error if name is None else f"{name}: {error}"
+    complain(error)
+    if request.events:
+        seconds = round(time.monotonic() - start, 3)
+        tell("file", file=name, status="failed", seconds=seconds, error=error)
+    return False
+
+
+def _end_of(command: list[str], limits: Limits) -> tuple[int, int | None]:
+    """Run a process within the limits; its number, and its exit code, None if it took too long."""
     process = subprocess.Popen(command, stdin=subprocess.PIPE)
-    limits = request.limits
     if limits.memory:
         machine.limit_memory(process.pid, limits.memory)
     start = time.monotonic()
     try:
         while process.poll() is None:
             if limits.seconds is not None and time.monotonic() - start > limits.seconds:
-                complain(f"{label}given up after {limits.seconds:g} s (--time-limit).")
-                return False
+                return process.pid, None
             time.sleep(_PAUSE)
+        return process.pid, process.returncode
     finally:
         process.kill()
         process.wait()
         process.stdin.close()
-        folders = {Path(path).parent for path in outputs.values()}
-        folders |= {request.guidance.folder} if request.guidance else set()
-        for folder in folders:
-            for left in folder.glob(f"{PARTIAL}{process.pid}-*"):
-                left.unlink(missing_ok=True)
-    if process.returncode not in (exit_codes.DONE, exit_codes.FAILED):
-        memory = " It may have needed more than --memory-limit." if limits.memory else ""
-        complain(f"{label}Blender ended with {machine.end_in_words(process.returncode)}.{memory}")
-    return process.returncode == exit_codes.DONE
+
+
+def _remove_partial(request: Request, outputs: dict, number: int) -> None:
+    """Remove what a process that was ended had begun to write."""
+    folders = {Path(path).parent for path in outputs.values()}
+    folders |= {request.guidance.folder} if request.guidance else set()
+    for folder in folders:
+        for left in folder.glob(f"{PARTIAL}{number}-*"):
+            left.unlink(missing_ok=True)

@@ -155,13 +155,22 @@ class Stage:
         self._camera.matrix_world = view.matrix(0.0, 0.0, distance)
 
     def pixels(self) -> np.ndarray:
-        """Draw; (height, width, 4) float32 pixels, bottom row first."""
+        """Draw; (height, width, 4) float32 pixels, bottom row first.
+
+        Raises
+        ------
+        FileError
+            The temporary folder is full.
+        """
         width, height = self._size
         with tempfile.TemporaryDirectory() as folder:
             path = str(Path(folder) / "umbilics.png")
             self.scene.render.filepath = path
             with quiet():
                 bpy.ops.render.render(write_still=True, scene=self.scene.name)
+            if not _is_whole(Path(path)):
+                reason = os.strerror(errno.ENOSPC)
+                raise FileError(f"{shown(path)}: a view cannot be written ({reason}).")
             image = bpy.data.images.load(path)
             try:
                 pixels = np.empty(height * width * 4, dtype=np.float32)
@@ -192,8 +201,7 @@ def save_pixels(path: Path, pixels: np.ndarray) -> None:
         with core.whole_file(path) as partial:
             with quiet():
                 image.save_render(str(partial.resolve()), scene=scene)
-            # Blender does not say that a disk is full.
-            if not partial.read_bytes().endswith(_PNG_END):
+            if not _is_whole(partial):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     except (OSError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or str(error).strip()
@@ -201,3 +209,8 @@ def save_pixels(path: Path, pixels: np.ndarray) -> None:
     finally:
         bpy.data.images.remove(image)
         bpy.data.scenes.remove(scene)
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a PNG file has its end: Blender does not say that a disk is full."""
+    return path.exists() and path.read_bytes().endswith(_PNG_END)

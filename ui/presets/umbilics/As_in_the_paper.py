@@ -3,7 +3,8 @@ import bpy
 settings = bpy.context.scene.umbilics
 
 settings.method = "S"
-settings.parametrization = "conformal"
+settings.parametrization = "projection"
+settings.triangles = "published"
 settings.charts = "seams"
 settings.curvature = "normals"
 settings.scale_auto = True

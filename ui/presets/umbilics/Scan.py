@@ -4,6 +4,7 @@ settings = bpy.context.scene.umbilics
 
 settings.method = "S"
 settings.parametrization = "conformal"
+settings.triangles = "certified"
 settings.charts = "seams"
 settings.curvature = "jets"
 settings.scale_auto = True

@@ -1,0 +1,115 @@
+"""Opposite singularities of a cross field that stand closer than it resolves, taken together.
+
+Between two that are an edge or a smoothing length apart no quad fits, and beside an umbilic the
+fourth powers of directions that turn fast from vertex to vertex make such pairs out of nothing. The
+field forgets its data around them and is filled in harmonically; opposite ones then meet and are
+gone, as the discrete index says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
+
+from ..base.progress import Progress
+from ..fields.winding import certified_index
+from ..mesh.surface import Surface
+
+# Triangles side by side have their centres so many edges apart, or less.
+CLOSEST = 0.7
+# The field is filled in over a disc that reaches so many of their distances beyond a pair in the
+# first round, twice as many in the second and so on: a tighter disc may keep them apart, a wider
+# one forgets more than it must.
+MARGIN, ROUNDS = 1.0, 3
+
+
+def without_dipoles(
+    surface: Surface,
+    laplacian: sparse.csr_array,
+    u: np.ndarray,
+    fixed: np.ndarray,
+    normal: np.ndarray,
+    direction: Callable[[np.ndarray], np.ndarray],
+    apart: float,
+    progress: Progress,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The field u (n,) with fewer pairs, and its index (m,) in each triangle.
+
+    Parameters
+    ----------
+    laplacian:
+        (n, n) complex connection Laplacian of the field's powers.
+    fixed:
+        (n,) bool vertices whose values stay.
+    normal:
+        (n, 3) float64 unit normals.
+    direction:
+        Gives one direction (n, 3) of the crosses u.
+    apart:
+        Length that opposite singularities must be apart.
+    """
+
+    def indices(field: np.ndarray) -> np.ndarray:
+        d1 = direction(field)
+        return certified_index(surface, d1, np.cross(normal, d1), progress.quiet(), symmetry=4)
+
+    index = indices(u)
+    for number in range(1, ROUNDS + 1):
+        progress.ask()
+        margin = MARGIN * number
+        free = np.flatnonzero(_around_pairs(surface, index, normal, apart, margin) & ~fixed)
+        if not len(free):
+            break
+        filled = _filled(laplacian, u, free)
+        after = indices(filled)
+        if np.count_nonzero(after) < np.count_nonzero(index):
+            u, index = filled, after
+    return u, index
+
+
+def _around_pairs(
+    surface: Surface, index: np.ndarray, normal: np.ndarray, apart: float, margin: float
+) -> np.ndarray:
+    """(n,) bool, True at vertices in the discs around opposite singularities."""
+    chosen = np.zeros(len(surface.vertices), bool)
+    single = np.flatnonzero(index)
+    corner = surface.vertices[surface.triangles[single]]
+    place, upright = corner.mean(axis=1), surface.face_normal_area[0][single]
+    edge = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
+    reach = np.maximum(apart, CLOSEST * edge)
+    if not len(single):
+        return chosen
+    pairs = cKDTree(place).query_pairs(float(reach.max()), output_type="ndarray")
+    one, two = pairs.T
+    distance = np.linalg.norm(place[one] - place[two], axis=1)
+    close = distance <= np.minimum(reach[one], reach[two])
+    close &= index[single[one]] * index[single[two]] < 0
+    close &= np.einsum("pc,pc->p", upright[one], upright[two]) > 0
+    one, two, distance = one[close], two[close], distance[close]
+    middle = 0.5 * (place[one] + place[two])
+    radius = 0.5 * distance + margin * np.maximum(distance, np.maximum(edge[one], edge[two]))
+    near = cKDTree(surface.vertices).query_ball_point(middle, radius)
+    pair = np.repeat(np.arange(len(near)), [len(found) for found in near])
+    vertex = np.concatenate([np.zeros(0, np.int64), *near]).astype(np.int64)
+    # Not the other side of a thin sheet.
+    same_side = np.einsum("vc,vc->v", normal[vertex], upright[one][pair]) > 0
+    chosen[vertex[same_side]] = True
+    return chosen
+
+
+def _filled(laplacian: sparse.csr_array, u: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """u with the harmonic field between the others at the vertices `free`."""
+    inside = np.zeros(len(u), bool)
+    inside[free] = True
+    known = np.where(inside, 0.0, u)
+    rows = laplacian[free]
+    system = rows[:, free].tocsc()
+    # A disc without a rim, a small component all in it, has no harmonic field but zero.
+    system += sparse.diags_array(1e-9 * system.diagonal())
+    result = u.copy()
+    result[free] = splu(system.tocsc()).solve(-(rows @ known))
+    return result

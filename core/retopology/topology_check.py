@@ -1,0 +1,206 @@
+"""How well a mesh of the user's own follows a surface: its irregular vertices, edges, distance.
+
+Any polygons may be checked, made by hand or by a remesher; only quads have an angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..base.errors import InvalidMeshError
+from ..base.progress import Progress
+from ..fields.planes import FaceFrames, in_plane
+from ..mesh.surface import Surface
+from .planner import Guide
+from .poles import Poles
+from .quads.finishing.projection import ClosestPoints
+
+REACH = 3.0
+"""Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
+that an artist has moved out of the way of a crease or a joint is still that pole."""
+
+
+@dataclass(frozen=True)
+class TopologyCheck:
+    """A mesh of n vertices and f faces held against a surface and its pole plan.
+
+    Attributes
+    ----------
+    irregular:
+        (k,) int64 vertices whose valence is not what a regular grid has: 4, on a border 3.
+    valence:
+        (k,) int64 their edges; one more is counted on a border, so that 4 is always regular.
+    pole:
+        (k,) int64 planned pole that each stands for, -1 for none: it is extra.
+    missing:
+        (r,) int64 planned poles that no vertex stands for.
+    quads:
+        How many of the faces have four corners.
+    angle:
+        (f,) float64 degrees, 0 to 45, from the directions of a quad to the principal directions
+        below it; NaN for other faces and where the surface has no direction.
+    mean_angle:
+        Their mean in degrees, by area and by the gap of the curvatures; NaN without any.
+    distance:
+        (n,) float64 length from each vertex to the surface.
+    edge:
+        Mean length of the edges.
+    """
+
+    irregular: np.ndarray
+    valence: np.ndarray
+    pole: np.ndarray
+    missing: np.ndarray
+    quads: int
+    angle: np.ndarray
+    mean_angle: float
+    distance: np.ndarray
+    edge: float
+
+    @property
+    def matched(self) -> int:
+        """How many planned poles have a vertex that stands for them."""
+        return int(np.count_nonzero(self.pole >= 0))
+
+    @property
+    def extra(self) -> int:
+        """How many irregular vertices no planned pole asks for."""
+        return int(np.count_nonzero(self.pole < 0))
+
+
+def check_topology(
+    vertices: np.ndarray,
+    corners: np.ndarray,
+    start: np.ndarray,
+    guide: Guide,
+    poles: Poles,
+    progress: Progress | None = None,
+) -> TopologyCheck:
+    """Hold a mesh against a surface.
+
+    Parameters
+    ----------
+    vertices:
+        (n, 3) positions of the mesh that is checked, in the coordinates of the surface.
+    corners, start:
+        (c,) vertices of its faces one behind the other, and (f + 1,) where each face begins.
+    guide:
+        The surface and its detection.
+    poles:
+        The plan to compare with, `guide.guidance().poles`.
+    progress:
+        Told how far the work is, and asked whether to stop.
+
+    Raises
+    ------
+    InvalidMeshError
+        The mesh has no faces.
+    """
+    vertices, corners = np.asarray(vertices, float), np.asarray(corners, np.int64)
+    start = np.asarray(start, np.int64)
+    if len(start) < 2 or not len(corners):
+        raise InvalidMeshError("The mesh that is to be checked has no faces.")
+    progress = progress or Progress()
+    whole = guide.surface
+    progress.part("Looking for the surface", 0.0, 0.5)
+    closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
+    own = (vertices - whole.origin) / whole.unit
+    _, there = closest(own)
+    one, two, uses = _edges(corners, start, len(vertices))
+    irregular, valence = _irregular(one, two, uses, len(vertices))
+    edge = float(np.linalg.norm(vertices[one] - vertices[two], axis=1).mean())
+    pole = _matched(vertices[irregular], valence, poles, REACH * edge)
+    missing = np.setdiff1d(np.arange(len(poles)), pole)
+    quads = np.flatnonzero(np.diff(start) == 4)
+    angle = np.full(len(start) - 1, np.nan)
+    weight = np.zeros(len(start) - 1)
+    if len(quads):
+        at = own[corners[start[quads][:, None] + np.arange(4)]]
+        planes = guide.planes(progress.part("Comparing directions", 0.5, 1.0))
+        angle[quads], weight[quads] = _angles(at, whole, planes, closest)
+    progress.step(1.0)
+    known = np.isfinite(angle) & (weight > 0.0)
+    return TopologyCheck(
+        irregular=irregular,
+        valence=valence,
+        pole=pole,
+        missing=missing,
+        quads=len(quads),
+        angle=angle,
+        mean_angle=float(np.average(angle[known], weights=weight[known]))
+        if known.any()
+        else float("nan"),
+        distance=np.linalg.norm(there - own, axis=1) * whole.unit,
+        edge=edge,
+    )
+
+
+def _edges(
+    corners: np.ndarray, start: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(e,) both ends of every edge once, and how many faces have it."""
+    following = np.arange(len(corners)) + 1
+    following[start[1:] - 1] = start[:-1]
+    tail, head = corners, corners[following]
+    key = np.minimum(tail, head) * np.int64(count) + np.maximum(tail, head)
+    edge, uses = np.unique(key, return_counts=True)
+    return edge // count, edge % count, uses
+
+
+def _irregular(
+    one: np.ndarray, two: np.ndarray, uses: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) irregular vertices and their valence, one more on a border; corners of a border, where
+    a single face ends, are none."""
+    ends = np.concatenate([one, two])
+    valence = np.bincount(ends, minlength=count)
+    single = uses == 1
+    on_border = np.zeros(count, bool)
+    on_border[one[single]] = on_border[two[single]] = True
+    corner = on_border & (valence == 2)
+    valence = valence + on_border
+    rows = np.flatnonzero((valence != 4) & (valence > 0) & ~corner)
+    return rows, valence[rows]
+
+
+def _matched(positions: np.ndarray, valence: np.ndarray, poles: Poles, reach: float) -> np.ndarray:
+    """(k,) the planned pole of each vertex, -1 for none: the nearest pairs first, each once.
+
+    A vertex stands for a pole that lacks or exceeds four edges like itself.
+    """
+    pole = np.full(len(positions), -1)
+    if not len(poles) or not len(positions):
+        return pole
+    near = cKDTree(positions).sparse_distance_matrix(
+        cKDTree(poles.position), reach, output_type="coo_matrix"
+    )
+    alike = np.sign(valence[near.row] - 4) == np.sign(poles.valence[near.col] - 4)
+    row, column = near.row[alike], near.col[alike]
+    taken = np.zeros(len(poles), bool)
+    for item in np.argsort(near.data[alike], kind="stable").tolist():
+        if pole[row[item]] < 0 and not taken[column[item]]:
+            pole[row[item]] = column[item]
+            taken[column[item]] = True
+    return pole
+
+
+def _angles(
+    at: np.ndarray, whole: Surface, planes: FaceFrames, closest: ClosestPoints
+) -> tuple[np.ndarray, np.ndarray]:
+    """(q,) degrees to the principal directions of quads (q, 4, 3), and their weights."""
+    across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    triangle, _ = closest(at.mean(axis=1), across)
+    deviator = planes.deviator(triangle, planes.corner[triangle].mean(axis=1))
+    first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
+    second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
+    # The cross of the quad: the mean of its two directions, the second turned by a right angle.
+    cross = in_plane(whole, triangle, first) - 1j * in_plane(whole, triangle, second)
+    turn = np.angle(cross) - 0.5 * np.angle(deviator)
+    quarter = 0.5 * np.pi
+    off = np.degrees(np.abs(turn - quarter * np.rint(turn / quarter)))
+    gap = np.abs(deviator)
+    known = (gap > 0.0) & (np.abs(cross) > 1e-9)
+    return np.where(known, off, np.nan), gap * np.linalg.norm(across, axis=1)

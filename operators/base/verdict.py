@@ -1,0 +1,73 @@
+"""What is to be thought of a detection, in a line, and what would mend it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ... import core
+from .words import counts_in_words
+
+# What mends a detection; see `operators/mend.py`.
+SUBDIVIDE, CREASES, MERGE, SMOOTH = "SUBDIVIDE", "CREASES", "MERGE", "SMOOTH"
+LABELS = {
+    SUBDIVIDE: "Add Subdivision",
+    CREASES: "Hard Surface: Crease Angle 30°",
+    MERGE: "Merge by Distance",
+    SMOOTH: "Wider Scale",
+}
+_HELP = {
+    SUBDIVIDE: "The mesh is too coarse for its shape.",
+    CREASES: "The surface has creases: curvature is smeared across them.",
+    MERGE: "Faces that look joined are not.",
+    SMOOTH: "The noise is as strong as the shape.",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A detection judged.
+
+    Attributes
+    ----------
+    found:
+        What was found, for example "31 umbilics, 7 regions".
+    trust:
+        How far that can be trusted, or what is wrong.
+    is_good:
+        The noise is known and small beside the shape, and nothing is wrong.
+    remedy:
+        What would mend it, one of the names above; empty where nothing would.
+    """
+
+    found: str
+    trust: str
+    is_good: bool
+    remedy: str
+
+
+def verdict(summary) -> Verdict:
+    """The judgement of a detection by its `summary.UMBILICS_PG_summary`."""
+    umbilics = sum(getattr(summary, kind) for kind in core.KINDS)
+    found = f"{umbilics or 'no'} umbilic{'' if umbilics == 1 else 's'}"
+    if summary.regions:
+        found += f", {summary.regions} region{'' if summary.regions == 1 else 's'}"
+    remedy = _remedy(summary)
+    if remedy:
+        return Verdict(found, _HELP[remedy], False, remedy)
+    if not summary.noise:
+        return Verdict(found, "trust unknown: the noise could not be measured", False, "")
+    if summary.uncertain:
+        sure = counts_in_words({core.KINDS[-1]: summary.uncertain})
+        return Verdict(found, f"trust fair: {sure}", False, "")
+    return Verdict(found, "trust good", True, "")
+
+
+def _remedy(summary) -> str:
+    texts = [warning.text for warning in summary.warnings]
+    if any("Merge by Distance" in text for text in texts):
+        return MERGE
+    if summary.is_coarse:
+        return SUBDIVIDE
+    if summary.is_hard:
+        return CREASES
+    return SMOOTH if core.SMOOTH_MORE in texts else ""

@@ -1,0 +1,50 @@
+"""Operator: remove all results from the file, whatever scene they are in."""
+
+import bpy
+
+from .clear import clear
+from .jobs import detect, worker
+from .scene import orphans
+from .scene.modes import finished
+
+
+class UMBILICS_OT_clear_file(bpy.types.Operator):
+    bl_idname = "umbilics.clear_file"
+    bl_label = "Clear Umbilics in File"
+    bl_description = (
+        "Remove the results of all objects in all scenes of this file, and what is left of "
+        "deleted, joined and separated objects. Nothing of yours is removed"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if worker.current() is not None:
+            cls.poll_message_set("A detection is running. Wait for it, or press Esc.")
+            return False
+        return True
+
+    def execute(self, context):
+        found = orphans.with_results()
+        refused = [why for obj in found if (why := detect.why_not(obj, to_clear=True))]
+        cleared = [clear(context, obj) for obj in found if not detect.why_not(obj, to_clear=True)]
+        left = orphans.remove()
+        for why in refused:
+            self.report({"WARNING"}, why)
+        if not (any(cleared) or left):
+            self.report({"INFO"}, "There is nothing of Umbilics in this file.")
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Cleared {sum(cleared)} objects, and {left} left of others.")
+        return {"FINISHED"}
+
+    def invoke(self, context, event):
+        edited = context.mode == "EDIT_MESH"
+        return finished(self.execute(context), edited)
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_clear_file)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_clear_file)

@@ -1,0 +1,73 @@
+"""The settings of the remeshing in the scene: the core's own, and what becomes of the result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+from bpy.props import PointerProperty
+
+from ... import core
+from .properties import annotations_of, values_of
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """What is done beside making the quads."""
+
+    hide_original: bool = core.setting(
+        True,
+        label="Hide Original",
+        help="Hide the mesh that the quads were made of, which lies in the same place",
+        kind="flag",
+    )
+    shrinkwrap: bool = core.setting(
+        False,
+        label="Shrinkwrap",
+        help="Give the quads a Shrinkwrap modifier onto the original, for editing them further",
+        kind="flag",
+    )
+    transfer: bool = core.setting(
+        False,
+        label="Transfer Data",
+        help="Carry materials, UV maps, vertex groups and colours over from the original",
+        kind="flag",
+    )
+
+
+def annotations() -> dict:
+    """Blender properties for all of it: the scene's group and the operator have the same."""
+    return annotations_of(core.RemeshSettings) | annotations_of(Delivery)
+
+
+class UMBILICS_PG_remesh(bpy.types.PropertyGroup):
+    """How to remesh; one for each scene."""
+
+
+UMBILICS_PG_remesh.__annotations__ = annotations()
+
+
+def to_remesh_settings(values: bpy.types.PropertyGroup | bpy.types.Operator) -> core.RemeshSettings:
+    """The core's settings with the values of the scene's group or of the operator.
+
+    Raises
+    ------
+    core.InvalidSettingsError
+        A value is out of bounds.
+    """
+    return core.RemeshSettings(**values_of(values, core.RemeshSettings))
+
+
+def to_delivery(values: bpy.types.PropertyGroup | bpy.types.Operator) -> Delivery:
+    """What becomes of the result, of the scene's group or of the operator."""
+    return Delivery(**values_of(values, Delivery))
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_PG_remesh)
+    bpy.types.Scene.umbilics_remesh = PointerProperty(type=UMBILICS_PG_remesh)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.umbilics_remesh
+    bpy.utils.unregister_class(UMBILICS_PG_remesh)

@@ -1,0 +1,72 @@
+"""What is kept of a check: how well a mesh of the user's follows a surface."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ... import core
+
+
+def _is_mesh(_, obj: bpy.types.Object) -> bool:
+    return obj.type == "MESH"
+
+
+class UMBILICS_PG_check(bpy.types.PropertyGroup):
+    """The last check of an object, in numbers."""
+
+    surface: PointerProperty(
+        type=bpy.types.Object,
+        poll=_is_mesh,
+        name="Surface",
+        description="The mesh whose shape the active one should follow; empty takes the other "
+        "selected one",
+    )
+    checked: BoolProperty(description="The object was checked")
+    against: StringProperty(description="Name of the surface that it was held against")
+    matched: IntProperty(description="Irregular vertices that stand where the plan has a pole")
+    missing: IntProperty(description="Poles of the plan without an irregular vertex near them")
+    extra: IntProperty(description="Irregular vertices that the plan has no pole for")
+    quads: IntProperty(description="Faces of four corners")
+    faces: IntProperty(description="All faces")
+    angle: FloatProperty(
+        description="Mean angle between the quads and the directions of curvature, in degrees; "
+        "negative where there is none"
+    )
+    distance: FloatProperty(description="Largest distance from a vertex to the surface")
+    edges: FloatProperty(description="The same in mean edges")
+
+
+def store(obj: bpy.types.Object, against: str, found: core.TopologyCheck) -> None:
+    """Put the numbers of a check away with the object, in place of earlier ones."""
+    kept = obj.umbilics_check
+    kept.checked, kept.against = True, against
+    kept.matched, kept.missing, kept.extra = found.matched, len(found.missing), found.extra
+    kept.quads, kept.faces = found.quads, len(found.angle)
+    kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
+    kept.distance = float(found.distance.max(initial=0.0))
+    kept.edges = kept.distance / found.edge if found.edge > 0.0 else 0.0
+
+
+def sentences(kept: UMBILICS_PG_check) -> list[str]:
+    """The check in lines for the panel and for reports."""
+    poles = kept.matched + kept.missing
+    lines = [f"{kept.matched} of {poles} planned poles, {kept.missing} missing, {kept.extra} extra"]
+    if kept.quads < kept.faces:
+        lines.append(f"{kept.faces - kept.quads} of {kept.faces} faces are no quads")
+    if kept.angle >= 0.0:
+        lines.append(f"{kept.angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
+    lines.append(f"At most {kept.edges:.2g} edges from the surface")
+    return lines
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_PG_check)
+    bpy.types.Object.umbilics_check = PointerProperty(type=UMBILICS_PG_check)
+
+
+def unregister() -> None:
+    del bpy.types.Object.umbilics_check
+    bpy.utils.unregister_class(UMBILICS_PG_check)

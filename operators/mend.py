@@ -1,0 +1,110 @@
+"""Operator: do what a detection's verdict advises, and detect again."""
+
+import math
+
+import bmesh
+import bpy
+import numpy as np
+from bpy.props import EnumProperty
+
+from .. import core
+from .base import verdict
+from .data import record
+from .jobs import detect, worker
+from .mesh.read import positions
+from .scene import homes, targets
+from .scene.display_objects import source_of
+from .scene.modes import object_mode
+
+# By so much the neighbourhoods grow where noise is as strong as the shape.
+_WIDER = 1.5
+# Vertices this close, in parts of the largest coordinate, are one: single precision's rounding.
+_SAME = 1e-6
+_TEXTS = {
+    verdict.SUBDIVIDE: "Add a Subdivision Surface modifier, or a level to the one that is there",
+    verdict.CREASES: "Fit no curvature across edges sharper than 30°",
+    verdict.MERGE: "Join vertices that lie in the same place, so that the faces around them meet",
+    verdict.SMOOTH: "Fit curvature over neighbourhoods half as wide again",
+}
+
+
+class UMBILICS_OT_mend(bpy.types.Operator):
+    bl_idname = "umbilics.mend"
+    bl_label = "Mend and Detect"
+    bl_description = "Do what the last detection's verdict advises, and detect again"
+    bl_options = {"REGISTER", "UNDO"}
+
+    way: EnumProperty(
+        name="Way",
+        items=[(way, label, _TEXTS[way]) for way, label in verdict.LABELS.items()],
+    )
+
+    @classmethod
+    def poll(cls, context):
+        obj = source_of(context.active_object)
+        reason = detect.why_not(obj, with_modifiers=True)
+        if not reason and not targets.is_own(obj):
+            reason = f"{obj.name} is linked from another file: change it there."
+        if worker.current() is not None:
+            reason = "A detection is running. Wait for it, or press Esc."
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        obj = source_of(context.active_object)
+        _WAYS[self.way](context, obj)
+        how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        return {"CANCELLED"} if bpy.ops.umbilics.detect(how) == {"CANCELLED"} else {"FINISHED"}
+
+
+def _subdivide(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    modifier = next((m for m in reversed(obj.modifiers) if m.type == "SUBSURF"), None)
+    if modifier is None:
+        modifier = obj.modifiers.new("Subdivision", "SUBSURF")
+        modifier.levels = 2
+    else:
+        modifier.levels += 1
+    modifier.show_viewport = True
+    context.scene.umbilics_display.source = "EVALUATED"
+
+
+def _set_creases(context: bpy.types.Context, _obj: bpy.types.Object) -> None:
+    context.scene.umbilics.crease_angle = math.radians(core.SHARP)
+
+
+def _merge(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    with object_mode(context, obj, push=False):
+        work = bmesh.new()
+        try:
+            work.from_mesh(obj.data)
+            reach = _SAME * float(abs(positions(obj.data)).max(initial=0.0))
+            bmesh.ops.remove_doubles(work, verts=work.verts, dist=reach)
+            work.to_mesh(obj.data)
+        finally:
+            work.free()
+        obj.data.update()
+
+
+def _widen(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    settings, kept = context.scene.umbilics, record.of(homes.owner_of(obj))
+    edge = float(np.median(kept.edge)) if kept is not None and len(kept.edge) else 0.0
+    rings = kept.detection.scale / edge if edge > 0.0 else settings.scale
+    settings.scale_auto, settings.scale_unit = False, "rings"
+    settings.scale = math.ceil(_WIDER * rings)
+
+
+_WAYS = {
+    verdict.SUBDIVIDE: _subdivide,
+    verdict.CREASES: _set_creases,
+    verdict.MERGE: _merge,
+    verdict.SMOOTH: _widen,
+}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_mend)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_mend)

@@ -1,0 +1,53 @@
+"""Operator: an empty mesh over the active one to build quads on by hand."""
+
+import bpy
+
+from .scene import targets
+
+
+class UMBILICS_OT_new_retopology(bpy.types.Operator):
+    bl_idname = "umbilics.new_retopology"
+    bl_label = "New Retopology Mesh"
+    bl_description = (
+        "Add an empty mesh that sticks to the active one, with snapping to faces, and start "
+        "building quads in Edit Mode with the guides in view"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        obj = context.active_object
+        if obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
+            cls.poll_message_set("Make the surface the active object, in Object Mode.")
+            return False
+        return True
+
+    def execute(self, context):
+        surface = context.active_object
+        mesh = bpy.data.meshes.new(f"{surface.name} Retopology")
+        made = bpy.data.objects.new(mesh.name, mesh)
+        own = [one for one in surface.users_collection if targets.is_local(one)]
+        for collection in own or [context.scene.collection]:
+            collection.objects.link(made)
+        modifier = made.modifiers.new("Shrinkwrap", "SHRINKWRAP")
+        modifier.target = surface
+        modifier.show_on_cage = True
+        made.show_in_front = True
+        made.umbilics_check.surface = surface
+        for other in list(context.selected_objects):
+            other.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
+        tools = context.scene.tool_settings
+        tools.use_snap = True
+        tools.snap_elements = {"FACE"}
+        bpy.ops.object.mode_set(mode="EDIT")
+        return {"FINISHED"}
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_new_retopology)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_new_retopology)

@@ -1,0 +1,66 @@
+"""Operator: a quad mesh whose edges follow the curvature, beside the active mesh."""
+
+import bpy
+import numpy as np
+
+from .. import core
+from .data import remeshing
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene import quad_meshes, targets
+
+
+class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.remesh_to_quads"
+    bl_label = "Remesh to Quads"
+    bl_description = (
+        "Make a mesh of quads alone beside the active mesh: its edges follow the curvature, its "
+        "irregular vertices are the planned poles"
+    )
+
+    def invoke(self, context, event):
+        """Beside the window, with the settings of the panel."""
+        group = context.scene.umbilics_remesh
+        for name in remeshing.annotations():
+            if not self.properties.is_property_set(name):
+                setattr(self, name, getattr(group, name))
+        return super().invoke(context, event)
+
+    def job(self, context):
+        settings = remeshing.to_remesh_settings(self)
+
+        def work(job, guide, progress):
+            arrays = job.inputs.arrays
+            return core.remesh(
+                arrays.vertices,
+                arrays.triangles,
+                settings,
+                progress,
+                detection=guide.detection,
+                sharp=arrays.sharp,
+                zone=job.zone,
+            )
+
+        return retopology.gather(context, context.active_object, work)
+
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (_, transaction):
+            source = targets.named(job.object_name)
+            delivery = remeshing.to_delivery(self)
+            quad_meshes.add(context, source, job.inputs.arrays, found, delivery, transaction)
+        for warning in found.warnings:
+            self.report({"WARNING"}, warning)
+        angle = found.angle[np.isfinite(found.angle)]
+        follows = f", {np.mean(angle):.1f}\N{DEGREE SIGN} from the curvature" if len(angle) else ""
+        return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
+
+
+UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.annotations()
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_remesh_to_quads)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_remesh_to_quads)

@@ -1,0 +1,103 @@
+"""What is left of results whose object is deleted, joined to another or no longer has any.
+
+Objects of ours are known by their tags. One that the user has taken from its object, or
+animated, given a constraint, a child or, to an umbilic, another name is the user's.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import bpy
+
+from ..mesh.attributes import RESULTS, remove_results
+from . import display_objects, empties, glyph_images, guidance_objects, homes
+from .targets import is_local
+from .transaction import Transaction, all_or_nothing, empty_without
+
+# What a detection and a plan may leave on a mesh, and how it is laid out.
+_ON_MESHES = (RESULTS, guidance_objects.ATTRIBUTES, guidance_objects.MARKS)
+
+
+def with_results() -> list[bpy.types.Object]:
+    """The file's own mesh objects that have anything of ours, whatever scene they are in."""
+    parents = {obj.parent for obj in bpy.data.objects if obj.parent and _is_tagged(obj)}
+    return [
+        obj
+        for obj in bpy.data.objects
+        if obj.type == "MESH"
+        and is_local(obj)
+        and (_has_results(obj) or obj in parents or _is_marked(obj.data))
+    ]
+
+
+def remove() -> int:
+    """Remove what belongs to no object with results any more; how much there was."""
+    names = {obj.name_full for obj in bpy.data.objects}
+    alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj, names)]
+    collections = {one for obj in alone for one in obj.users_collection if _is_ours(one)}
+    with all_or_nothing() as transaction:
+        for obj in alone:
+            guidance_objects.discard(obj, transaction)
+        transaction.sweep(partial(empty_without, collections))
+        transaction.sweep(glyph_images.unused_without)
+        return len(alone) + _clean_meshes(transaction)
+
+
+def _has_results(obj: bpy.types.Object) -> bool:
+    plan = obj.umbilics_plan
+    return bool(obj.umbilics.detected or plan.planned or plan.mirror)
+
+
+def _is_tagged(obj: bpy.types.Object) -> bool:
+    """Whether we made an object, and the user has not made it his own."""
+    if not is_local(obj):
+        return False
+    if obj.type == "MESH":
+        return display_objects.is_ours(obj)
+    if empties.EMPTY_TAG in obj and obj.type == "EMPTY":
+        return obj.name.partition(".")[0] == str(obj[empties.EMPTY_TAG]).capitalize()
+    return guidance_objects.TAG in obj
+
+
+def _is_alone(obj: bpy.types.Object, names: set[str]) -> bool:
+    """Whether the object that one of ours belonged to is gone, or has no results."""
+    if obj.parent is not None:
+        return obj.parent.type == "MESH" and not _has_results(homes.owner_of(obj.parent))
+    if obj.animation_data is not None or obj.constraints or obj.children:
+        return False
+    # One whose object is there was unparented by the user.
+    return str(obj.get(empties.OWNER_TAG, "")) not in names
+
+
+def _is_ours(collection: bpy.types.Collection) -> bool:
+    return empties.COLLECTION_TAG in collection or guidance_objects.TAG in collection
+
+
+def _is_marked(mesh: bpy.types.Mesh) -> bool:
+    names = [name for layouts in _ON_MESHES for name in layouts if name in mesh.attributes]
+    return is_local(mesh) and bool(names)
+
+
+def _clean_meshes(transaction: Transaction) -> int:
+    """Take our values from meshes none of whose objects has results; how many there were.
+
+    Only where results are: a mesh with a stamp. Attributes of the same name may be the user's.
+    """
+    in_use = set()
+    for obj in bpy.data.objects:
+        if obj.type == "MESH" and _has_results(obj):
+            in_use |= {obj.data, obj.umbilics.mesh, obj.umbilics_plan.mesh}
+    cleaned = 0
+    for mesh in bpy.data.meshes:
+        stamps = [key for key in homes.STAMPS if key in mesh]
+        if not stamps or mesh in in_use or not is_local(mesh) or not mesh.users:
+            continue
+        transaction.keep_custom(mesh, stamps)
+        for key in stamps:
+            del mesh[key]
+        for layouts in _ON_MESHES[:2]:
+            transaction.keep_attributes(mesh, tuple(layouts))
+            remove_results(mesh, layouts.keys(), layouts)
+        cleaned += 1
+    return cleaned

@@ -1,0 +1,128 @@
+"""A user's quads held against the surface: poles, angle, distance, each with a known answer."""
+
+import numpy as np
+import pytest
+import surfaces
+
+import core
+
+
+def grid(rows, columns, place):
+    """Quads of a grid that closes around in both directions, at place(u, v)."""
+    u, v = np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij")
+    vertices = place(2 * np.pi * u.ravel(), 2 * np.pi * v.ravel())
+    number = np.arange(rows * columns).reshape(rows, columns)
+    beside, above = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
+    quads = np.stack([number, beside, np.roll(beside, -1, axis=1), above], axis=-1).reshape(-1, 4)
+    return vertices, quads
+
+
+def torus(u, v, spiral=0.0):
+    v = v + spiral * u
+    radius = 1.0 + 0.4 * np.cos(v)
+    return np.column_stack([radius * np.cos(u), radius * np.sin(u), 0.4 * np.sin(v)])
+
+
+@pytest.fixture(scope="module")
+def guide():
+    vertices, quads = grid(120, 60, torus)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return core.Guide(vertices, triangles, core.detect(vertices, triangles))
+
+
+def check(guide, vertices, quads):
+    start = np.arange(0, quads.size + 1, quads.shape[1])
+    return core.check_topology(vertices, quads.ravel(), start, guide, guide.guidance().poles)
+
+
+def test_lines_of_curvature_of_a_torus_are_perfect(guide):
+    found = check(guide, *grid(40, 20, torus))
+    assert len(found.irregular) == len(found.missing) == 0
+    assert found.quads == len(found.angle) == 800
+    assert found.mean_angle < 0.5
+    assert found.distance.max() < 0.02 * found.edge
+
+
+def test_a_spiral_has_the_angle_that_it_was_given(guide):
+    # Where the tube is outermost a turn goes 2 pi 1.4 along and, with one turn of the tube to a
+    # turn around, 2 pi 0.4 across.
+    vertices, quads = grid(60, 30, lambda u, v: torus(u, v, 1.0))
+    found = check(guide, vertices, quads)
+    outer = np.linalg.norm(vertices[quads].mean(axis=1)[:, :2], axis=1) > 1.39
+    # Half of it: one direction of the quads is turned, the other is not.
+    assert np.median(found.angle[outer]) == pytest.approx(
+        np.degrees(np.arctan(0.4 / 1.4)) / 2, abs=0.5
+    )
+
+
+def test_distance_is_that_of_an_offset(guide):
+    vertices, quads = grid(40, 20, torus)
+    u = np.repeat(2 * np.pi * np.arange(40) / 40, 20)
+    v = np.tile(2 * np.pi * np.arange(20) / 20, 40)
+    normal = np.column_stack([np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)])
+    found = check(guide, vertices + 0.03 * normal, quads)
+    assert found.distance == pytest.approx(0.03, rel=0.03)
+
+
+def test_triangles_have_no_angle_and_all_valences_count(guide):
+    vertices, quads = grid(40, 20, torus)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    found = check(guide, vertices, triangles)
+    assert found.quads == 0 and np.isnan(found.mean_angle) and np.isnan(found.angle).all()
+    assert set(found.valence) == {6} and len(found.irregular) == found.extra == 800
+
+
+@pytest.fixture(scope="module")
+def ellipsoid():
+    mesh = surfaces.ellipsoid((1.5, 1.0, 0.7), subdivisions=5)
+    return core.Guide(mesh.vertices, mesh.triangles, core.detect(mesh.vertices, mesh.triangles))
+
+
+def cube_on(radii, size):
+    """A cube of size x size quads a side, blown up to an ellipsoid: eight poles of valence 3."""
+    side = np.linspace(-1.0, 1.0, size + 1)
+    places, quads = [], []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            a, b = np.meshgrid(side, side, indexing="ij")
+            face = np.stack([a, b, np.full_like(a, sign)], axis=-1)
+            places.append(np.roll(face, axis + 1, axis=-1).reshape(-1, 3))
+            number = np.arange((size + 1) ** 2).reshape(size + 1, size + 1)
+            one = np.stack(
+                [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1
+            )
+            one = one.reshape(-1, 4) + len(places[0]) * (len(places) - 1)
+            quads.append(one if sign > 0 else one[:, ::-1])
+    places, quads = np.concatenate(places), np.concatenate(quads)
+    _, first, row = np.unique(places.round(9), axis=0, return_index=True, return_inverse=True)
+    vertices = places[first]
+    vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices * radii, row.reshape(-1)[quads]
+
+
+def test_a_cube_on_an_ellipsoid_has_eight_poles_in_the_wrong_places(ellipsoid):
+    found = check(ellipsoid, *cube_on((1.5, 1.0, 0.7), 12))
+    assert found.valence.tolist() == [3] * 8
+    assert found.matched + len(found.missing) == 8
+    assert found.matched + found.extra == 8
+
+
+def test_a_vertex_stands_for_a_pole_within_three_edges_and_for_one_only(ellipsoid):
+    vertices, quads = cube_on((1.5, 1.0, 0.7), 12)
+    plan = ellipsoid.guidance().poles
+    corners = np.flatnonzero(np.bincount(quads.ravel()) == 3)
+    moved = vertices.copy()
+    for corner in corners:
+        near = np.linalg.norm(plan.position - vertices[corner], axis=1).argmin()
+        moved[corner] = plan.position[near]
+    found = check(ellipsoid, moved, quads)
+    assert found.matched == len(np.unique(found.pole[found.pole >= 0]))
+    nearest = np.linalg.norm(plan.position[:, None] - moved[found.irregular][None], axis=2).min(
+        axis=1
+    )
+    assert (nearest[found.missing] > 0).all()
+
+
+def test_a_mesh_without_faces_is_refused(ellipsoid):
+    with pytest.raises(core.InvalidMeshError, match="no faces"):
+        check(ellipsoid, np.zeros((3, 3)), np.zeros((0, 4), int))

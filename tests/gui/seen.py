@@ -1,0 +1,85 @@
+"""What is seen is analysed: a monkey under a Subdivision modifier, by mouse; run inside Blender's
+window. What is found goes into the JSON file named last on the command line.
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import bpy
+import numpy as np
+from hands import View, click, open_tab, pixels, play, point, press
+from stage import DETECT, Report, clear_scene, settled
+
+report = Report(Path(sys.argv[-1]))
+found = report.found
+view = View()
+
+
+def cage():
+    """Blender's monkey as it is modelled: few faces, and a modifier that makes it smooth."""
+    clear_scene(view)
+    with view.inside():
+        bpy.ops.mesh.primitive_monkey_add(size=4.0)
+        obj = bpy.context.object
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = 3
+        bpy.ops.object.shade_smooth()
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+        bpy.ops.ed.undo_push(message="monkey")
+    return obj
+
+
+def coloured(path):
+    """Which part of the surface in the middle of the view is not grey."""
+    x, y = view.middle()
+    seen = pixels(path)[y - 40 : y + 40, x - 40 : x + 40]
+    return float((np.ptp(seen, axis=2) > 0.05).mean())
+
+
+def state(obj):
+    return {
+        "active": bpy.context.view_layer.objects.active == obj,
+        "hidden": obj.hide_get(),
+        "mode": obj.mode,
+        "vertices": len(obj.data.vertices),
+        "umbilics": len(obj.umbilics.items),
+    }
+
+
+def scenario():
+    yield from open_tab(view)
+    obj = cage()
+    yield 1.0
+    click(*view.in_sidebar(0.5, DETECT))
+    yield 1.5
+    yield from settled(0.6)
+    found["detected"] = state(obj)
+    found["analysed"] = obj.umbilics.analysed
+    report.picture("detected")
+    display = bpy.context.scene.umbilics_display
+    display.overlay = display.empties = False
+    yield 1.0
+    found["grey"] = coloured(report.picture("grey"))
+    display.map = "type"
+    with view.inside():
+        bpy.ops.umbilics.show_map()
+        bpy.ops.ed.undo_push(message="map")
+    yield 1.0
+    found["mapped"] = coloured(report.picture("mapped"))
+    display.overlay = display.empties = True
+    click(*view.middle())
+    yield 0.8
+    found["clicked"] = bpy.context.view_layer.objects.active == obj
+    point(*view.middle())
+    press("Tab")
+    yield 1.0
+    click(*view.in_sidebar(0.5, DETECT))
+    yield 1.5
+    yield from settled(0.6)
+    found["edited"] = state(obj)
+    report.picture("edited")
+
+
+play(report.of(scenario))

@@ -1,0 +1,28 @@
+"""A model under a modifier, in a real window: see seen.py for what is done."""
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def found(play):
+    return play("seen")
+
+
+def test_the_first_click_analyses_what_is_seen_and_leaves_the_object_alone(found):
+    assert found["analysed"] == "With Subdivision, whole object"
+    detected = found["detected"]
+    assert detected["umbilics"] > 4
+    assert detected["active"]
+    assert not detected["hidden"]
+    assert detected["mode"] == "OBJECT"
+
+
+def test_the_map_covers_the_surface_and_lets_clicks_through(found):
+    # The cursor is in the middle, and some of what is around the nose is behind it.
+    assert found["grey"] < 0.2
+    assert found["mapped"] > 0.7
+    assert found["clicked"]
+
+
+def test_edit_mode_gives_the_same_and_stays(found):
+    assert found["edited"] == found["detected"] | {"mode": "EDIT"}

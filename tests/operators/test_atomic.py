@@ -1,0 +1,318 @@
+"""A failure at any point of writing leaves everything as it was: all or nothing."""
+
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid, empty_scene
+
+OURS = ("umbilics", "umbilics_plan")
+
+
+class InjectedError(Exception):
+    """What goes wrong in these tests, which no code of ours expects."""
+
+
+def everything():
+    """All that writing may touch, to the last value."""
+    layer = bpy.context.view_layer
+    return {
+        "objects": {obj.name: _of_object(obj) for obj in bpy.data.objects},
+        "meshes": {mesh.name: _of_mesh(mesh) for mesh in bpy.data.meshes},
+        "collections": {
+            one.name: (
+                sorted(obj.name for obj in one.objects),
+                sorted(child.name for child in one.children),
+            )
+            for one in (*bpy.data.collections, bpy.context.scene.collection)
+        },
+        "others": [
+            sorted(one.name for one in kind)
+            for kind in (bpy.data.images, bpy.data.curves, bpy.data.materials)
+        ],
+        "range": tuple(
+            getattr(bpy.context.scene.umbilics_display, name)
+            for name in ("range_low", "range_high")
+        ),
+        "selected": sorted(obj.name for obj in layer.objects if obj.select_get()),
+        "active": layer.objects.active.name,
+        "mode": bpy.context.mode,
+    }
+
+
+def differences(before, after, path=""):
+    """Where two answers of `everything` differ."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        keys = {**before, **after}
+        parts = [(before.get(key), after.get(key), f"{path}/{key}") for key in keys]
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        parts = [(*pair, f"{path}/{at}") for at, pair in enumerate(zip(before, after, strict=True))]
+    else:
+        same = before == after
+        return [] if same else [f"{path}: {str(before)[:80]} became {str(after)[:80]}"]
+    return [found for one in parts for found in differences(*one)]
+
+
+def _of_object(obj):
+    found = {
+        "data": obj.data.name if obj.data else "",
+        "parent": obj.parent.name if obj.parent else "",
+        "place": [tuple(row) for row in obj.matrix_world],
+        "hidden": obj.hide_get(),
+        "tags": {
+            key: str(obj[key].to_list() if hasattr(obj[key], "to_list") else obj[key])
+            for key in obj.keys()  # noqa: SIM118
+            if key not in obj.bl_rna.properties
+        },
+    }
+    return found | {name: _of_group(getattr(obj, name)) for name in OURS}
+
+
+def _of_group(group):
+    found = {}
+    for item in group.bl_rna.properties:
+        value = getattr(group, item.identifier)
+        if item.type == "COLLECTION":
+            found[item.identifier] = [_of_group(one) for one in value]
+        elif item.identifier != "rna_type":
+            found[item.identifier] = str(tuple(value) if getattr(item, "is_array", 0) else value)
+    return found
+
+
+def _of_mesh(mesh):
+    colours = mesh.color_attributes.active_color
+    return {
+        "attributes": {
+            one.name: (one.domain, one.data_type, _bytes(one)) for one in mesh.attributes
+        },
+        "colours": colours.name if colours else "",
+        "tags": {key: str(mesh[key]) for key in mesh.keys() if isinstance(mesh[key], str)},  # noqa: SIM118
+    }
+
+
+def _bytes(attribute):
+    kinds = {
+        "FLOAT": ("value", 1, np.float32),
+        "INT": ("value", 1, np.int32),
+        "BOOLEAN": ("value", 1, bool),
+        "FLOAT_VECTOR": ("vector", 3, np.float32),
+        "BYTE_COLOR": ("color", 4, np.float32),
+    }
+    if attribute.data_type not in kinds:
+        return b""
+    key, width, dtype = kinds[attribute.data_type]
+    values = np.empty(width * len(attribute.data), dtype)
+    attribute.data.foreach_get(key, values)
+    return values.tobytes()
+
+
+def fails(monkeypatch, module, name, after=False):
+    """Let a function fail, before or after it has done its work."""
+    real = getattr(module, name)
+
+    def broken(*arguments, **named):
+        if after:
+            real(*arguments, **named)
+        raise InjectedError(name)
+
+    monkeypatch.setattr(module, name, broken)
+
+
+# Where the writing of a detection can fail, from the first step to the last.
+DETECTING = [
+    ("scene.homes", "home_for"),
+    ("scene.homes", "leave"),
+    ("jobs.detect", "write_results"),
+    ("mesh.attributes", "remove_results"),
+    ("data.summary", "forget"),
+    ("data.record", "store"),
+    ("data.pins", "carry_over"),
+    ("data.summary", "text_of"),
+    ("scene.homes", "settle"),
+    ("data.summary", "store"),
+    ("data.summary", "list_items"),
+    ("scene.empties", "image_of"),
+    ("scene.empties", "_dress"),
+    ("scene.empties", "_properties"),
+    ("scene.empties", "replace"),
+    ("scene.filters", "write"),
+    ("scene.maps", "_set_range"),
+    ("scene.maps", "_store"),
+    ("scene.maps", "write"),
+]
+PLANNING = [
+    ("jobs.retopology", "home_of_plan"),
+    ("scene.guidance_objects", "write_attributes"),
+    ("scene.guidance_objects", "_discard"),
+    ("scene.guidance_objects", "_upright"),
+    ("scene.guidance_objects", "_adopt"),
+    ("data.plans", "store"),
+    ("scene.homes", "settle"),
+]
+STATES = ["nothing there", "results there", "with a map", "in Edit Mode", "results, in Edit Mode"]
+
+
+def scene(state, kind="own"):
+    """An ellipsoid with what the state says; `beside`: its modifiers make other vertices."""
+    obj = add_ellipsoid(subdivisions=3)
+    if kind == "beside":
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    colours = obj.data.color_attributes.new("mine", "BYTE_COLOR", "POINT")
+    obj.data.color_attributes.active_color = obj.data.color_attributes[colours.name]
+    other = bpy.data.objects.new("Other", bpy.data.meshes.new("Other"))
+    bpy.context.scene.collection.objects.link(other)
+    if state.startswith(("results", "with")):
+        bpy.ops.umbilics.detect()
+        obj.umbilics.active = 1
+        bpy.ops.umbilics.pin()
+        bpy.ops.umbilics.guide()
+    if state == "with a map":
+        bpy.ops.umbilics.show_map()
+        bpy.context.scene.umbilics_display.lock_range = False
+    if state.endswith("Edit Mode"):
+        bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.scene.umbilics.scale_auto = False
+    bpy.context.view_layer.update()
+    return obj
+
+
+def part(addon, path):
+    found = addon.operators
+    for name in path.split("."):
+        found = getattr(found, name)
+    return found
+
+
+def called(addon, monkeypatch, points, write):
+    """The points that the writing comes by."""
+    met = set()
+    with monkeypatch.context() as patch:
+        for path, name in points:
+            module = part(addon, path)
+            real = getattr(module, name)
+
+            def spy(*arguments, _real=real, _met=(path, name), **named):
+                met.add(_met)
+                return _real(*arguments, **named)
+
+            patch.setattr(module, name, spy)
+        write()
+    return [point for point in points if point in met]
+
+
+def assert_all_or_nothing(addon, monkeypatch, points, prepared):
+    """`prepared` makes the scene and answers with what writes to it; the names of the points."""
+    points = called(addon, monkeypatch, points, prepared())
+    empty_scene()
+    write = prepared()
+    before = everything()
+    for path, name in points:
+        for after in (False, True):
+            with monkeypatch.context() as patch:
+                fails(patch, part(addon, path), name, after)
+                with pytest.raises(InjectedError):
+                    write()
+            bpy.context.view_layer.update()
+            assert differences(before, everything()) == [], (name, after)
+    write()
+    return [name for _, name in points]
+
+
+@pytest.mark.parametrize("kind", ["own", "beside"])
+@pytest.mark.parametrize("state", STATES)
+def test_a_detection_that_cannot_be_written(addon, monkeypatch, state, kind):
+    def prepared():
+        scene(state, kind)
+        jobs, _ = addon.operators.detect.UMBILICS_OT_detect.jobs(None, bpy.context)
+        found = jobs[0].compute()
+        return lambda: addon.operators.jobs.detect.write(bpy.context, jobs[0], found)
+
+    names = assert_all_or_nothing(addon, monkeypatch, DETECTING, prepared)
+    wanted = {name for _, name in DETECTING} - {"text_of", "image_of", "_set_range", "_store"}
+    if state != "with a map":
+        wanted -= {"write"}
+    assert wanted - {"remove_results"} <= set(names)
+    assert ("_store" in names) == (state == "with a map")
+    assert ("text_of" in names) == (state not in ("nothing there", "in Edit Mode"))
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
+    def prepared():
+        obj = scene(state)
+        retopology, operator = addon.operators.jobs.retopology, addon.operators.guide
+        bpy.context.scene.umbilics_guidance.smoothness = 0.3
+        job = retopology.gather(bpy.context, obj, retopology.plan)
+        found = job.compute()
+        done = operator.UMBILICS_OT_guide.done
+        return lambda: done(None, bpy.context, job, found)
+
+    names = assert_all_or_nothing(addon, monkeypatch, PLANNING, prepared)
+    assert len(names) == len(PLANNING)
+
+
+WORKS = {
+    "lines": (
+        "lines",
+        [("scene.guidance_objects", "_adopt"), ("scene.guidance_objects", "_discard")],
+    ),
+    "draw_guides": ("guides", [("scene.grease_pencil", "make"), ("scene.grease_pencil", "_draw")]),
+    "symmetry": ("mirror", [("scene.guidance_objects", "_adopt")]),
+}
+
+
+@pytest.mark.parametrize("name", WORKS)
+def test_lines_guides_and_the_mirror_that_cannot_be_written(addon, monkeypatch, name):
+    work, points = WORKS[name]
+
+    def prepared():
+        obj = add_ellipsoid(subdivisions=4)
+        getattr(bpy.ops.umbilics, name)()
+        bpy.context.scene.umbilics_guidance.spacing_auto = False
+        bpy.context.scene.umbilics_guidance.spacing = 0.8
+        retopology = addon.operators.jobs.retopology
+        job = retopology.gather(bpy.context, obj, getattr(retopology, work))
+        found = job.compute()
+        cls = getattr(getattr(addon.operators, name), f"UMBILICS_OT_{name}")
+        return lambda: cls.done(None, bpy.context, job, found)
+
+    if name == "draw_guides" and bpy.app.version < (4, 3):
+        points = points[:1]
+    assert_all_or_nothing(addon, monkeypatch, points, prepared)
+
+
+def test_marks_that_cannot_be_written(addon, monkeypatch):
+    objects = addon.operators.scene.guidance_objects
+    obj = add_ellipsoid(subdivisions=3)
+    obj.data.edges[3].use_edge_sharp = True
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.mark_seams(lines="SEPARATRICES", mark="SHARP")
+    bpy.context.view_layer.update()
+    before = everything()
+    for path, name in (
+        ("scene.guidance_objects", "unmark"),
+        ("mesh.attributes", "write_attributes"),
+    ):
+        with monkeypatch.context() as patch:
+            fails(patch, objects if name in vars(objects) else part(addon, path), name, after=True)
+            with pytest.raises(RuntimeError, match=name):
+                bpy.ops.umbilics.mark_seams(lines="LINES", mark="SHARP")
+        assert differences(before, everything()) == [], name
+
+
+@pytest.mark.parametrize("name", ["forget", "leave", "remove_all"])
+def test_a_clear_that_fails(addon, monkeypatch, name):
+    scene("with a map")
+    bpy.ops.umbilics.lines()
+    bpy.context.view_layer.update()
+    before = everything()
+    module = {
+        "forget": "data.summary",
+        "leave": "scene.homes",
+        "remove_all": "scene.guidance_objects",
+    }
+    with monkeypatch.context() as patch:
+        fails(patch, part(addon, module[name]), name, after=True)
+        with pytest.raises(RuntimeError, match=name):
+            bpy.ops.umbilics.clear()
+    assert differences(before, everything()) == []
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}

@@ -1,0 +1,106 @@
+"""Remesh to Quads: a new object beside the user's, and nothing of the user's is changed."""
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid
+
+
+@pytest.fixture
+def obj():
+    return add_ellipsoid((1.5, 1.0, 0.7), subdivisions=4)
+
+
+def remesh(**options):
+    assert bpy.ops.umbilics.remesh_to_quads(quads=300, relaxation=5, **options) == {"FINISHED"}
+    return bpy.context.view_layer.objects.active
+
+
+def is_closed(mesh) -> bool:
+    made = bmesh.new()
+    made.from_mesh(mesh)
+    closed = all(edge.is_manifold for edge in made.edges)
+    made.free()
+    return closed
+
+
+def test_quads_alone_closed_beside_the_original(obj):
+    before = [vertex.co.copy() for vertex in obj.data.vertices]
+    made = remesh()
+    assert made is not obj and made.name == f"{obj.name} Quads"
+    assert {len(polygon.vertices) for polygon in made.data.polygons} == {4}
+    assert is_closed(made.data)
+    assert abs(len(made.data.polygons) - 300) < 60
+    valence = made.data.attributes["umbilics_valence"].data
+    assert sum(item.value == 3 for item in valence) == 8
+    patches = {item.value for item in made.data.attributes[".sculpt_face_set"].data}
+    assert min(patches) == 1 and len(patches) > 4
+    assert obj.hide_get() and not made.hide_get() and made.select_get() and not obj.select_get()
+    assert [vertex.co for vertex in obj.data.vertices] == before
+
+
+def test_outwards_and_in_place_under_a_mirrored_stretched_object(obj):
+    obj.scale = (-1.0, 2.0, 1.0)
+    obj.location = (3.0, 0.0, 0.0)
+    made = remesh(hide_original=False)
+    assert not obj.hide_get()
+    normal = np.array([polygon.normal for polygon in made.data.polygons])
+    centre = np.array([polygon.center for polygon in made.data.polygons])
+    assert (np.einsum("ij,ij->i", normal, centre) > 0).all()
+    bpy.context.view_layer.update()
+    assert np.allclose(made.matrix_world, obj.matrix_world, atol=1e-6)
+    size = np.abs(np.array([vertex.co for vertex in made.data.vertices])).max(axis=0)
+    assert size == pytest.approx([1.5, 1.0, 0.7], rel=0.05)
+
+
+def test_what_was_seen_is_remeshed_and_clear_leaves_it(obj):
+    obj.modifiers.new("Scale", "CAST").factor = 0.5
+    made = remesh()
+    bpy.context.view_layer.objects.active = obj
+    obj.hide_set(False)
+    bpy.ops.umbilics.clear()
+    assert made.name in bpy.data.objects
+
+
+def test_shrinkwrap_materials_and_groups_on_request(obj):
+    for name in ("one", "two"):
+        obj.data.materials.append(bpy.data.materials.new(name))
+    for polygon in obj.data.polygons:
+        polygon.material_index = int(polygon.center.x > 0)
+    obj.vertex_groups.new(name="right").add(
+        [vertex.index for vertex in obj.data.vertices if vertex.co.x > 0], 1.0, "REPLACE"
+    )
+    plain = remesh(hide_original=False)
+    assert not plain.modifiers and not plain.data.materials
+    bpy.context.view_layer.objects.active = obj
+    made = remesh(shrinkwrap=True, transfer=True)
+    assert [modifier.target for modifier in made.modifiers] == [obj]
+    assert [material.name for material in made.data.materials] == ["one", "two"]
+    wrong = [
+        polygon.index
+        for polygon in made.data.polygons
+        if abs(polygon.center.x) > 0.2 and polygon.material_index != int(polygon.center.x > 0)
+    ]
+    assert not wrong
+    group = made.vertex_groups["right"].index
+    inside = {
+        vertex.index
+        for vertex in made.data.vertices
+        if any(one.group == group and one.weight > 0.5 for one in vertex.groups)
+    }
+    right = {vertex.index for vertex in made.data.vertices if vertex.co.x > 0.2}
+    left = {vertex.index for vertex in made.data.vertices if vertex.co.x < -0.2}
+    assert right <= inside and not inside & left
+
+
+def test_a_failure_leaves_the_scene_as_it_was(addon, obj, monkeypatch):
+    def fails(*_):
+        raise addon.core.UmbilicsError("No quads today.")
+
+    before = set(bpy.data.objects), set(bpy.data.meshes)
+    monkeypatch.setattr(addon.operators.scene.quad_meshes, "_come_forward", fails)
+    with pytest.raises(RuntimeError, match="No quads today"):
+        remesh()
+    assert (set(bpy.data.objects), set(bpy.data.meshes)) == before
+    assert bpy.context.view_layer.objects.active is obj and not obj.hide_get()

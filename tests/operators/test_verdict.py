@@ -1,0 +1,96 @@
+"""The line under Detect says what is to be thought of it, and its button mends it."""
+
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid, add_mesh
+
+
+@pytest.fixture
+def judged(addon):
+    return lambda obj: addon.operators.base.verdict.verdict(obj.umbilics)
+
+
+def test_a_fine_ellipsoid_is_trusted(judged):
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.ops.umbilics.detect()
+    found = judged(obj)
+    assert (found.found, found.trust, found.is_good) == ("4 umbilics", "trust good", True)
+
+
+@pytest.mark.parametrize("primitive", ["cube", "cone", "cylinder", "monkey"])
+def test_what_is_too_coarse_gets_a_subdivision(judged, primitive):
+    getattr(bpy.ops.mesh, f"primitive_{primitive}_add")()
+    obj = bpy.context.object
+    bpy.ops.umbilics.detect()
+    found = judged(obj)
+    assert (found.remedy, found.is_good) == ("SUBDIVIDE", False)
+    for levels in (2, 3):
+        assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
+        assert obj.modifiers[-1].levels == levels
+    assert len(obj.modifiers) == 1
+    assert "Subdivision" in obj.umbilics.analysed
+    assert judged(obj).remedy != "SUBDIVIDE"
+
+
+def box():
+    """A box of fine quads: six flat sides that meet at right angles."""
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.subdivide(number_cuts=8)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    return bpy.context.object
+
+
+def test_a_box_is_a_hard_surface_until_creases_are_heeded(judged):
+    obj = box()
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "CREASES"
+    assert bpy.ops.umbilics.mend(way="CREASES") == {"FINISHED"}
+    assert np.degrees(bpy.context.scene.umbilics.crease_angle) == pytest.approx(30.0)
+    assert judged(obj).remedy == ""
+
+
+def test_no_tick_where_the_noise_is_unknown(judged):
+    obj = add_ellipsoid(subdivisions=4)
+    bpy.context.scene.umbilics.curvature = "normals"
+    bpy.ops.umbilics.detect()
+    assert not judged(obj).is_good
+    assert "unknown" in judged(obj).trust
+
+
+def test_strong_noise_wants_a_wider_scale(judged):
+    obj = add_ellipsoid(subdivisions=5, radii=(1.2, 1.1, 1.0))
+    rng = np.random.default_rng(3)
+    points = np.array([vertex.co for vertex in obj.data.vertices])
+    points += 0.01 * rng.standard_normal(points.shape)
+    obj.data.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    obj.data.update()
+    settings = bpy.context.scene.umbilics
+    settings.scale_auto, settings.scale = False, 2.0
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "SMOOTH"
+    before = obj.umbilics.scale
+    assert bpy.ops.umbilics.mend(way="SMOOTH") == {"FINISHED"}
+    assert 1.3 * before < obj.umbilics.scale < 2.0 * before
+
+
+def test_vertices_in_the_same_place_are_merged(addon):
+    ball = add_ellipsoid(subdivisions=3)
+    vertices = [
+        vertex.co[:]
+        for face in ball.data.polygons
+        for vertex in (ball.data.vertices[i] for i in face.vertices)
+    ]
+    obj = add_mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
+    assert bpy.ops.umbilics.mend(way="MERGE") == {"FINISHED"}
+    assert len(obj.data.vertices) == len(ball.data.vertices)
+    assert len(obj.umbilics.items) == 4
+
+
+def test_one_umbilic_and_one_region_are_said_in_the_singular(addon):
+    summary = add_ellipsoid(subdivisions=2).umbilics
+    summary.lemon, summary.regions, summary.noise = 1, 1, 1.0
+    assert addon.operators.base.verdict.verdict(summary).found == "1 umbilic, 1 region"
+    summary.lemon, summary.regions = 0, 0
+    assert addon.operators.base.verdict.verdict(summary).found == "no umbilics"
