@@ -169,7 +169,7 @@ def tally(
         left = truth.index[number]
         for row in np.argsort(away[:, number]):
             share = index[row] / truth.index[number]
-            if not taken[row] and away[row, number] <= SPLIT_REACH and 0 < share and left:
+            if not taken[row] and away[row, number] <= SPLIT_REACH and share > 0 and left:
                 taken[row] = abs(index[row]) <= abs(left)
                 left -= index[row] * taken[row]
         distance[number] = np.inf if left else 0.0

@@ -14,7 +14,8 @@ from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
-from ..operators.scene import guidance_objects, staleness
+from ..operators.scene import staleness
+from ..operators.scene.retopology import guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split

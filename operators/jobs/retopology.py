@@ -25,8 +25,9 @@ from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
 from ..mesh.read import check_unchanged, current_mesh, edge_vertices
 from ..mesh.scope import Scope, in_vertex_group, scope_in_file
-from ..scene import display_objects, filters, guidance_objects, homes, targets
+from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
+from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from . import detect
 

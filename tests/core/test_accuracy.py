@@ -9,9 +9,9 @@ from core.curvature.scale import choose
 from core.mesh.neighbourhoods import Neighbourhood, adjacency
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
-from core.umbilics.cancelling import cancel
 from core.umbilics.kind import kinds
-from core.umbilics.persistence import significant
+from core.umbilics.pairing.cancelling import cancel
+from core.umbilics.pairing.persistence import significant
 
 
 def matched(found: core.Umbilics, truth: surfaces.UmbilicPoints) -> tuple[np.ndarray, np.ndarray]:

@@ -223,7 +223,7 @@ def test_values_of_no_region_and_no_type_are_shown(obj):
     "text", ["[[[", "[]", '{"0": 1}', '{"0": {"type": "X"}}', '{"0": {"type": []}}']
 )
 def test_a_damaged_note_on_how_a_view_was_shaded(addon, text):
-    shading = addon.operators.scene.view_shading
+    shading = addon.operators.scene.view.view_shading
     screen = bpy.data.screens[0]
     screen["umbilics_shading"] = text
     assert shading._known(screen) == {}

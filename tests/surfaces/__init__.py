@@ -16,6 +16,7 @@ from .graphs import (
     saddle,
     seed_patch,
 )
+from .images import inverted, noisy, renumbered, similar
 from .implicit import (
     ImplicitSurface,
     cayley,
@@ -27,7 +28,6 @@ from .implicit import (
     random_harmonics,
     superquadric,
 )
-from .images import inverted, noisy, renumbered, similar
 from .sampling import grid_points, icosphere, random_points
 from .voxels import marching_tetrahedra
 

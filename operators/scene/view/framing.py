@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from mathutils import Vector
 
-from ..data import record
+from ...data import record
 
 # What is seen around the umbilic, in edges and as a fraction of the mesh, whichever is more.
 _EDGES, _PART = 30.0, 0.15

@@ -15,8 +15,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..curvature.tolerances import PAIR_CROWD, PAIR_NOISE
-from ..mesh.surface import Surface
+from ...curvature.tolerances import PAIR_CROWD, PAIR_NOISE
+from ...mesh.surface import Surface
 from .cancelling import cancel
 from .merge_tree import merge_tree
 

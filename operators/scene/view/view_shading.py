@@ -12,7 +12,7 @@ import json
 import bpy
 from bpy.app.handlers import persistent
 
-from ..base import app_handlers
+from ...base import app_handlers
 from . import maps
 
 _TAG = "umbilics_shading"

@@ -8,13 +8,16 @@ from pathlib import Path
 
 import bpy
 
-from ... import core
-from ..data.properties import GIVEN_NAMES
-from . import batch_arguments, frames, guidance, source_arguments, values
-from .batch.names import result_name
-from .batch_arguments import OUTPUTS
-from .guard import Guard, OverwriteError
-from .importers import SUFFIXES
+from .... import core
+from ...data.properties import GIVEN_NAMES
+from .. import frames, guidance
+from ..batch.names import result_name
+from ..guard import Guard, OverwriteError
+from ..importers import SUFFIXES
+from . import batch as batch_arguments
+from . import source as source_arguments
+from . import values
+from .batch import OUTPUTS
 from .request import Limits, Request
 
 _CURVATURE_NAMES = {

@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from ... import core
-from . import guidance, source_arguments
-from .batch import Plan
-from .guard import Guard
+from .... import core
+from .. import guidance
+from ..batch import Plan
+from ..guard import Guard
+from . import source as source_arguments
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..curvature.field import CurvatureField
-from ..fields.frames import frame
-from ..mesh.surface import Surface
+from ...curvature.field import CurvatureField
+from ...fields.frames import frame
+from ...mesh.surface import Surface
 
 # Below this cosine between vertex and face normal the projection magnifies the operator more
 # than three times along one axis; the rotation is used for that face instead.

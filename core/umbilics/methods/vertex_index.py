@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.progress import Progress
-from ..curvature.field import CurvatureField
-from ..fields.transport import carried, doubled_angle, tangents
-from ..mesh.surface import Surface
+from ...base.progress import Progress
+from ...curvature.field import CurvatureField
+from ...fields.transport import carried, doubled_angle, tangents
+from ...mesh.surface import Surface
 from .raw import RawUmbilics
 
 _BLOCK = 1 << 18

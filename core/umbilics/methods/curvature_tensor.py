@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.progress import Progress
-from ..curvature.field import CurvatureField
-from ..fields.transport import carried, tangents
-from ..mesh.charts import (
+from ...base.progress import Progress
+from ...curvature.field import CurvatureField
+from ...fields.transport import carried, tangents
+from ...mesh.charts import (
     Charts,
     charts_from_seams,
     charts_from_uv,
@@ -17,8 +17,8 @@ from ..mesh.charts import (
     scaled_to_area,
     unfold,
 )
-from ..mesh.lscm import flattened
-from ..mesh.surface import Surface
+from ...mesh.lscm import flattened
+from ...mesh.surface import Surface
 from .raw import RawUmbilics
 
 # A triangle is called sheared when its plane image is this many times longer one way than the

@@ -5,12 +5,12 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ... import core
-from ..data import record
-from ..data.preferences import Appearance
-from ..drawing import umbilics
-from ..drawing.shapes import Shape
-from . import empties, filters
+from .... import core
+from ...data import record
+from ...data.preferences import Appearance
+from ...drawing import umbilics
+from ...drawing.shapes import Shape
+from .. import empties, filters
 
 # With more umbilics than these their glyphs would hide each other and hold up a drag of the
 # slider: they are drawn as small diamonds, without rays and discs.

@@ -5,10 +5,11 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..mesh.attributes import read_result
-from ..mesh.fetch import unit_vectors
-from ..mesh.read import positions, vertex_normals
-from . import guidance_objects, homes
+from ...mesh.attributes import read_result
+from ...mesh.fetch import unit_vectors
+from ...mesh.read import positions, vertex_normals
+from .. import homes
+from ..retopology import guidance_objects
 
 
 def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:

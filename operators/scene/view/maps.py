@@ -17,14 +17,14 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ... import core
-from ..base import changes, units
-from ..drawing import colour_maps
-from ..mesh.attributes import RESULTS, read_result, to_corners
-from . import display_objects
-from .homes import mesh_of, move_out
-from .targets import is_local
-from .transaction import Transaction, all_or_nothing
+from .... import core
+from ...base import changes, units
+from ...drawing import colour_maps
+from ...mesh.attributes import RESULTS, read_result, to_corners
+from .. import display_objects
+from ..homes import mesh_of, move_out
+from ..targets import is_local
+from ..transaction import Transaction, all_or_nothing
 
 NAME = "umbilics_map"
 BEFORE = "umbilics_colour_before"

@@ -11,8 +11,8 @@ from collections import Counter
 import bpy
 import numpy as np
 
-from ..drawing.glyphs import OUTLINES
-from .transaction import Transaction
+from ...drawing.glyphs import OUTLINES
+from ..transaction import Transaction
 
 IMAGE_TAG = "umbilics_glyph"
 # Length of the outline's unit as a fraction of the image's side, so that all outlines fit.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from ... import core
-from ..data.reading import GROUP_HELP, Reading
-from ..mesh.scope import Scope
+from .... import core
+from ...data.reading import GROUP_HELP, Reading
+from ...mesh.scope import Scope
 
 
 @dataclass(frozen=True)

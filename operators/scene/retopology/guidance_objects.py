@@ -18,15 +18,16 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ... import core
-from ..data import plans
-from ..mesh.attributes import remove_results, write_attributes
-from ..mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
-from ..mesh.read import MeshArrays, unit_vectors
-from . import grease_pencil, homes
-from .empties import OWNER_TAG
-from .targets import is_local
-from .transaction import Transaction, empty_without
+from .... import core
+from ...data import plans
+from ...mesh.attributes import remove_results, write_attributes
+from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
+from ...mesh.read import MeshArrays, unit_vectors
+from .. import homes
+from ..empties import OWNER_TAG
+from ..targets import is_local
+from ..transaction import Transaction, empty_without
+from . import grease_pencil
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "ridges", "guides", "mirror")

@@ -6,7 +6,7 @@ import math
 from argparse import ArgumentTypeError
 from collections.abc import Callable
 
-from ... import core
+from .... import core
 
 
 def whole_number(text: str) -> int:

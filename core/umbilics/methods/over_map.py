@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature.field import CurvatureField
-from ..fields.transport import doubled_angle, tangents
-from ..mesh.surface import Surface
+from ...curvature.field import CurvatureField
+from ...fields.transport import doubled_angle, tangents
+from ...mesh.surface import Surface
 from .curvature_tensor import Unfolding, vertex_maps
 
 # A vertex whose map is nearly folded, the squares of |p| and |q| alike to this part, has no

@@ -7,13 +7,15 @@ from pathlib import Path
 
 import bpy
 
-from ... import core
-from ..data.properties import GIVEN_NAMES
-from . import frames, source_arguments, values, version
-from .batch import Plan, PlanError
-from .batch.plan import tasks_for
-from .guard import Guard
-from .importers import SUFFIXES
+from .... import core
+from ...data.properties import GIVEN_NAMES
+from .. import frames, version
+from ..batch import Plan, PlanError
+from ..batch.plan import tasks_for
+from ..guard import Guard
+from ..importers import SUFFIXES
+from . import source as source_arguments
+from . import values
 
 OUTPUTS = ("json", "blend", "png", "ply", "usda")
 # What only makes sense together with --out.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..mesh.attributes import RESULTS
+from ...mesh.attributes import RESULTS
 
 GROUP_TAG = "umbilics_arrows"
 # Another layout of the nodes is another group; files keep the one they were made with.

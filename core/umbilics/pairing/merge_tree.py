@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..mesh.surface import Surface
+from ...mesh.surface import Surface
 
 
 def merge_tree(

@@ -11,14 +11,14 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ... import core
-from ..data.remeshing import Delivery
-from ..mesh.attributes import write_attributes
-from ..mesh.build import from_polygons
-from ..mesh.fetch import fetch
-from ..mesh.read import MeshArrays
-from .targets import is_local
-from .transaction import Transaction
+from .... import core
+from ...data.remeshing import Delivery
+from ...mesh.attributes import write_attributes
+from ...mesh.build import from_polygons
+from ...mesh.fetch import fetch
+from ...mesh.read import MeshArrays
+from ..targets import is_local
+from ..transaction import Transaction
 
 ATTRIBUTES = {
     "umbilics_valence": ("POINT", "INT"),

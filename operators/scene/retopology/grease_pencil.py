@@ -11,8 +11,8 @@ import math
 import bpy
 import numpy as np
 
-from ... import core
-from .transaction import Transaction
+from .... import core
+from ..transaction import Transaction
 
 SMALLER, LARGER, SEPARATRICES = "Smaller Curvature", "Larger Curvature", "Separatrices"
 RIDGES, RAVINES = "Ridges", "Ravines"
