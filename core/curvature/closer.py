@@ -88,9 +88,7 @@ def look_closer(
         if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        jets = fit_jets(
-            surface, closer.normals, closer.neighbourhood, progress, vertices, degree
-        )
+        jets = fit_jets(surface, closer.normals, closer.neighbourhood, progress, vertices, degree)
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]
@@ -125,6 +123,4 @@ def _closer_scale(
         around = dataclasses.replace(scale.neighbourhood, rings=CLEAN[1])
         return Scale(around, scale.normals, 1.0)
     around = dataclasses.replace(scale.neighbourhood, rings=max(scale.neighbourhood.rings, 3))
-    return grow_while_it_falls(
-        surface, scale.normals, around, some, progress, NOISY, MOST_RINGS
-    )
+    return grow_while_it_falls(surface, scale.normals, around, some, progress, NOISY, MOST_RINGS)

@@ -133,7 +133,8 @@ class Neighbourhood:
             crowded = self.thinned.crowded[corners].any(axis=1)
             yield from self._in_cells(
                 self.thinned,
-                crowded, lambda of, rows: of.around_triangles(corners[rows], rings, most, progress)
+                crowded,
+                lambda of, rows: of.around_triangles(corners[rows], rings, most, progress),
             )
             return
         start = selection(self._nodes(corners), self.graph.shape[0])
@@ -220,8 +221,7 @@ class Neighbourhood:
         if self.thinned is not None:
             crowded = self.thinned.crowded[centres]
             yield from self._in_cells(
-                self.thinned,
-                crowded, lambda of, rows: of.blocks(centres[rows], most, progress)
+                self.thinned, crowded, lambda of, rows: of.blocks(centres[rows], most, progress)
             )
             return
         pending = np.arange(len(centres))

@@ -15,12 +15,12 @@ from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .filters import filtered
-from .persistence import made_by_noise, measure_persistence, significant, trust_ratio
-from .raw import RawUmbilics
+from .methods.raw import RawUmbilics
+from .methods.shape_operators import face_deviators
+from .pairing.persistence import made_by_noise, measure_persistence, significant, trust_ratio
 from .refine import refine
 from .regions import RegionMap, describe_regions
 from .result import Detection, Umbilics
-from .shape_operators import face_deviators
 
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.

@@ -23,19 +23,19 @@ from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Parts, assemble
-from .curvature_tensor import (
+from .methods.curvature_tensor import (
     Unfolding,
     detect_by_curvature_tensor,
     unfolded_along_seams,
     unfolded_by_uv,
 )
-from .over_map import corner_deviators
-from .persistence import measure_persistence
-from .raw import RawUmbilics
+from .methods.over_map import corner_deviators
+from .methods.raw import RawUmbilics
+from .methods.shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
+from .methods.vertex_index import detect_by_index
+from .pairing.persistence import measure_persistence
 from .regions import RegionMap, find_regions, with_faces
 from .result import Detection
-from .shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
-from .vertex_index import detect_by_index
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.options import AUTO
 from ..base.settings import Settings
 from ..base.words import counted
-from .persistence import survivors
+from .pairing.persistence import survivors
 from .result import Detection, Umbilics
 
 # Above this share of the median gap the noise is as large as the signal, and the umbilics that
@@ -84,9 +84,7 @@ def select(
     rows = _kept(candidates, cancelled, settings, pinned, deleted)
     regions = sum(region.index for region in detection.regions)
     warnings = [
-        text
-        for text in detection.warnings
-        if text != SMOOTH_MORE and not text.endswith(AT_BORDER)
+        text for text in detection.warnings if text != SMOOTH_MORE and not text.endswith(AT_BORDER)
     ]
     if detection.trust_ratio > TRUSTED and len(dropped):
         warnings.append(SMOOTH_MORE)

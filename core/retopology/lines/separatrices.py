@@ -87,6 +87,7 @@ def separatrices(
         STRAIGHT * edge[point],
         point,
         LEAVE * reach[point],
+        np.zeros(len(point), bool),
     )
     limit = np.full(len(point), length_limit(surface, settings))
     traces = trace(surface, planes, starts, limit, obstacle, progress)
