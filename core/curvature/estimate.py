@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from ..mesh.half_edges import following
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
 from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
+from .closer import look_closer
 from .field import CurvatureField
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
-from .scale import choose, starting_normals
+from .scale import Scale, choose, starting_normals
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class Estimate:
         What the jets were fitted to; None for curvature "normals" and "given".
     residual:
         Median standard deviation of the heights about the fits, in length; NaN without jets.
+    closer, degree:
+        What the jets around umbilics were fitted to, and their degree; None and 0 without.
     """
 
     field: CurvatureField
@@ -44,6 +47,8 @@ class Estimate:
     determined: np.ndarray
     neighbourhood: Neighbourhood | None
     residual: float
+    closer: Scale | None = None
+    degree: int = 0
 
 
 def estimate(
@@ -94,17 +99,32 @@ def _from_jets(
     walls = _walls(surface, settings, sharp)
     neighbourhood = Neighbourhood(surface, adjacency(surface), walls)
     part = progress.part("Choosing the scale", 0, 0.1)
-    if settings.scale == AUTO:
-        neighbourhood, start = choose(surface, normals, neighbourhood, part)
+    automatic = settings.scale == AUTO
+    if automatic:
+        scale = choose(surface, normals, neighbourhood, part)
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
         start = starting_normals(surface, normals, neighbourhood, part)
-    jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
-    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
+        scale = Scale(neighbourhood, start, 1.0)
+    part = progress.part("Fitting jets", 0.1, 0.9)
+    jets = fit_jets(surface, scale.normals, scale.neighbourhood, part)
+    noise = scale.factor * jets.noise
+    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
     if not jets.determined.all():
         field = _filled(field, curvature_from_normals(surface, normals), jets.determined)
-    return Estimate(
-        field, jets.radius, jets.determined, neighbourhood, float(np.median(jets.residual))
+    whole = Estimate(
+        field, jets.radius, jets.determined, scale.neighbourhood, float(np.median(jets.residual))
+    )
+    if not automatic:
+        return whole
+    part = progress.part("Looking closer", 0.9, 1)
+    closer = look_closer(surface, field, jets.radius, scale, part)
+    return replace(
+        whole,
+        field=closer.field,
+        radius=closer.radius,
+        closer=closer.scale,
+        degree=closer.degree if closer.scale else 0,
     )
 
 

@@ -26,8 +26,11 @@ def cancel(
     low: np.ndarray,
     high: np.ndarray,
     saddle: np.ndarray,
+    firm: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The pairs of charges that cancel, the closest ones first, wherever opposite ones meet.
+
+    Of several that could cancel with one, those that are firm stay.
 
     Parameters
     ----------
@@ -37,6 +40,8 @@ def cancel(
         (k, 3) their places.
     low, high, saddle:
         (e,) rows of the charges that each edge of the tree joins, and its gap; lowest first.
+    firm:
+        (k,) bool, charges that others cancel before; None for no difference.
 
     Returns
     -------
@@ -44,6 +49,7 @@ def cancel(
         (p,) rows of both charges of each pair, and the gap at which they cancel.
     """
     units = units.copy()
+    centres = _apart(centres, firm)
     left = np.flatnonzero(units)
     node, nodes = left, len(units)
     pairs = []
@@ -61,6 +67,16 @@ def cancel(
         low, high, saddle = low[apart], high[apart], saddle[apart]
     pairs.append(_walk(units, centres, left, node, nodes, low, high, saddle))
     return _joined(pairs)
+
+
+def _apart(centres: np.ndarray, firm: np.ndarray | None) -> np.ndarray:
+    """(k, 4) places and what adds to every squared distance from them: more than any distance
+    for those that are firm."""
+    away = np.zeros(len(centres))
+    if firm is not None and len(centres):
+        size = np.ptp(centres, axis=0)
+        away[firm] = 2.0 * float(size @ size) + np.finfo(float).tiny
+    return np.column_stack([centres, away])
 
 
 def _meeting(
@@ -112,8 +128,9 @@ def _closest_pairs(
     place = np.arange(len(meeting)) - np.repeat(np.cumsum(count) - count, count)
     mine, yours = np.divmod(place, size[two][meeting])
     mine, yours = rows[start[one][meeting] + mine], rows[start[two][meeting] + yours]
-    away = centres[mine] - centres[yours]
-    order = np.lexsort((np.einsum("ij,ij->i", away, away), meeting))
+    away = centres[mine, :3] - centres[yours, :3]
+    square = np.einsum("ij,ij->i", away, away) + centres[mine, 3] + centres[yours, 3]
+    order = np.lexsort((square, meeting))
     mine, yours, meeting = mine[order], yours[order], meeting[order]
     pairs = [(mine[:0], yours[:0], meeting[:0])]
     while len(meeting):
@@ -193,15 +210,17 @@ def _walk(
 class _Places:
     """Places of charges, for looking for the closest two.
 
-    `across` has columns x, y, z, -(x^2 + y^2 + z^2) / 2, of which the product with a row
+    `across` has columns x, y, z, -(x^2 + y^2 + z^2 + a) / 2, of which the product with a row
     u, v, w, 1 is largest at the place closest to u, v, w: one call for all of a long list.
+    a is what adds to the squared distance from a place, see `_apart`.
     """
 
     def __init__(self, centres: np.ndarray) -> None:
         self._lists = centres.tolist()
-        self._rows = np.column_stack([centres, np.ones(len(centres))])
-        half = -0.5 * np.einsum("ij,ij->i", centres, centres)
-        self.across = np.concatenate([centres.T, half[None]])
+        places = centres[:, :3]
+        self._rows = np.column_stack([places, np.ones(len(places))])
+        half = -0.5 * (np.einsum("ij,ij->i", places, places) + centres[:, 3])
+        self.across = np.concatenate([places.T, half[None]])
 
     def spread(self, some: list[int]) -> np.ndarray:
         """(4, n) columns of a list of charges."""
@@ -219,10 +238,10 @@ class _Places:
         nearest, first, second = np.inf, 0, 0
         if ours is None:
             for j, two in enumerate(yours):
-                u, v, w = self._lists[two]
+                u, v, w, a = self._lists[two]
                 for i, one in enumerate(mine):
-                    x, y, z = self._lists[one]
-                    distance = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w)
+                    x, y, z, b = self._lists[one]
+                    distance = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w) + a + b
                     if distance < nearest:
                         nearest, first, second = distance, i, j
             return first, second
@@ -231,7 +250,9 @@ class _Places:
             i = int((self._rows[two] @ ours[:, : len(mine)]).argmax())
             if len(yours) == 1:
                 return i, 0
-            distance = math.dist(self._lists[mine[i]], self._lists[two])
+            *one, a = self._lists[mine[i]]
+            *other, b = self._lists[two]
+            distance = math.dist(one, other) ** 2 + a + b
             if distance < nearest:
                 nearest, first, second = distance, i, j
         return first, second

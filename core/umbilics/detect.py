@@ -92,7 +92,7 @@ def detect(
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        rings = 1 if fitted.neighbourhood is None else fitted.neighbourhood.rings
+        rings = _rings(fitted)
         regions = _regions(surface, shape, noise, radius, rings, settings)
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
@@ -247,6 +247,15 @@ def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
         return field.noise, fitted.radius
     noise, radius = field_noise(surface, field.k1, field.k2, field.d1, field.normal)
     return np.where(known, field.noise, noise), np.where(known, fitted.radius, radius)
+
+
+def _rings(fitted: Estimate) -> int:
+    """Rings of the mesh as far as fits reach."""
+    around = fitted.neighbourhood
+    if around is None:
+        return 1
+    # On stretched meshes more across short edges and fewer across long ones; in between the two.
+    return round(around.rings * around.stretch**0.25)
 
 
 def _regions(

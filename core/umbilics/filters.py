@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.options import AUTO
 from ..base.settings import Settings
-from .persistence import made_by_noise, survivors
+from .persistence import survivors
 from .result import Detection, Umbilics
 
 # Above this share of the median gap the noise is as large as the signal, and the umbilics that
@@ -119,5 +119,5 @@ def _cancelled(candidates: Umbilics, settings: Settings) -> np.ndarray:
     """(k,) bool, the pairs that `settings.persistence` drops; umbilics without one are kept."""
     persistence = candidates.persistence
     if settings.persistence == AUTO:
-        return made_by_noise(persistence, candidates.partner, candidates.noise)
+        return ~candidates.resolved & np.isfinite(persistence)
     return ~survivors(persistence, float(settings.persistence)) & ~np.isnan(persistence)

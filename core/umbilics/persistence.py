@@ -27,6 +27,7 @@ def measure_persistence(
     triangle: np.ndarray,
     index: np.ndarray,
     regions: Sequence[np.ndarray] = (),
+    firm: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The gap at which each umbilic cancels, and with which other one.
 
@@ -44,6 +45,9 @@ def measure_persistence(
         For each spherical or flat region the rows of its triangles. The gap is zero all over a
         region, so that umbilics at its border meet through it; its own index is not offered
         for cancelling, because a region is never removed.
+    firm:
+        (k,) bool, umbilics that stay where others could cancel in their place: those that a
+        finer fit shows. None for no difference.
 
     Returns
     -------
@@ -64,7 +68,7 @@ def measure_persistence(
     gap = _finite(gap)
     low, high, saddle = merge_tree(surface, gap, np.asarray(triangle), units != 0, regions)
     centres = sum(surface.vertices[corner] for corner in surface.triangles[triangle].T) / 3.0
-    first, second, level = cancel(units, centres, low, high, saddle)
+    first, second, level = cancel(units, centres, low, high, saddle, firm)
     if len(first) == 0:
         return persistence, partner
     if np.abs(units).max() == 1:
@@ -106,6 +110,16 @@ def made_by_noise(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarra
     with np.errstate(invalid="ignore"):
         below = persistence <= noise_multiple(count) * lesser[group]
     return np.isfinite(persistence) & below
+
+
+def significant(fits: float, chance: float) -> float:
+    """How many standard errors a deviator must be long, so that by a given chance at most one
+    of so many independent fits of an umbilic surface has a longer one.
+
+    The error of a deviator is a complex Gaussian, its length follows Rayleigh's law:
+    P(longer than t standard errors) = exp(-t^2).
+    """
+    return float(np.sqrt(np.log(max(fits, 1.0) / chance)))
 
 
 def noise_multiple(count: int) -> float:

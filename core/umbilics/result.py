@@ -43,7 +43,8 @@ class Umbilics:
         (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
         other multiples of one half).
     kind:
-        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree.
+        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree
+        or the form is within its error of another kind.
     curvature:
         (k,) float64 mean curvature at the point, in 1 / length.
     persistence:
@@ -53,11 +54,10 @@ class Umbilics:
         (k,) int64 row of the umbilic it cancels with, -1 where there is none. In a filtered
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
-        (k,) float64 standard error of the position, in length.
+        (k,) float64 standard error of the position along the surface, in the direction in which
+        it is known least, in length.
     noise:
-        (k,) float64 error of the gap around the point, in 1 / length: its standard error, and
-        how much it changes when the fit reaches further; at least the persistence where a
-        close pair does not show in a finer fit. NaN where unknown.
+        (k,) float64 standard error of the gap around the point, in 1 / length; NaN where unknown.
     separatrix:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
@@ -65,8 +65,12 @@ class Umbilics:
         (k,) bool, True next to an open border, where the neighbourhoods are one-sided: such
         points stay among the candidates but are not reported.
     certain:
-        (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
-        not be placed.
+        (k,) bool, True where a fit of higher degree shows the zero so clearly above its error
+        that noise alone cannot have made it; False at a border and where the neighbourhood is
+        damaged.
+    resolved:
+        (k,) bool, False for the pairs that do not rise above the error of the fits, which the
+        automatic persistence drops.
     elliptic:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
@@ -88,6 +92,7 @@ class Umbilics:
     separatrix: np.ndarray = field(metadata=column(np.float64, 3, 3, unknown=True))
     at_border: np.ndarray = field(metadata=column(bool))
     certain: np.ndarray = field(metadata=column(bool))
+    resolved: np.ndarray = field(metadata=column(bool))
     elliptic: np.ndarray = field(metadata=column(bool))
 
     def __len__(self) -> int:

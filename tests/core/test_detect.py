@@ -32,7 +32,8 @@ def test_ellipsoid_has_four_lemons_and_the_error_shrinks_with_the_edge():
         detection = core.detect(surface.vertices, surface.triangles)
         assert list(detection.umbilics.kind) == ["lemon"] * 4
         assert detection.index_sum == detection.euler_characteristic == 2
-        assert detection.umbilics.certain.all()
+        # 642 vertices leave some doubt; a star beside each lemon is not excluded.
+        assert detection.umbilics.certain.all() == (subdivisions > 3)
         errors.append(errors_in_edges(detection.umbilics, surface).max() * mean_edge(surface))
     assert errors[0] / errors[1] > 3
     assert errors[1] / errors[2] > 3

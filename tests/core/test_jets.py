@@ -54,7 +54,8 @@ def test_error_falls_with_the_edge():
 def test_scale_grows_with_the_noise(noise, rings):
     mesh = surfaces.noisy(surfaces.random_ellipsoid(count=6000), noise, seed=1)
     surface = surface_of(mesh)
-    chosen, _ = choose(surface, vertex_normals(surface), neighbourhood_of(surface), Progress())
+    scale = choose(surface, vertex_normals(surface), neighbourhood_of(surface), Progress())
+    chosen = scale.neighbourhood
     assert rings[0] <= chosen.rings <= rings[1]
     assert chosen.focused == (noise == 0.0)
 
