@@ -2,9 +2,10 @@
 
 import bpy
 
-from .scene import maps, targets, view_shading
+from .scene import targets
 from .scene.modes import object_mode
 from .scene.transaction import all_or_nothing
+from .scene.view import maps, view_shading
 
 
 class UMBILICS_OT_hide_map(bpy.types.Operator):

@@ -264,14 +264,14 @@ def test_strokes_lie_where_the_modifiers_put_the_surface(addon):
     moved.direction, moved.mid_level, moved.strength = "X", 0.0, 2.0
     bpy.context.view_layer.update()
     bpy.ops.umbilics.detect()
-    where, *_ = addon.operators.scene.direction_fields.read_field(obj)
+    where, *_ = addon.operators.scene.view.direction_fields.read_field(obj)
     assert where[:, 0].mean() == pytest.approx(2.0, abs=1e-3)
 
 
 def test_strokes_of_a_subdivided_object_are_those_of_its_surface(addon):
     obj = subdivided()
     bpy.ops.umbilics.detect()
-    where, d1, *_ = addon.operators.scene.direction_fields.read_field(obj)
+    where, d1, *_ = addon.operators.scene.view.direction_fields.read_field(obj)
     assert len(where) == len(d1) > 3 * len(obj.data.vertices)
 
 
