@@ -58,8 +58,8 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     one, two = edge // n, edge % n
     part = np.full((len(edge), 1), 0.5)
     if share is not None:
-        part = share[half[first], None]
-        part = np.where(tail[half[first], None] == one[:, None], part, 1.0 - part)
+        from_tail = share[half[first]]
+        part[:, 0] = np.where(tail[half[first]] == one, from_tail, 1.0 - from_tail)
     middle = np.full(len(marked), -1)
     middle[half] = n + number
     vertices, values = (
