@@ -177,7 +177,7 @@ def _finished(
         near = grown(working.surface.triangles, near, RINGS * (1 + attempt))
         wishes = gentler(working, laid.wishes, near, None, attempt)
         try:
-            laid = laid_out(working, wishes, progress)
+            laid = laid_out(working, wishes, progress, ATTEMPTS)
         except RemeshError:
             break
         grid = whole_grids(laid, scale, first_cuts(laid), progress)
