@@ -36,12 +36,13 @@ from .retopology.poles import Poles
 from .retopology.quads.remesh import remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
+from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
-from .umbilics.persistence import noise_multiple
+from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
 from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
@@ -81,6 +82,7 @@ __all__ = [
     "Region",
     "RemeshError",
     "RemeshSettings",
+    "RidgeLines",
     "Selection",
     "Settings",
     "Suitability",

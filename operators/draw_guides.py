@@ -4,14 +4,14 @@ import bpy
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import guidance_objects
+from .scene.retopology import guidance_objects
 
 
 class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.draw_guides"
     bl_label = "Draw Guides"
     bl_description = (
-        "Draw the lines of curvature and the separatrices of the active mesh as Grease Pencil "
+        "Draw the lines of curvature, separatrices and ridges of the active mesh as Grease Pencil "
         "strokes, a layer for each family, to trace and draw over. Layers that you add stay"
     )
 
@@ -23,8 +23,11 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
             guidance_objects.write_guides(
                 context, obj, job.inputs.arrays, *found, transaction=transaction
             )
-        lines, separatrices = found
-        return f"{len(lines)} lines of curvature and {len(separatrices)} separatrices drawn."
+        lines, separatrices, ridges = found
+        return (
+            f"{len(lines)} lines of curvature, {len(separatrices)} separatrices and "
+            f"{len(ridges)} ridges drawn."
+        )
 
 
 def register() -> None:

@@ -1,22 +1,26 @@
-"""Operator: lines to seams or sharp edges of the active mesh."""
+"""Operator: lines to seams, sharp edges or creases of the active mesh."""
 
 import bpy
 from bpy.props import EnumProperty
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import guidance_objects
+from .scene.retopology import guidance_objects
 
-_WORK = {"SEPARATRICES": retopology.separatrices, "LINES": retopology.lines}
-_MARK = {"SEAM": "seam", "SHARP": "edge_sharp"}
+_WORK = {
+    "SEPARATRICES": retopology.separatrices,
+    "LINES": retopology.lines,
+    "RIDGES": retopology.ridges,
+}
+_MARK = {"SEAM": "seam", "SHARP": "edge_sharp", "CREASE": "crease"}
 
 
 class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.mark_seams"
     bl_label = "Mark Edges"
     bl_description = (
-        "Mark the edges nearest to the lines as seams or sharp edges, which remeshers follow; "
-        "marks of your own stay"
+        "Mark the edges nearest to the lines as seams, sharp edges or creases, which remeshers and "
+        "subdivision follow; marks of your own stay"
     )
 
     lines: EnumProperty(
@@ -24,11 +28,16 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
         items=[
             ("SEPARATRICES", "Separatrices", "The lines that run into umbilics"),
             ("LINES", "Lines of Curvature", "The evenly spaced lines"),
+            ("RIDGES", "Ridges", "Ridges and ravines"),
         ],
     )
     mark: EnumProperty(
         name="Mark As",
-        items=[("SEAM", "Seam", "Mark seams"), ("SHARP", "Sharp", "Mark sharp edges")],
+        items=[
+            ("SEAM", "Seam", "Mark seams"),
+            ("SHARP", "Sharp", "Mark sharp edges"),
+            ("CREASE", "Crease", "Give edges a full crease"),
+        ],
     )
 
     def job(self, context):

@@ -13,7 +13,9 @@ from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
-from ..operators.scene import guidance_objects, staleness
+from ..operators.ridges import UMBILICS_OT_ridges
+from ..operators.scene import staleness
+from ..operators.scene.retopology import guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
@@ -66,8 +68,11 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         if any(map(plans.change_of, plan.poles)):
             told = "Poles were moved or deleted by hand; lines and files do not follow them."
             paragraph(layout, context, told)
-        if staleness.plan_is_edited(context, obj):
-            paragraph(layout, context, "The mesh was edited since: plan again.", icon="ERROR")
+        reasons = staleness.plan_reasons(context, obj)
+        if reasons:
+            box = layout.box()
+            paragraph(box, context, " ".join(["Plan out of date.", *reasons]), icon="ERROR")
+            box.operator(UMBILICS_OT_guide.bl_idname, text="Plan Again", icon="FILE_REFRESH")
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
@@ -99,7 +104,7 @@ class UMBILICS_PT_features(Tab, bpy.types.Panel):
     def draw(self, context):
         layout = split(self.layout)
         group = context.scene.umbilics_guidance
-        for name in ("feature_angle", "align_sharp", "align_borders"):
+        for name in ("feature_angle", "align_sharp", "align_borders", "align_crests"):
             layout.prop(group, name)
 
 
@@ -121,9 +126,23 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
         layout.operator(UMBILICS_OT_separatrices.bl_idname, icon="CURVE_PATH")
         layout.operator(UMBILICS_OT_draw_guides.bl_idname, icon="OUTLINER_OB_GREASEPENCIL")
         marks = layout.row(align=True)
-        for mark, text in (("SEAM", "Mark Seams"), ("SHARP", "Mark Sharp")):
+        for mark, text in (("SEAM", "Mark Seams"), ("SHARP", "Mark Sharp"), ("CREASE", "Crease")):
             menu = marks.operator_menu_enum(UMBILICS_OT_mark_seams.bl_idname, "lines", text=text)
             menu.mark = mark
+
+
+class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
+    bl_label = "Ridges"
+    bl_parent_id = "UMBILICS_PT_retopology"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = split(self.layout)
+        layout.active = worker.current() is None
+        group = context.scene.umbilics_guidance
+        layout.prop(group, "least_bend", slider=True)
+        layout.prop(group, "ridge_kinds")
+        layout.operator(UMBILICS_OT_ridges.bl_idname, icon="MOD_EDGESPLIT")
 
 
 class UMBILICS_PT_check(Tab, bpy.types.Panel):
@@ -169,6 +188,7 @@ _CLASSES = (
     UMBILICS_PT_quads,
     UMBILICS_PT_features,
     UMBILICS_PT_lines,
+    UMBILICS_PT_ridges,
     UMBILICS_PT_check,
     UMBILICS_PT_hand_over,
 )

@@ -1,4 +1,4 @@
-"""CGAL's compute_umbilics: builds the driver beside this file and runs it."""
+"""CGAL's compute_umbilics and its ridges: builds the drivers beside this file and runs them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from .measurement import Measurement
 
-SOURCE = Path(__file__).with_name("cgal_umbilics.cpp")
+UMBILICS, RIDGES = (Path(__file__).with_name(f"cgal_{what}.cpp") for what in ("umbilics", "ridges"))
 PACKAGES = "libcgal-dev, libeigen3-dev and a C++ compiler (Debian: g++)"
 
 
@@ -20,7 +20,12 @@ class CgalError(Exception):
 
 
 class Cgal:
-    """The driver, built into a temporary folder that goes with the object.
+    """A driver, built into a temporary folder that goes with the object.
+
+    Parameters
+    ----------
+    source:
+        `UMBILICS` or `RIDGES`.
 
     Raises
     ------
@@ -28,9 +33,9 @@ class Cgal:
         There is no compiler or no CGAL, or they do not fit the driver.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, source: Path = UMBILICS) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="umbilics-cgal-")
-        self._program = Path(self._folder.name) / "cgal_umbilics"
+        self._source, self._program = source, Path(self._folder.name) / source.stem
         self.version = ""
         self._build()
 
@@ -51,7 +56,7 @@ class Cgal:
         built = subprocess.run(
             [
                 *(compiler, "-std=c++17", "-O3", "-DNDEBUG", "-DCGAL_EIGEN3_ENABLED"),
-                *("-I/usr/include/eigen3", str(SOURCE), "-o", str(self._program)),
+                *("-I/usr/include/eigen3", str(self._source), "-o", str(self._program)),
                 *("-lgmp", "-lmpfr"),
             ],
             capture_output=True,
@@ -68,6 +73,13 @@ class Cgal:
         """(k,) vertices and (k,) indices +-0.5 (0 where CGAL calls it non-generic)."""
         found = np.array(self._run(vertices, triangles).split(), dtype=np.int64).reshape(-1, 2)
         return found[:, 0], 0.5 * found[:, 1]
+
+    def ridges(self, vertices: np.ndarray, triangles: np.ndarray) -> list[np.ndarray]:
+        """(q, 3) points of each crest line; the driver must be `RIDGES`."""
+        rows = np.array(self._run(vertices, triangles).split(), float).reshape(-1, 4)
+        if not len(rows):
+            return []
+        return np.split(rows[:, 1:], np.flatnonzero(np.diff(rows[:, 0])) + 1)
 
     def measure(
         self, vertices: np.ndarray, triangles: np.ndarray, rounds: int

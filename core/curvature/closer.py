@@ -62,6 +62,7 @@ def look_closer(
     radius: np.ndarray,
     scale: Scale,
     progress: Progress,
+    exact: np.ndarray | None = None,
 ) -> Closer:
     """Fit anew around the umbilics of the field; the fit with the smaller error stays.
 
@@ -69,9 +70,11 @@ def look_closer(
     ----------
     field, radius:
         What cubic jets at `scale` give at the n vertices; `field.noise` its standard errors.
+    exact:
+        (n,) bool, vertices that nothing is fitted at, or None.
     """
     degree = CLEAN[0] if scale.neighbourhood.focused else NOISY
-    seen, fits = np.zeros(len(radius), bool), 0
+    seen, fits = np.zeros(len(radius), bool) if exact is None else exact.copy(), 0
     most = max(MOST_ANYWAY, round(MOST_SHARE * len(radius)))
     closer: Scale | None = None
     for _ in range(ROUNDS):
@@ -85,9 +88,7 @@ def look_closer(
         if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        jets = fit_jets(
-            surface, closer.normals, closer.neighbourhood, progress, vertices, degree
-        )
+        jets = fit_jets(surface, closer.normals, closer.neighbourhood, progress, vertices, degree)
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]
@@ -122,6 +123,4 @@ def _closer_scale(
         around = dataclasses.replace(scale.neighbourhood, rings=CLEAN[1])
         return Scale(around, scale.normals, 1.0)
     around = dataclasses.replace(scale.neighbourhood, rings=max(scale.neighbourhood.rings, 3))
-    return grow_while_it_falls(
-        surface, scale.normals, around, some, progress, NOISY, MOST_RINGS
-    )
+    return grow_while_it_falls(surface, scale.normals, around, some, progress, NOISY, MOST_RINGS)

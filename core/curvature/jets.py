@@ -111,9 +111,7 @@ def fit_jets(
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
         workspace = spaces.workspace
-        _fit_some(
-            coordinates, normals, centres[slots], around, degree, slots, jets, workspace, ask
-        )
+        _fit_some(coordinates, normals, centres[slots], around, degree, slots, jets, workspace, ask)
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)

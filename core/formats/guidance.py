@@ -12,11 +12,19 @@ from ..base.errors import FormatError, GuidanceError
 from ..base.progress import Progress
 from ..retopology.lines.polylines import Lines
 from ..retopology.planner import Guidance, Guide
+from ..retopology.ridges.ridge_lines import RidgeLines
 from ..retopology.settings import GuidanceSettings
 from .curves import write_curves
 from .dmat import write_dmat
 from .mesh import write_mesh
-from .points import Table, poles_table, umbilics_table, write_points_csv, write_points_json
+from .points import (
+    Table,
+    poles_table,
+    ridges_table,
+    umbilics_table,
+    write_points_csv,
+    write_points_json,
+)
 from .rawfield import write_rawfield
 from .rosy import write_rosy
 from .sharp import write_sharp
@@ -44,6 +52,13 @@ FILE_KINDS = {
     "sharp": FileKind(".sharp", "Sharp Features", "Creases and borders, for QuadWild (.sharp)"),
     "lines": FileKind("-lines.obj", "Lines", "Lines of curvature as polylines (.obj)"),
     "separatrices": FileKind("-separatrices.obj", "Separatrices", "As polylines (.obj)"),
+    "ridges": FileKind("-ridges.obj", "Ridges", "Ridges and ravines as polylines (.obj)"),
+    "ridge_figures": FileKind(
+        "-ridges.csv",
+        "Ridge Figures",
+        "Kind, strength and bend of every point of the ridges (.csv, .json)",
+        ("-ridges.json",),
+    ),
     "csv": FileKind(
         "-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)", ("-umbilics.csv",)
     ),
@@ -61,6 +76,7 @@ class Exported:
     guidance: Guidance
     lines: Lines | None = None
     separatrices: Lines | None = None
+    ridges: RidgeLines | None = None
 
 
 def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
@@ -174,8 +190,11 @@ def export_guidance(
                 raise
     arcs = None
     if "separatrices" in kinds:
-        arcs = guide.separatrices(settings, progress.part("Separatrices", 0.7, 0.8))
-    data = Exported(*mesh, guide, guidance, lines, arcs)
+        arcs = guide.separatrices(settings, progress.part("Separatrices", 0.7, 0.75))
+    ridges = None
+    if "ridges" in kinds or "ridge_figures" in kinds:
+        ridges = guide.ridges(settings, progress.part("Ridges", 0.75, 0.8))
+    data = Exported(*mesh, guide, guidance, lines, arcs, ridges)
     paths = write_guidance(stem, kinds, data, to_file, progress.part("Writing files", 0.8, 1.0))
     return Written(paths, guidance, tuple(left_out))
 
@@ -234,6 +253,21 @@ def _separatrices(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_curves(path, _turned(data.separatrices, turn))
 
 
+def _ridges(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_curves(path, _turned(data.ridges, turn))
+
+
+def _ridge_figures(rows: Path, same: Path, data: Exported, turn: np.ndarray) -> None:
+    if data.ridges is None:
+        raise FormatError("There are no ridges to write.")
+    ridges = data.ridges
+    table = ridges_table(
+        replace(ridges, position=ridges.position @ turn.T, normal=ridges.normal @ turn.T)
+    )
+    write_points_csv(rows, table)
+    write_points_json(same, {"ridges": table})
+
+
 def _tables(data: Exported, turn: np.ndarray) -> dict[str, Table]:
     poles, umbilics = data.guidance.poles, data.guide.detection.umbilics
     return {
@@ -265,6 +299,8 @@ _WRITERS: dict[str, Callable[..., None]] = {
     "sharp": _sharp,
     "lines": _lines,
     "separatrices": _separatrices,
+    "ridges": _ridges,
+    "ridge_figures": _ridge_figures,
     "csv": _csv,
     "json": _json,
 }

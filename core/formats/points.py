@@ -1,4 +1,4 @@
-"""Poles and umbilics as tables: CSV for spreadsheets, JSON for programs.
+"""Poles, umbilics and points of ridges as tables: CSV for spreadsheets, JSON for programs.
 
 A table is a dict of columns, one value a row: numbers, words or, as `x`, `y`, `z`, places.
 """
@@ -16,6 +16,7 @@ import numpy as np
 
 from ..base.errors import FormatError
 from ..retopology.poles import Poles
+from ..retopology.ridges.ridge_lines import RidgeLines
 from ..umbilics.result import Umbilics
 from .text import read_text, write_text
 
@@ -43,6 +44,22 @@ def umbilics_table(umbilics: Umbilics) -> Table:
         "triangle": umbilics.triangle.tolist(),
         "persistence": umbilics.persistence.tolist(),
         "uncertainty": umbilics.uncertainty.tolist(),
+    }
+
+
+def ridges_table(ridges: RidgeLines) -> Table:
+    """The columns of the points of ridges, line after line; `line` counts from 0."""
+    count = np.diff(ridges.start)
+    return _places(ridges.position, ridges.normal) | {
+        "line": np.repeat(np.arange(len(ridges)), count).tolist(),
+        "kind": np.repeat(ridges.kind, count).tolist(),
+        "family": np.repeat(ridges.family, count).tolist(),
+        "closed": np.repeat(ridges.closed, count).astype(int).tolist(),
+        "strength": ridges.strength.tolist(),
+        "sharpness": ridges.sharpness.tolist(),
+        "bend": ridges.bend.tolist(),
+        "certainty": ridges.certainty.tolist(),
+        "triangle": ridges.triangle.tolist(),
     }
 
 

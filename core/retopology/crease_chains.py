@@ -25,11 +25,10 @@ GAP = 2
 # A chain of fewer edges says nothing, unless it comes back to itself, or joins two junctions on a
 # mesh of which this share of all bent edges is in chains: on rough meshes junctions are many, too.
 FEWEST, IN_CHAINS = 4, 0.8
-# Degrees by which a chain that just reaches the angle may swerve from edge to edge, one of twice
-# the angle by twice as much. One that swerves more follows the triangles rather than a crease and
-# tells the direction worse than the curvature does: the fields of real meshes lie 6 to 10 degrees
-# from it. Chosen on rocker-arm (12 to 20), fandisk (0), hand and spot; confirmed on a plate with
-# holes, a beetle, a bunny and a skull.
+# Degrees by which a chain may swerve from edge to edge. One that swerves more follows the
+# triangles rather than a crease and tells the direction worse than the curvature does: the fields
+# of real meshes lie 6 to 10 degrees from it. Chosen on rocker-arm (12 to 20), fandisk (0), hand
+# and spot; confirmed on a plate with holes, a beetle, a bunny and a skull.
 MOST_SWERVE = 10.0
 # A chain bends so many times farther than the median of the edges that bend less than the angle. By
 # noise or on a coarse mesh that is what single edges do by chance; beside a crease it is small.
@@ -83,7 +82,7 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     direction = np.where(forward[:, None], along[edge], -along[edge])
     mean = np.bincount(piece, weights=bend[edge], minlength=len(count)) / np.maximum(count, 1)
     swerve = _swerve(direction, middle[edge], piece, count)
-    straight = (swerve * angle <= MOST_SWERVE * np.maximum(mean, angle)) & (mean >= least)
+    straight = (swerve <= MOST_SWERVE) & (mean >= least)
     # The vertices at both ends of each piece.
     start = np.flatnonzero(first)
     last = start + count - 1

@@ -12,8 +12,10 @@ from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
 from ..mesh.creases import is_convex
+from ..mesh.input_map import at_triangles, at_vertices, sums_at_triangles
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
+from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
 from .cross_field import CrossField, cross_field, smoothing_length
 from .features import Features, find_features
@@ -104,7 +106,7 @@ class Guide:
         detection: Detection,
         kept: np.ndarray | None = None,
     ) -> None:
-        self.surface, _ = clean(vertices, triangles)
+        self.surface, _ = clean(vertices, triangles, detection.borders_joined)
         if kept is not None:
             detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection
@@ -129,10 +131,11 @@ class Guide:
 
     @property
     def undirected(self) -> np.ndarray:
-        """(m,) bool over the surface's triangles: those in a region."""
+        """(m,) bool over the surface's triangles: those in a region without directions."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
-            inside[region.triangles] = True
+            # Cylinders and cones have directions, exact ones.
+            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL)
         return inside[self.surface.source_triangle]
 
     @property
@@ -213,11 +216,11 @@ class Guide:
         n, m = self._counts
         closed = bool(surface.closed.all())
         return Guidance(
-            direction=_scattered(cross.direction, surface.source_vertex, n, np.nan),
-            normal=_scattered(cross.normal, surface.source_vertex, n, np.nan),
-            confidence=_scattered(cross.confidence, surface.source_vertex, n, 0.0),
-            face_direction=_scattered(cross.face_direction, surface.source_triangle, m, np.nan),
-            triangle_index=_scattered(cross.triangle_index, surface.source_triangle, m, 0.0),
+            direction=at_vertices(surface, cross.direction, n, np.nan),
+            normal=at_vertices(surface, cross.normal, n, np.nan),
+            confidence=at_vertices(surface, cross.confidence, n, 0.0),
+            face_direction=at_triangles(surface, cross.face_direction, m, np.nan),
+            triangle_index=sums_at_triangles(surface, cross.triangle_index, m),
             index_sum=float(cross.triangle_index.sum()),
             expected_index_sum=(
                 float(surface.euler_characteristic.sum()) if closed else float("nan")
@@ -278,7 +281,7 @@ class Guide:
         found = find_ridges(
             self.surface,
             slopes,
-            crests_only=settings.ridges == "crests",
+            crests_only=settings.ridge_kinds == "crests",
             least_bend=settings.least_bend,
         )
         return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)
@@ -391,9 +394,3 @@ def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:
         value = getattr(curvature, item.name)[rows]
         values[item.name] = value * surface.unit if item.name in ("k1", "k2", "noise") else value
     return CurvatureField(**values)
-
-
-def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
-    result = np.full((count, *values.shape[1:]), empty, values.dtype)
-    result[rows] = values
-    return result

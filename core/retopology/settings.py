@@ -150,7 +150,7 @@ class GuidanceSettings:
         maximum=180.0,
         unit="degrees",
     )
-    ridges: str = setting(
+    ridge_kinds: str = setting(
         "crests",
         label="Ridges",
         help="Which lines are drawn where the curvature is extremal along its own lines",
@@ -160,8 +160,8 @@ class GuidanceSettings:
             Choice(
                 "all",
                 "All",
-                "Every extremum of either curvature, also those that bend the other way or "
-                "less; only for clean meshes",
+                "Every extremum of either curvature, also where it is the smaller one or turns "
+                "the other way; for clean meshes only",
             ),
         ),
     )

@@ -11,15 +11,16 @@ from ..base.settings import Settings
 from ..curvature.estimate import Estimate
 from ..curvature.field import CurvatureField
 from ..mesh.borders import distance_to_border
+from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .filters import filtered
-from .persistence import made_by_noise, measure_persistence, significant, trust_ratio
-from .raw import RawUmbilics
+from .methods.raw import RawUmbilics
+from .methods.shape_operators import face_deviators
+from .pairing.persistence import made_by_noise, measure_persistence, significant, trust_ratio
 from .refine import refine
 from .regions import RegionMap, describe_regions
 from .result import Detection, Umbilics
-from .shape_operators import face_deviators
 
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
@@ -58,6 +59,7 @@ class Parts:
     types: np.ndarray
     elliptic: np.ndarray
     warnings: list[str]
+    borders_joined: bool
     vertex_count: int
     triangle_count: int
 
@@ -82,12 +84,10 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         candidates=candidates,
         curvature=curvature,
         regions=regions,
-        triangle_index=_scattered(
-            parts.triangle_index, surface.source_triangle, parts.triangle_count, 0.0
-        ),
-        surface_type=_scattered(parts.types, surface.source_vertex, parts.vertex_count, -1),
-        conformal_scale=_scattered(
-            parts.hits.conformal_scale, surface.source_vertex, parts.vertex_count, np.nan
+        triangle_index=sums_at_triangles(surface, parts.triangle_index, parts.triangle_count),
+        surface_type=at_vertices(surface, parts.types, parts.vertex_count, -1),
+        conformal_scale=at_vertices(
+            surface, parts.hits.conformal_scale, parts.vertex_count, np.nan
         ),
         euler_characteristic=characteristic,
         index_sum=float(candidates.index.sum()),
@@ -96,6 +96,7 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         trust_ratio=trust_ratio(field.noise, field.gap),
         noise=parts.fitted.residual * surface.unit,
         scale=float(np.median(parts.fitted.radius)) * surface.unit,
+        borders_joined=parts.borders_joined,
         warnings=tuple(parts.warnings),
     )
     return filtered(detection, settings)
@@ -169,11 +170,12 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     resolved = ~made_by_noise(persistence, partner, above)
     certain = located & fitted.determined[corners].all(axis=1) & ~at_border
     certain &= ~(clarity < significant(fits, CERTAIN)) & resolved
+    input_triangle, input_barycentric = places_in_input(surface, triangle, barycentric)
     return Umbilics(
         position=position * surface.unit + surface.origin,
         normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
-        triangle=surface.source_triangle[triangle],
-        barycentric=barycentric,
+        triangle=input_triangle,
+        barycentric=input_barycentric,
         vertex=np.where(hits.vertex >= 0, surface.source_vertex[hits.vertex], -1),
         index=hits.index,
         kind=cubic_form.kinds(p, q, hits.index, slope_error),
@@ -280,20 +282,11 @@ def _unit_or(vectors: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), other)
 
 
-def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
-    """(count,) `values` at their input rows, `empty` elsewhere."""
-    if len(rows) == count and np.array_equal(rows, np.arange(count)):
-        return values
-    result = np.full((count, *values.shape[1:]), empty, values.dtype)
-    result[rows] = values
-    return result
-
-
 def _on_input_vertices(field: CurvatureField, surface: Surface, count: int) -> CurvatureField:
     per_length = {name: getattr(field, name) / surface.unit for name in ("k1", "k2", "noise")}
     return CurvatureField(
         **{
-            name: _scattered(value, surface.source_vertex, count, np.nan)
+            name: at_vertices(surface, value, count, np.nan)
             for name, value in (vars(field) | per_length).items()
         }
     )

@@ -10,7 +10,6 @@ import numpy as np
 
 from .result import LEMON, MONSTAR, STAR, UNCERTAIN
 
-
 # Directions in which the cubic form is moved by its error to see whether it stays what it is.
 DIRECTIONS = 8
 

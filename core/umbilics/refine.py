@@ -44,6 +44,8 @@ CIRCLES = (0.2, 0.35, 0.5, 0.7)
 CIRCLE = 24
 # Triangles that the walk to the refined place may cross before it is given up.
 WALK = 16
+# Among long thin triangles there are as many more in the way.
+THIN_WALK = 64
 # Step of the derivative by central differences, for coordinates of order 1: the cube root of
 # the rounding unit balances truncation against round-off.
 STEP = 6e-6
@@ -130,12 +132,13 @@ def refine(
         neighbourhood, factor = fitted.closer.neighbourhood, fitted.closer.factor
         degree, rings = fitted.degree, neighbourhood.rings
     ask = progress.quiet()
+    walk = WALK if neighbourhood.thinned is None else THIN_WALK
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
         for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
-            _refine_block(surface, normals, rows[some], members, degree, factor, places)
+            _refine_block(surface, normals, rows[some], members, degree, factor, walk, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
@@ -148,6 +151,7 @@ def _refine_block(
     members: np.ndarray,
     degree: int,
     factor: float,
+    walk: int,
     places: Places,
 ) -> None:
     corners = surface.triangles[places.triangle[rows]]
@@ -185,7 +189,8 @@ def _refine_block(
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
 
     target = np.stack([u * radius, v * radius], axis=1)
-    around, inside, landed = _landing(surface, places.triangle[rows], target, centre, e1, e2)
+    start = places.triangle[rows]
+    around, inside, landed = _landing(surface, start, target, centre, e1, e2, walk)
     found = settled & fit.determined & landed
     chosen = rows[found]
     places.triangle[chosen], places.barycentric[chosen] = around[found], inside[found]
@@ -262,6 +267,7 @@ def _landing(
     centre: np.ndarray,
     e1: np.ndarray,
     e2: np.ndarray,
+    walk: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Walk from each triangle to the one over the point `target` (r, 2) of the plane e1, e2.
 
@@ -269,7 +275,7 @@ def _landing(
     fold in the surface, can end it).
     """
     triangle = triangle.copy()
-    for _ in range(WALK):
+    for _ in range(walk):
         offset = surface.vertices[surface.triangles[triangle]] - centre[:, None]
         plane = np.stack(
             [np.einsum("rkc,rc->rk", offset, e1), np.einsum("rkc,rc->rk", offset, e2)], axis=2

@@ -9,15 +9,14 @@ import numpy as np
 
 from ..base.rows import column
 from ..curvature.field import CurvatureField
+from ..mesh.tessellated import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
 
 STAR = "star"
 LEMON = "lemon"
 MONSTAR = "monstar"
 UNCERTAIN = "uncertain"
 KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
-SPHERICAL = "spherical"
-PLANAR = "planar"
-REGION_KINDS = (SPHERICAL, PLANAR)
+REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL)
 # Blender's whole numbers and its meshes have no more.
 _LARGEST = 2**31 - 1
 
@@ -109,7 +108,8 @@ class Umbilics:
 
 @dataclass(frozen=True)
 class Region:
-    """An area where the principal curvatures are equal within the estimator's noise.
+    """An area where the principal curvatures are equal within the estimator's noise, or an exact
+    face of a tessellated part.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Region:
         Index of the direction field around its border: a multiple of one half, the sum of the
         indices that it replaces.
     kind:
-        "spherical" or "planar".
+        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical".
     curvature:
         Mean curvature over the region, in 1 / length.
     """
@@ -170,6 +170,8 @@ class Detection:
         Estimated standard deviation of the positions, in length; NaN where unknown.
     scale:
         Median radius of the fitted neighbourhoods, in length; NaN where nothing was fitted.
+    borders_joined:
+        Whether borders that lie on each other were joined for the analysis.
     warnings:
         Sentences for the user, each saying what was met and what to do.
     timings:
@@ -190,5 +192,6 @@ class Detection:
     trust_ratio: float
     noise: float
     scale: float
+    borders_joined: bool = True
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)

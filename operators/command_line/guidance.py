@@ -15,6 +15,7 @@ from .batch.names import result_name
 from .guard import Guard
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
+_RIDGES = ("ridges", "ridge_figures")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,6 +74,11 @@ def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
         default=_USUAL,
         help=f"which: {', '.join(core.FILE_KINDS)} (default: {' '.join(_USUAL)})",
     )
+    group.add_argument(
+        "--ridges",
+        action="store_true",
+        help="with --guide: write the ridges and their figures too",
+    )
     for name, option in core.options(core.GuidanceSettings).items():
         add_setting(group, name, option, core.defaults(core.GuidanceSettings)[name])
 
@@ -82,6 +88,8 @@ def request_of(
 ) -> GuidanceRequest | None:
     """What the arguments ask for; None without --guide."""
     if found.guide is None:
+        if found.ridges:
+            parser.error("--ridges needs --guide DIR, the folder that the files go to.")
         return None
     if found.guide.exists() and not found.guide.is_dir():
         parser.error(f"--guide {found.guide} is a file; name a folder.")
@@ -90,7 +98,8 @@ def request_of(
         settings = core.GuidanceSettings(**values)
     except core.InvalidSettingsError as error:
         parser.error(str(error))
-    kinds = tuple(dict.fromkeys(found.guide_files))
+    ridges = _RIDGES if found.ridges else ()
+    kinds = tuple(dict.fromkeys((*found.guide_files, *ridges)))
     return GuidanceRequest(found.guide, kinds, settings)
 
 

@@ -24,9 +24,10 @@ from ..data import pins, plans, properties, reading, record
 from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
 from ..mesh.read import check_unchanged, current_mesh, edge_vertices
-from ..mesh.scope import Scope, in_vertex_group
-from ..scene import display_objects, filters, guidance_objects, homes, targets
+from ..mesh.scope import Scope, in_vertex_group, scope_in_file
+from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
+from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from . import detect
 
@@ -186,7 +187,7 @@ def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.O
     """The object, form and part that the object's detection was made of, else the scene's."""
     if obj.umbilics.detected:
         kept = obj.umbilics
-        found = kept.source == "EVALUATED", Scope(kept.scope or "WHOLE", kept.group)
+        found = kept.source == "EVALUATED", scope_in_file(kept.scope, kept.group)
     else:
         display = scene.umbilics_display
         found = display.source == "EVALUATED", reading.scope_of(display)
@@ -249,11 +250,19 @@ def separatrices(job: Job, guide: core.Guide, progress: core.Progress) -> core.L
     return guide.separatrices(job.settings, progress)
 
 
-def guides(job: Job, guide: core.Guide, progress: core.Progress) -> tuple[core.Lines, core.Lines]:
-    """Lines of curvature and separatrices."""
+def ridges(job: Job, guide: core.Guide, progress: core.Progress) -> core.RidgeLines:
+    """Ridges, ravines and crest lines."""
+    return guide.ridges(job.settings, progress)
+
+
+def guides(
+    job: Job, guide: core.Guide, progress: core.Progress
+) -> tuple[core.Lines, core.Lines, core.RidgeLines]:
+    """Lines of curvature, separatrices and ridges."""
     return (
-        lines(job, guide, progress.part("Lines", 0.0, 0.8)),
-        separatrices(job, guide, progress.part("Separatrices", 0.8, 1.0)),
+        lines(job, guide, progress.part("Lines", 0.0, 0.6)),
+        separatrices(job, guide, progress.part("Separatrices", 0.6, 0.8)),
+        ridges(job, guide, progress.part("Ridges", 0.8, 1.0)),
     )
 
 

@@ -110,7 +110,7 @@ def test_creases_are_not_fitted_across():
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
     vertices, triangles = subdivided(box, triangles, 4)
-    across = core.detect(vertices, triangles, core.Settings(scale=3.0))
+    across = core.detect(vertices, triangles, core.Settings(scale=3.0, crease_angle=180.0))
     within = core.detect(vertices, triangles, core.Settings(scale=3.0, crease_angle=30.0))
     inside = (np.sort(np.abs(vertices), axis=1)[:, 1] < 0.99) & (np.abs(vertices).max(axis=1) == 1)
     assert np.abs(within.curvature.k1[inside]).max() < 1e-9

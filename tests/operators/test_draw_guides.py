@@ -6,7 +6,7 @@ import pytest
 from scene_building import add_ellipsoid, census, moved
 
 AXES = np.array([3.0, 2.0, 1.0])
-LAYERS = ["Smaller Curvature", "Larger Curvature", "Separatrices"]
+LAYERS = ["Smaller Curvature", "Larger Curvature", "Separatrices", "Ridges"]
 
 
 def guides(obj):
@@ -92,7 +92,7 @@ def test_again_replaces_and_clear_leaves_nothing():
     for _ in range(2):
         bpy.ops.umbilics.draw_guides()
     assert len(guides(obj)) == 1
-    assert len(bpy.data.materials) == 3
+    assert len(bpy.data.materials) == len(LAYERS)
     bpy.ops.umbilics.clear()
     assert census() == before
     assert not len(bpy.data.materials)

@@ -16,6 +16,7 @@ from .graphs import (
     saddle,
     seed_patch,
 )
+from .images import inverted, noisy, renumbered, similar
 from .implicit import (
     ImplicitSurface,
     cayley,
@@ -27,8 +28,8 @@ from .implicit import (
     random_harmonics,
     superquadric,
 )
-from .images import inverted, noisy, renumbered, similar
 from .sampling import grid_points, icosphere, random_points
+from .voxels import marching_tetrahedra
 
 __all__ = [
     "AnalyticSurface",
@@ -44,6 +45,7 @@ __all__ = [
     "grid_points",
     "icosphere",
     "inverted",
+    "marching_tetrahedra",
     "metaballs",
     "monkey_saddle",
     "noisy",

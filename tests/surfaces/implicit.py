@@ -156,7 +156,7 @@ class ImplicitSurface:
             characteristic.
         """
         if dense is None:
-            points, triangles = icosphere(6)
+            points, triangles = icosphere(5)
             dense = self.on_rays(points), triangles
         mesh = self.meshed(self.projected(dense[0]), dense[1])
         settings = core.Settings(curvature="given", persistence=0.0, regions=False)

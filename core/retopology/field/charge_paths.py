@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...umbilics.merge_tree import label_roots, lowest_edges, lowest_passes
+from ...umbilics.pairing.merge_tree import label_roots, lowest_edges, lowest_passes
 from .turns import Turns
 
 

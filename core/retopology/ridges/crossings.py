@@ -24,14 +24,11 @@ class Crossings:
         (s, 2) int64 half-edge, the first of its edge, at either end.
     along:
         (3 m,) float64 place of the point on each half-edge that is a node, 0 at its tail.
-    slope:
-        (s,) float64 derivative of e along d in the triangle.
     """
 
     triangle: np.ndarray
     node: np.ndarray
     along: np.ndarray
-    slope: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -82,30 +79,7 @@ def crossings(surface: Surface, slopes: Slopes, signs: EdgeSigns, family: int) -
     # The two crossed sides come first in a stable order.
     side = np.argsort(~sides[triangle], axis=1, kind="stable")[:, :2]
     node = np.take_along_axis(signs.name.reshape(-1, 3)[triangle], side, axis=1)
-    slope = _slope(surface, slopes, corners[triangle], triangle, family)
-    return Crossings(triangle, node, along, slope)
-
-
-def _slope(
-    surface: Surface, slopes: Slopes, sign: np.ndarray, triangle: np.ndarray, family: int
-) -> np.ndarray:
-    """(s,) gradient of e times the mean direction in triangles, as Hildebrandt et al. 2005."""
-    corner = surface.triangles[triangle]
-    # All as seen from the first corner.
-    turned = np.stack([np.ones(len(triangle)), sign[:, 0], sign[:, 2]], axis=1)
-    e = slopes.e[family][corner] * turned
-    d = np.einsum("skc,sk->sc", slopes.d[family][corner], turned)
-    normal, area = surface.face_normal_area
-    normal = normal[triangle]
-    place = surface.vertices[corner]
-    gradient = np.zeros((len(triangle), 3))
-    for k in range(3):
-        across = place[:, (k + 2) % 3] - place[:, (k + 1) % 3]
-        gradient += e[:, k, None] * np.cross(normal, across)
-    gradient /= np.maximum(2.0 * area[triangle], np.finfo(float).tiny)[:, None]
-    d -= np.einsum("sc,sc->s", d, normal)[:, None] * normal
-    d /= np.maximum(np.linalg.norm(d, axis=1), np.finfo(float).tiny)[:, None]
-    return np.einsum("sc,sc->s", gradient, d)
+    return Crossings(triangle, node, along)
 
 
 def at_nodes(

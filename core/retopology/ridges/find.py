@@ -130,9 +130,11 @@ def _family_chains(
 
     k, other = middle(slopes.k[family]), middle(slopes.k[1 - family])
     radius, error = middle(slopes.radius), middle(slopes.error[family])
-    certainty = np.abs(found.slope) * radius / np.maximum(error, np.finfo(float).tiny)
-    kind = _kinds(k, other, found.slope, family)
-    bend = bend_of(k, found.slope)
+    # That of the fit: the slope of e in a sliver of marching cubes may have either sign.
+    slope = middle(slopes.bending[family])
+    certainty = np.abs(slope) * radius / np.maximum(error, np.finfo(float).tiny)
+    kind = _kinds(k, other, slope, family)
+    bend = bend_of(k, slope)
     shows = (certainty > WEAK) & (bend < ROUND) & (bend >= 0.5 * least_bend)
     rows = np.flatnonzero(shows & ((kind == CREST) | (not crests_only)))
     begin, end = (at_nodes(surface, one, found.along, surface.vertices) for one in found.node.T)
@@ -152,7 +154,7 @@ def _family_chains(
     kept = (highest >= CERTAIN) & (total >= SHORTEST * reach) & (most >= least_bend)
     rows = rows[kept[piece]]
     paths = ordered_paths(found.node[rows] * len(KINDS) + kind[rows, None])
-    values = {"curvature": k, "bending": found.slope, "bend": bend, "certainty": certainty}
+    values = {"curvature": k, "bending": slope, "bend": bend, "certainty": certainty}
     return _chains(surface, slopes, found, rows, paths, values, kind, family)
 
 

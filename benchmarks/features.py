@@ -1,0 +1,157 @@
+"""What the features and the smoothness of the cross field do to the poles: docs/features.md.
+
+    benchmarks/features [MESH ...] [--out FILE]
+
+Without names, some of the meshes in $UMBILICS_MESHES or ../shared/meshes, which are no part of the
+repository, and some that are made here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mesh_files import read_mesh
+from scipy.spatial import cKDTree
+from surfaces import ellipsoid, noisy, quartic, random_ellipsoid
+
+import core
+from core.fields.transport import carried
+from core.mesh.creases import bent_half_edges
+
+from . import ROOT
+from .pages import table
+
+SHAPES = (
+    "spot_os", "hand_closed_os", "rocker-arm", "suzanne", "fandisk", "bunny_hr_os", "wingnut_os",
+    "double-torus_gpjs", "plane_holes_os", "beetle_bff",
+)  # fmt: skip
+QUADS = 2000
+"""Poles are too near each other within an edge of a mesh of so many quads."""
+
+SMOOTHNESS = (0.3, 0.4, 0.5, 0.65)
+
+PAGE = """# Features and smoothness
+
+Written by `benchmarks/features`. Features are what the cross field runs along: creases, borders,
+marks. A crease is a chain of edges that bend more than {angle:g} degrees, goes on and does not
+swerve; a single edge of a rounded or rough surface is none (`core/retopology/crease_chains.py`).
+
+- **Bent**: edges that bend more than {angle:g} degrees. **Features**: those that are in creases,
+  and borders.
+- Each cell says **poles / angle / near**: how many poles; the mean angle in degrees between the
+  cross field and the principal directions, by area and by how much these mean; and how many pairs
+  of opposite poles stand nearer than an edge of a mesh of {quads:,} quads.
+- **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
+- **Default**: smoothness {default:g}, with creases only; then the same creases at fixed smoothness.
+
+{table}
+"""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Poles, mean angle to the curvature in degrees, opposite poles that are too near."""
+
+    poles: int
+    angle: float
+    near: int
+
+    def __str__(self) -> str:
+        return f"{self.poles} / {self.angle:.1f} / {self.near}"
+
+
+def figures(
+    guide: core.Guide, settings: core.GuidanceSettings, sharp: np.ndarray | None = None
+) -> Figures:
+    """Those of a plan with the given settings."""
+    guidance = guide.guidance(settings, sharp=sharp)
+    surface, field = guide.surface, guide.detection.curvature
+    rows = surface.source_vertex
+    normal, gap = guidance.normal[rows], field.gap[rows]
+    along = carried(field.d1[rows], field.normal[rows], normal)
+    cosine = np.abs(np.einsum("nc,nc->n", guidance.direction[rows], along)).clip(0.0, 1.0)
+    angle = np.degrees(np.arccos(cosine))
+    angle = np.minimum(angle, 90.0 - angle)
+    area = np.bincount(
+        surface.triangles.ravel(), np.repeat(surface.face_normal_area[1] / 3, 3), len(rows)
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        doubt = (4.0 * field.noise[rows] / gap) ** 2 + (0.15 * np.median(gap) / gap) ** 2
+    weight = area * np.nan_to_num(1.0 / (1.0 + doubt))
+    weight[surface.triangles[guide.undirected].ravel()] = 0.0
+    edge = np.sqrt(surface.face_normal_area[1].sum() / QUADS) * surface.unit
+    poles = guidance.poles
+    near = 0
+    if len(poles):
+        one, two = cKDTree(poles.position).query_pairs(edge, output_type="ndarray").T
+        near = int(np.count_nonzero(poles.valence[one] != poles.valence[two]))
+    mean = float(np.average(angle, weights=weight)) if weight.sum() else float("nan")
+    return Figures(len(poles), mean, near)
+
+
+def row_of(name: str, vertices: np.ndarray, triangles: np.ndarray) -> tuple[str, ...]:
+    """The cells of one shape."""
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    surface, default = guide.surface, core.GuidanceSettings()
+    bent = bent_half_edges(surface, default.feature_angle)
+    corners, following = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
+    pairs = surface.source_vertex[np.stack([corners[bent], following[bent]], axis=1)]
+    every = figures(guide, core.GuidanceSettings(smoothness=0.65, feature_angle=180.0), pairs)
+    fixed = [figures(guide, core.GuidanceSettings(smoothness=value)) for value in SMOOTHNESS]
+    count = len(guide.features(default).half_edge)
+    plans = (every, figures(guide, default), *fixed)
+    return (name, f"{len(triangles):,}", str(len(bent)), str(count), *map(str, plans))
+
+
+def shapes(named: list[Path]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Name, vertices and triangles of each."""
+    if named:
+        for path in named:
+            yield path.stem, *read_mesh(path)
+        return
+    folder = Path(os.environ.get("UMBILICS_MESHES") or ROOT.parent / "shared" / "meshes")
+    for name in SHAPES:
+        if (folder / f"{name}.obj").is_file():
+            yield name, *read_mesh(folder / f"{name}.obj")
+        else:
+            print(f"{name}.obj is not in {folder}: left out.", file=sys.stderr)
+    made = {
+        "ellipsoid 3 2 1": ellipsoid(),
+        "ellipsoid 1.3 1 0.8, random": random_ellipsoid(5000, (1.3, 1.0, 0.8)),
+        "ellipsoid 3 2 1, 5 % noise": noisy(ellipsoid(), 0.05),
+        "x⁴ + y⁴ + z⁴ = 1": quartic(),
+    }
+    for name, mesh in made.items():
+        yield name, mesh.vertices, mesh.triangles
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="benchmarks/features", description=__doc__)
+    parser.add_argument("meshes", type=Path, nargs="*", help="OBJ, PLY or STL files")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "features.md")
+    options = parser.parse_args(arguments)
+    rows = []
+    for name, vertices, triangles in shapes(options.meshes):
+        print(name, file=sys.stderr)
+        rows.append(row_of(name, vertices, triangles))
+    names = ("Shape", "Triangles", "Bent", "Features", "Every bent edge", "Default")
+    default = core.GuidanceSettings()
+    text = PAGE.format(
+        angle=default.feature_angle,
+        quads=QUADS,
+        default=default.smoothness,
+        table=table((*names, *(f"{value:g}" for value in SMOOTHNESS)), rows),
+    )
+    options.out.write_text(text, encoding="utf-8")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

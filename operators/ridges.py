@@ -1,0 +1,36 @@
+"""Operator: ridges and ravines of the active mesh as curves."""
+
+import bpy
+
+from .jobs import retopology
+from .jobs.modal import GuidanceOperator
+from .scene.retopology import guidance_objects
+
+
+class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
+    bl_idname = "umbilics.ridges"
+    bl_label = "Ridges"
+    bl_description = (
+        "Draw the lines along which the active mesh bends most, convex edges and hollows, rounded "
+        "or sharp: a curve object for each"
+    )
+
+    def job(self, context):
+        return retopology.gather(context, context.active_object, retopology.ridges)
+
+    def done(self, context, job, found):
+        with retopology.written(context, job) as (obj, transaction):
+            part = guidance_objects.RIDGES
+            guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
+        if not len(found):
+            return "No ridges: the mesh bends nowhere far enough for a line."
+        hollow = int((found.family == 1).sum())
+        return f"{len(found) - hollow} ridges and {hollow} ravines."
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_ridges)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UMBILICS_OT_ridges)
