@@ -1,8 +1,10 @@
 """Found, missed and false umbilics on surfaces whose umbilics are known: one table.
 
     python3 -m benchmarks.accuracy [--seeds N] [--out FILE]
+    python3 -m benchmarks.accuracy --meshes [--seeds N] [--first N] [--out FILE]
 
-Writes docs/accuracy.md. CGAL's compute_umbilics is built and run on the same meshes where it
+Writes docs/accuracy.md, or docs/accuracy_meshes.md about the meshes that people have, for which
+tools/benchmark_requirements.txt are needed. CGAL's compute_umbilics is built and run on the same meshes where it
 and a C++ compiler are installed.
 """
 
@@ -125,7 +127,9 @@ def _error(scores: list[Score]) -> str:
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks.accuracy", description=__doc__)
     parser.add_argument("--seeds", type=int, default=1, help="meshes of each kind (default 1)")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "accuracy.md")
+    parser.add_argument("--meshes", action="store_true", help="the meshes that people have")
+    parser.add_argument("--first", type=int, default=0, help="first seed of their surfaces")
+    parser.add_argument("--out", type=Path)
     options = parser.parse_args(arguments)
     if options.seeds < 1:
         parser.error("--seeds must be at least 1")
@@ -135,6 +139,12 @@ def main(arguments: list[str] | None = None) -> int:
     except CgalError as error:
         cgal, about = None, CGAL_LEFT_OUT.format(reason=error)
         print(f"CGAL: {about}", file=sys.stderr)
+    if options.meshes:
+        from .people import page
+
+        seeds = range(options.first, options.first + options.seeds)
+        text = page(seeds, cgal, about, lambda name: print(name, file=sys.stderr))
+        return _write(text, options.out or ROOT / "docs" / "accuracy_meshes.md")
     groups: dict[tuple[str, str, float], list[Row]] = {}
     for seed in range(options.seeds):
         for case in cases(NOISES, seed):
@@ -147,9 +157,13 @@ def main(arguments: list[str] | None = None) -> int:
     header = HEADER.format(
         seeds=seeds, count=COUNT, stretch=STRETCH, reach=REACH, split=SPLIT_REACH, cgal=about
     )
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     text = header + table(groups.values())
-    options.out.write_text(text, encoding="utf-8")
+    return _write(text, options.out or ROOT / "docs" / "accuracy.md")
+
+
+def _write(text: str, out: Path) -> int:
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(text, encoding="utf-8")
     print(text)
     return 0
 

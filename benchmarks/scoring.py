@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.umbilics.result import UNCERTAIN
+
 from .cases import Case
 
 REACH = 5.0
@@ -100,3 +102,88 @@ def _nearest(
     distance = np.linalg.norm(positions[:, None] - truth[None], axis=2) / edge
     nearest = distance.argmin(axis=1)
     return nearest, distance[np.arange(len(positions)), nearest]
+
+
+RESOLVED = 3.0
+"""Edges between umbilics from which a mesh can tell them apart."""
+
+WITHIN = 2.0
+"""Edges within which a resolved umbilic counts as found."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Counts of one program on meshes, of the umbilics that these can resolve.
+
+    Attributes
+    ----------
+    true, found, near:
+        Resolved true umbilics, those found within `WITHIN` edges and within `REACH`.
+    false, certain_false:
+        Umbilics that are no true one, resolved or not, and those of them marked certain.
+    kinds_right, kinds_uncertain, kinds_wrong:
+        Of all true ones near which one of the right index was found.
+    """
+
+    true: int = 0
+    found: int = 0
+    near: int = 0
+    false: int = 0
+    certain_false: int = 0
+    kinds_right: int = 0
+    kinds_uncertain: int = 0
+    kinds_wrong: int = 0
+
+    @classmethod
+    def sum(cls, tallies: list[Tally]) -> Tally:
+        """All added up."""
+        return cls(**{name: sum(getattr(t, name) for t in tallies) for name in vars(cls())})
+
+
+def tally(
+    case: Case,
+    positions: np.ndarray,
+    index: np.ndarray,
+    kinds: np.ndarray | None = None,
+    certain: np.ndarray | None = None,
+) -> Tally:
+    """Match umbilics (k, 3) of indices (k,) with the true ones one to one, the nearest first.
+
+    A true one of index +1 takes one of +1 or two of +1/2, within `SPLIT_REACH`.
+    """
+    truth = case.umbilics
+    edge = case.edge_at(truth.position)
+    between = np.linalg.norm(truth.position[:, None] - truth.position[None], axis=2)
+    np.fill_diagonal(between, np.inf)
+    resolved = between.min(axis=1, initial=np.inf) >= RESOLVED * edge
+    away = np.linalg.norm(positions[:, None] - truth.position[None], axis=2) / edge
+    taken = np.zeros(len(positions), bool)
+    distance = np.full(len(truth), np.inf)
+    match = np.full(len(truth), -1)
+    whole = np.abs(truth.index) != 0.5
+    close = np.argwhere((away <= REACH) & (index[:, None] == truth.index) & ~whole)
+    for row, number in close[np.argsort(away[tuple(close.T)])]:
+        if not taken[row] and match[number] < 0:
+            taken[row], match[number], distance[number] = True, row, away[row, number]
+    for number in np.flatnonzero(whole):
+        left = truth.index[number]
+        for row in np.argsort(away[:, number]):
+            share = index[row] / truth.index[number]
+            if not taken[row] and away[row, number] <= SPLIT_REACH and share > 0 and left:
+                taken[row] = abs(index[row]) <= abs(left)
+                left -= index[row] * taken[row]
+        distance[number] = np.inf if left else 0.0
+    paired = np.flatnonzero(match >= 0)
+    named = kinds[match[paired]] if kinds is not None else np.zeros(0, "<U9")
+    right = int((named == truth.kind[paired]).sum()) if len(named) else 0
+    unsure = int((named == UNCERTAIN).sum())
+    return Tally(
+        true=int(resolved.sum()),
+        found=int((resolved & (distance <= WITHIN)).sum()),
+        near=int((resolved & (distance <= SPLIT_REACH)).sum()),
+        false=int((~taken).sum()),
+        certain_false=int((~taken & certain).sum()) if certain is not None else 0,
+        kinds_right=right,
+        kinds_uncertain=unsure,
+        kinds_wrong=len(named) - right - unsure,
+    )

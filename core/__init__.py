@@ -42,7 +42,7 @@ from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
-from .umbilics.persistence import noise_multiple
+from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
 from .umbilics.suitability import COARSE, SHARP, Suitability, suitability

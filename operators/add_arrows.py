@@ -4,7 +4,7 @@ import bpy
 
 from .jobs import detect
 from .scene import homes
-from .scene.arrow_nodes import GROUP_TAG, arrow_group
+from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
 
 
 class UMBILICS_OT_add_arrows(bpy.types.Operator):

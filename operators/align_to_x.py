@@ -3,7 +3,7 @@
 import bpy
 from mathutils import Matrix, Vector
 
-from .scene import guidance_objects
+from .scene.retopology import guidance_objects
 
 
 class UMBILICS_OT_align_to_x(bpy.types.Operator):

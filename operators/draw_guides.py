@@ -4,7 +4,7 @@ import bpy
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import guidance_objects
+from .scene.retopology import guidance_objects
 
 
 class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):

@@ -2,7 +2,8 @@
 
 import bpy
 
-from .scene import chosen_umbilic, framing
+from .scene import chosen_umbilic
+from .scene.view import framing
 
 
 class UMBILICS_OT_frame_umbilic(bpy.types.Operator):

@@ -6,7 +6,7 @@ import bpy
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import guidance_objects
+from .scene.retopology import guidance_objects
 
 
 class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):

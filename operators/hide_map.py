@@ -2,9 +2,10 @@
 
 import bpy
 
-from .scene import maps, targets, view_shading
+from .scene import targets
 from .scene.modes import object_mode
 from .scene.transaction import all_or_nothing
+from .scene.view import maps, view_shading
 
 
 class UMBILICS_OT_hide_map(bpy.types.Operator):
@@ -27,10 +28,12 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        for obj in context.scene.objects:
-            if maps.is_shown_on(obj) and targets.is_local(obj):
-                with object_mode(context, obj), all_or_nothing() as transaction:
-                    maps.hide(context, obj, transaction)
+        # Named first: objects that show a map go meanwhile, and Blender does not expect that of
+        # one who walks through them.
+        shown = [obj for obj in context.scene.objects if maps.is_shown_on(obj)]
+        for obj in filter(targets.is_local, shown):
+            with object_mode(context, obj), all_or_nothing() as transaction:
+                maps.hide(context, obj, transaction)
         for window in context.window_manager.windows:
             for area in window.screen.areas:
                 if area.type == "VIEW_3D":

@@ -5,7 +5,7 @@ from bpy.props import EnumProperty
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import guidance_objects
+from .scene.retopology import guidance_objects
 
 _WORK = {
     "SEPARATRICES": retopology.separatrices,

@@ -7,7 +7,8 @@ from .. import core
 from .data import remeshing
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import quad_meshes, targets
+from .scene import targets
+from .scene.retopology import quad_meshes
 
 
 class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):

@@ -3,8 +3,9 @@
 import bpy
 
 from .jobs import worker
-from .scene import filters, maps, view_shading
+from .scene import filters
 from .scene.modes import object_mode
+from .scene.view import maps, view_shading
 
 
 class UMBILICS_OT_show_map(bpy.types.Operator):

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from core.umbilics.kind import separatrix_angles  # noqa: E402
-from core.umbilics.shape_operators import zero_weights  # noqa: E402
+from core.umbilics.methods.shape_operators import zero_weights  # noqa: E402
 
 FOLDER = ROOT / "docs" / "figures" / "how"
 RED, BLUE, INK, GREY, GOLD = "#c8321e", "#1f5fbf", "#222222", "#9a9a9a", "#d99a00"

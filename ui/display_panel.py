@@ -3,7 +3,7 @@
 import bpy
 
 from ..operators.hide_map import UMBILICS_OT_hide_map
-from ..operators.scene import maps, view_shading
+from ..operators.scene.view import maps, view_shading
 from ..operators.show_map import UMBILICS_OT_show_map
 from .parts import Part, split
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..operators.data.preferences import Appearance
 from ..operators.drawing.colour_maps import encoded
-from ..operators.scene.glyph_images import drawn
+from ..operators.scene.view.glyph_images import drawn
 
 _icons: bpy.utils.previews.ImagePreviewCollection | None = None
 

@@ -2,7 +2,6 @@
 
 import bpy
 
-from .. import core
 from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
 from ..operators.data import summary
 from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
@@ -23,7 +22,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
         pinned = item.row in summary.rows_of(data.pinned)
         halves = layout.split(factor=_KIND_PART)
-        kind = core.KINDS[item.kind]
+        kind = summary.kind_of(item)
         icon = kind_icons.icon_of(context, kind)
         name = halves.row(align=True)
         name.label(text=kind.capitalize(), icon_value=icon)
@@ -39,7 +38,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         display = context.scene.umbilics_display
         wanted = self.filter_name.lower()
         flags = [
-            self.bitflag_filter_item if wanted in core.KINDS[item.kind] else 0 for item in items
+            self.bitflag_filter_item if wanted in summary.kind_of(item) else 0 for item in items
         ]
         keys = {
             "persistence": lambda item: -item.persistence,

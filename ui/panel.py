@@ -95,6 +95,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
             layout.prop(settings, "charts")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
+        layout.prop(settings, "join_borders")
         if settings.curvature == "given":
             names = layout.column(align=True)
             for name in GIVEN_NAMES:
@@ -104,7 +105,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
             automatic(layout, settings, "scale")
             if not settings.scale_auto:
                 layout.prop(settings, "scale_unit", text="Unit")
-        layout.prop(settings, "crease_angle")
+        automatic(layout, settings, "crease_angle")
         layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
 

@@ -14,7 +14,8 @@ from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
-from ..operators.scene import guidance_objects, staleness
+from ..operators.scene import staleness
+from ..operators.scene.retopology import guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
@@ -67,8 +68,11 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         if any(map(plans.change_of, plan.poles)):
             told = "Poles were moved or deleted by hand; lines and files do not follow them."
             paragraph(layout, context, told)
-        if staleness.plan_is_edited(context, obj):
-            paragraph(layout, context, "The mesh was edited since: plan again.", icon="ERROR")
+        reasons = staleness.plan_reasons(context, obj)
+        if reasons:
+            box = layout.box()
+            paragraph(box, context, " ".join(["Plan out of date.", *reasons]), icon="ERROR")
+            box.operator(UMBILICS_OT_guide.bl_idname, text="Plan Again", icon="FILE_REFRESH")
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 

@@ -107,13 +107,16 @@ class Settings:
             Choice("length", "Length", "Scene units"),
         ),
     )
-    crease_angle: float = setting(
-        180.0,
+    crease_angle: float | str = setting(
+        AUTO,
         label="Crease Angle",
-        help="Edges sharper than this are not fitted across; 180 fits across all edges",
+        help="Edges sharper than this are not fitted across; 180 fits across all edges, automatic "
+        "too unless the mesh is a tessellated part, whose creases its angles tell",
         kind="number",
         minimum=0.0,
         maximum=180.0,
+        automatic=True,
+        manual=30.0,
         unit="degrees",
     )
     crease_marks: bool = setting(
@@ -121,6 +124,13 @@ class Settings:
         label="Sharp Edges",
         help="Edges marked sharp are not fitted across; ignored where more than a fifth of all "
         "edges are marked, as some importers leave them",
+        kind="flag",
+    )
+    join_borders: bool = setting(
+        True,
+        label="Join Borders",
+        help="Borders that lie on each other, as exporters leave them at UV seams, are joined for "
+        "the analysis, and vertices on a border edge inserted there; the mesh stays as it is",
         kind="flag",
     )
     normal_smoothing: int = setting(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,10 +16,14 @@ from ..mesh.half_edges import following
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
 from ..mesh.normals import smooth_normals, vertex_normals
 from ..mesh.surface import Surface
+from ..mesh.tessellated import Tessellation
+from ..mesh.thinning import thinned
+from .closer import look_closer
+from .exact_faces import on_faces
 from .field import CurvatureField
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
-from .scale import choose, starting_normals
+from .scale import Scale, choose, starting_normals
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,8 @@ class Estimate:
         What the jets were fitted to; None for curvature "normals" and "given".
     residual:
         Median standard deviation of the heights about the fits, in length; NaN without jets.
+    closer, degree:
+        What the jets around umbilics were fitted to, and their degree; None and 0 without.
     """
 
     field: CurvatureField
@@ -44,6 +51,8 @@ class Estimate:
     determined: np.ndarray
     neighbourhood: Neighbourhood | None
     residual: float
+    closer: Scale | None = None
+    degree: int = 0
 
 
 def estimate(
@@ -52,6 +61,7 @@ def estimate(
     given: CurvatureField | None,
     sharp: np.ndarray | None,
     progress: Progress,
+    part: Tessellation | None = None,
 ) -> Estimate:
     """Shape operators by `settings.curvature`.
 
@@ -64,6 +74,8 @@ def estimate(
         and `noise` are not read.
     sharp:
         (s, 2) pairs of input vertices whose edges are not fitted across, or None.
+    part:
+        The exact faces of a tessellated part, on which nothing is fitted, or None.
 
     Raises
     ------
@@ -76,7 +88,7 @@ def estimate(
         passes = settings.normal_smoothing
         normals = smooth_normals(surface, vertex_normals(surface), passes, progress)
         return _from_normals(surface, normals)
-    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress)
+    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress, part)
 
 
 def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
@@ -90,22 +102,71 @@ def _from_jets(
     settings: Settings,
     sharp: np.ndarray | None,
     progress: Progress,
+    part: Tessellation | None,
 ) -> Estimate:
-    walls = _walls(surface, settings, sharp)
-    neighbourhood = Neighbourhood(surface, adjacency(surface), walls)
-    part = progress.part("Choosing the scale", 0, 0.1)
-    if settings.scale == AUTO:
-        neighbourhood, start = choose(surface, normals, neighbourhood, part)
+    centres, exact = None, None
+    if part is not None:
+        exact = part.exact_vertices(surface)
+        centres = np.flatnonzero(~exact)
+        if not len(centres):
+            field = on_faces(surface, curvature_from_normals(surface, normals), part)
+            known = np.ones(len(normals), bool)
+            return Estimate(field, _edge_length(surface), known, None, float("nan"))
+    walls = _walls(surface, settings, sharp, part)
+    cells = thinned(surface, normals, walls, progress)
+    neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
+    choosing = progress.part("Choosing the scale", 0, 0.1)
+    automatic = settings.scale == AUTO
+    if automatic:
+        scale = choose(surface, normals, neighbourhood, choosing)
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
-        start = starting_normals(surface, normals, neighbourhood, part)
-    jets = fit_jets(surface, start, neighbourhood, progress.part("Fitting jets", 0.1, 1))
-    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
-    if not jets.determined.all():
-        field = _filled(field, curvature_from_normals(surface, normals), jets.determined)
-    return Estimate(
-        field, jets.radius, jets.determined, neighbourhood, float(np.median(jets.residual))
+        start = starting_normals(surface, normals, neighbourhood, choosing)
+        scale = Scale(neighbourhood, start, 1.0)
+    fitting = progress.part("Fitting jets", 0.1, 0.9)
+    jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)
+    noise = scale.factor * jets.noise
+    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
+    radius, determined = jets.radius, jets.determined
+    if centres is not None:
+        field, radius, determined = _among_others(surface, field, radius, determined, centres)
+    if not determined.all():
+        others = curvature_from_normals(surface, normals)
+        if part is not None:
+            others = on_faces(surface, others, part)
+        field = _filled(field, others, determined)
+    whole = Estimate(
+        field, radius, determined, scale.neighbourhood, float(np.median(jets.residual))
     )
+    if not automatic:
+        return whole
+    looking = progress.part("Looking closer", 0.9, 1)
+    closer = look_closer(surface, field, radius, scale, looking, exact)
+    return replace(
+        whole,
+        field=closer.field,
+        radius=closer.radius,
+        closer=closer.scale,
+        degree=closer.degree if closer.scale else 0,
+    )
+
+
+def _among_others(
+    surface: Surface,
+    field: CurvatureField,
+    radius: np.ndarray,
+    determined: np.ndarray,
+    centres: np.ndarray,
+) -> tuple[CurvatureField, np.ndarray, np.ndarray]:
+    """Field, radius and whether it is determined of all n vertices, from those of `centres`."""
+    n = len(surface.vertices)
+    values = {}
+    for name, value in vars(field).items():
+        values[name] = np.zeros((n, *value.shape[1:]))
+        values[name][centres] = value
+    radii, known = _edge_length(surface), np.zeros(n, bool)
+    radii[centres], known[centres] = radius, determined
+    return CurvatureField(**values), radii, known
 
 
 def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) -> Neighbourhood:
@@ -115,28 +176,25 @@ def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) 
         # Doubles leave edges without a length, which say nothing of how far a ring reaches.
         edge = float(np.median(edges[edges > 0])) if edges.any() else 1.0
         rings = round(min(max(length / edge, 2.0), MOST_RINGS))
-        return Neighbourhood(
-            surface,
-            neighbourhood.graph,
-            neighbourhood.walls,
-            rings=rings,
-            reach=length,
-            focused=False,
-        )
+        return dataclasses.replace(neighbourhood, rings=rings, reach=length, focused=False)
     rings = max(2, round(float(settings.scale)))
     if rings > MOST_RINGS:
         # Beyond the mesh there is only the mesh.
         rings = min(rings, max(rings_across(surface), 2))
-    return Neighbourhood(
-        surface, neighbourhood.graph, neighbourhood.walls, rings=rings, focused=rings == 2
-    )
+    return dataclasses.replace(neighbourhood, rings=rings, focused=rings == 2)
 
 
-def _walls(surface: Surface, settings: Settings, sharp: np.ndarray | None) -> np.ndarray | None:
+def _walls(
+    surface: Surface, settings: Settings, sharp: np.ndarray | None, part: Tessellation | None
+) -> np.ndarray | None:
     """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
     found = []
-    if settings.crease_angle < 180.0:
-        found.append(bent_half_edges(surface, settings.crease_angle))
+    if settings.crease_angle == AUTO:
+        angle = 180.0 if part is None else part.crease_angle
+    else:
+        angle = float(settings.crease_angle)
+    if angle < 180.0:
+        found.append(bent_half_edges(surface, angle))
     if settings.crease_marks:
         found.append(marked_half_edges(surface, sharp))
     creased = np.concatenate(found) if found else np.zeros(0, np.int64)

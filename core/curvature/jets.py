@@ -30,9 +30,9 @@ RETRIES = 2
 # Samples that are summed together. Smaller blocks would stay in the second cache, but in short
 # calls the threads wait for the interpreter lock longer than the cache saves.
 SAMPLES_PER_BLOCK = 65536
-# Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance d^2 (mean 1) bring the bias of the
-# distant samples down; measured on random meshes they beat equal and Gaussian weights.
-FOCUS = 0.3
+# By degree: weights 1 / (1 + d^2 / focus)^3 of the squared distance d^2 (mean 1) bring the bias of
+# the distant samples down; measured on random meshes they beat equal and Gaussian weights.
+FOCUS = {3: 0.3, 4: 1.0, 5: 1.0}
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,7 @@ def fit_jets(
     neighbourhood: Neighbourhood,
     progress: Progress,
     centres: np.ndarray | None = None,
+    degree: int = DEGREE,
 ) -> Jets:
     """Fit a jet at vertices of the surface.
 
@@ -85,6 +86,8 @@ def fit_jets(
         What each jet is fitted to.
     centres:
         (c,) vertices to fit, or None for all.
+    degree:
+        Degree of the height functions, 3 to 5.
     """
     if centres is None:
         centres = np.arange(len(surface.vertices))
@@ -107,7 +110,8 @@ def fit_jets(
     def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
-        _fit_some(coordinates, normals, centres[slots], around, slots, jets, spaces.workspace, ask)
+        workspace = spaces.workspace
+        _fit_some(coordinates, normals, centres[slots], around, degree, slots, jets, workspace, ask)
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
@@ -127,6 +131,7 @@ def _fit_some(
     normals: np.ndarray,
     centres: np.ndarray,
     around: Neighbourhood,
+    degree: int,
     slots: np.ndarray,
     jets: Jets,
     workspace: Workspace,
@@ -139,7 +144,7 @@ def _fit_some(
     """
     n0 = normals[centres].T
     axes = np.stack([*frame(n0), n0])
-    sums = workspace.array("sums", sum_count(DEGREE), len(centres))
+    sums = workspace.array("sums", sum_count(degree), len(centres))
     radius, count = np.empty((2, len(centres)))
     blocks, end = [np.zeros(0, int)], 0
     for some, members in around.blocks(centres, SAMPLES_PER_BLOCK, progress):
@@ -150,11 +155,11 @@ def _fit_some(
         origin = coordinates.take(centres[some], axis=1)
         along = axes.take(some, axis=2)
         samples, radius[block] = samples_about(coordinates, members, origin, along, workspace)
-        weights = near_weights(samples[:2], FOCUS, workspace) if around.focused else None
+        weights = near_weights(samples[:2], FOCUS[degree], workspace) if around.focused else None
         x, y, height = samples
-        sum_samples(x, y, height, weights, DEGREE, sums[:, block], workspace)
+        sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
     order = np.concatenate(blocks)
-    fit = solve_heights(sums[:, :end], count[:end], DEGREE, workspace)
+    fit = solve_heights(sums[:, :end], count[:end], degree, workspace)
     _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)
 
 

@@ -7,6 +7,7 @@ carried to the next by turning about the edge they share, so that points never l
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -39,6 +40,18 @@ class FaceFrames:
     value: np.ndarray
     along: np.ndarray
     across: np.ndarray
+
+    @cached_property
+    def size(self) -> np.ndarray:
+        """(m,) float64 about an edge of each triangle: the root of twice its area."""
+        doubled = self.corner[:, 1].real * self.corner[:, 2].imag
+        return np.sqrt(np.maximum(doubled, np.finfo(float).tiny))
+
+    @cached_property
+    def doubt(self) -> np.ndarray:
+        """(m,) float64 what the deviator changes by over about an edge of each triangle: directions
+        of a smaller one are not resolved by the mesh."""
+        return (np.abs(self.along) + np.abs(self.across)) * self.size
 
     def deviator(self, triangle: np.ndarray, z: np.ndarray) -> np.ndarray:
         """D at the places z (r,) of triangles (r,)."""

@@ -45,6 +45,14 @@ def certified_index(
     symmetry:
         How many directions of the field a full turn holds, all of them equal: 2 or 4.
     """
+    index = _by_vertex_normals(surface, d1, d2, progress, symmetry)
+    return _with_exact_sums(surface, index, d1, d2, symmetry)
+
+
+def _by_vertex_normals(
+    surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress, symmetry: int
+) -> np.ndarray:
+    """(m,) index by the rotations between the vertex normals alone."""
     m = len(surface.triangles)
     turns = np.zeros(m)
     # Single precision halves the traffic and tells safely where the field hardly turns.
@@ -61,8 +69,7 @@ def certified_index(
             turns[first + wild] = _turn(edges, symmetry).sum(axis=0) + symmetry * holonomy
 
     run(block, range(0, m, BLOCK), progress)
-    index = np.rint(turns / (2 * np.pi)) / symmetry
-    return _with_exact_sums(surface, index, d1, d2, symmetry)
+    return np.rint(turns / (2 * np.pi)) / symmetry
 
 
 def _rotations(at: np.ndarray) -> np.ndarray:
@@ -98,25 +105,62 @@ def _turn(rotation: np.ndarray, symmetry: int) -> np.ndarray:
     return np.angle(np.conj(rotation) ** symmetry)
 
 
+def edge_turns(
+    surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int = 2
+) -> np.ndarray:
+    """(r, 3) float64 in (-pi, pi]: the turns of `symmetry` times the angle of d1 along the sides
+    of the triangles `rows` (r,), by the transport that `certified_index` counts with.
+
+    Where a direction turns by phi within its tangent plane, the turns along the half-edges that
+    come to it grow by `symmetry` phi; as long as none leaves (-pi, pi), every index stays.
+    """
+    turns = np.empty((len(rows), 3))
+    frames = np.ascontiguousarray((d1 + 1j * d2).T)
+
+    def block(first: int) -> None:
+        some = rows[first : first + BLOCK]
+        edges = _unit(_rotations(np.take(frames, surface.triangles[some].T, axis=1)))
+        turns[first : first + BLOCK] = _turn(edges, symmetry).T
+
+    run(block, range(0, len(rows), BLOCK), Progress())
+    wild = _wild(surface, _by_vertex_normals(surface, d1, d2, Progress(), symmetry))
+    if len(wild):
+        intrinsic, _ = _intrinsic_turns(surface, wild, d1, d2, symmetry)
+        place = np.minimum(np.searchsorted(wild, rows), len(wild) - 1)
+        inside = wild[place] == rows
+        turns[inside] = intrinsic[place[inside]]
+    return turns
+
+
 def _with_exact_sums(
     surface: Surface, index: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int
 ) -> np.ndarray:
     """Redo the closed components whose indices do not sum to their Euler characteristic."""
+    rows = _wild(surface, index)
+    if len(rows):
+        turn, holonomy = _intrinsic_turns(surface, rows, d1, d2, symmetry)
+        turns = turn.sum(axis=1) + symmetry * holonomy
+        index = index.copy()
+        index[rows] = np.rint(turns / (2 * np.pi)) / symmetry
+    return index
+
+
+def _wild(surface: Surface, index: np.ndarray) -> np.ndarray:
+    """Triangles of the closed components whose indices (m,) do not sum to their Euler
+    characteristic."""
     turning = np.flatnonzero(index)
     sums = surface.by_component(turning, index[turning])
     wrong = surface.closed & (sums != surface.euler_characteristic)
     if not wrong.any():
-        return index
-    rows = np.flatnonzero(wrong[surface.component[surface.triangles[:, 0]]])
-    index = index.copy()
-    index[rows] = _intrinsic_index(surface, rows, d1, d2, symmetry)
-    return index
+        return np.zeros(0, np.int64)
+    return np.flatnonzero(wrong[surface.component[surface.triangles[:, 0]]])
 
 
-def _intrinsic_index(
+def _intrinsic_turns(
     surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int
-) -> np.ndarray:
-    """Index in the triangles `rows` (whole closed components) by angles scaled to 2 pi."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """Turns (r, 3) along the sides of the triangles `rows` (whole closed components) and their
+    holonomy (r,), by angles scaled to 2 pi around every vertex."""
     half_edges = (3 * rows[:, None] + np.arange(3)).ravel()
     tails = surface.triangles.ravel()[half_edges]
     local = np.full(3 * len(surface.triangles), -1, np.int64)
@@ -157,8 +201,7 @@ def _intrinsic_index(
     turn = np.angle(np.exp(-1j * symmetry * rotation))
     turn = np.where(lower, turn, -turn[twin])
     holonomy = scaled.reshape(-1, 3).sum(axis=1) - np.pi
-    turns = turn.reshape(-1, 3).sum(axis=1) + symmetry * holonomy
-    return np.rint(turns / (2 * np.pi)) / symmetry
+    return turn.reshape(-1, 3), holonomy
 
 
 def _corner_angles(surface: Surface, rows: np.ndarray) -> np.ndarray:

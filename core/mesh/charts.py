@@ -11,6 +11,7 @@ from scipy.sparse import csgraph
 from ..base.errors import ChartError, InvalidMeshError
 from ..base.progress import Progress
 from .half_edges import following
+from .input_map import kept_vertices
 from .lscm import conformal_map
 from .surface import Surface
 
@@ -47,7 +48,7 @@ class Charts:
 
 def charts_from_seams(surface: Surface, seams: np.ndarray) -> Charts:
     """Cut along edges given as (s, 2) pairs of input vertices; other pairs are ignored."""
-    seams = np.asarray(seams, dtype=np.int64).reshape(-1, 2)
+    seams = kept_vertices(surface, np.asarray(seams, dtype=np.int64).reshape(-1, 2))
     start = surface.source_vertex[surface.triangles.ravel()]
     end = surface.source_vertex[np.roll(surface.triangles, -1, axis=1).ravel()]
     base = max(int(surface.source_vertex.max()), int(seams.max(initial=0))) + 1
@@ -61,7 +62,7 @@ def charts_from_seams(surface: Surface, seams: np.ndarray) -> Charts:
 def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """(m, 3) complex UV of the surface's corners from those of the input's (t, 3, 2).
 
-    Cleaning may have dropped or turned triangles, so corners are matched by their vertices.
+    Cleaning may have dropped, turned or split triangles.
     Raises `InvalidMeshError` on a UV map of another shape or with coordinates not finite.
     """
     uv = np.asarray(uv, dtype=np.float64)
@@ -69,10 +70,8 @@ def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> 
         raise InvalidMeshError(
             f"The UV map must have shape ({len(input_triangles)}, 3, 2), not {uv.shape}."
         )
-    wanted = surface.source_vertex[surface.triangles]
-    given = np.asarray(input_triangles)[surface.source_triangle]
-    place = (wanted[:, :, None] == given[:, None, :]).argmax(axis=2)
-    chosen = np.take_along_axis(uv[surface.source_triangle], place[:, :, None], axis=1)
+    chosen = uv[surface.source_triangle]
+    chosen[surface.recut] = surface.recut_corners @ chosen[surface.recut]
     if not np.isfinite(chosen).all():
         raise InvalidMeshError("The UV map has coordinates that are not numbers: unwrap it anew.")
     return chosen[..., 0] + 1j * chosen[..., 1]

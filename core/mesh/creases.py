@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .half_edges import following
+from .input_map import kept_vertices
 from .surface import Surface
 
 # Importers mark every edge sharp where a file has a normal for each corner. More marks than this
@@ -62,7 +63,7 @@ def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:
     corners = surface.triangles.ravel()
     ends = np.sort(source[np.column_stack([corners[once], corners[following(once)]])], axis=1)
     count = np.int64(source.max()) + 1
-    marked = np.sort(np.asarray(sharp, np.int64), axis=1)
+    marked = np.sort(kept_vertices(surface, np.asarray(sharp, np.int64)), axis=1)
     marked = marked[(marked < count).all(axis=1)]
     chosen = once[np.isin(ends[:, 0] * count + ends[:, 1], marked[:, 0] * count + marked[:, 1])]
     few = len(chosen) <= MOST_MARKED * 0.5 * len(twin) or len(twin) <= SMALL

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from scipy.sparse import csgraph
 
 from ..base.progress import Progress
 from .surface import Surface
+from .thinning import Thinned
 
 # A cubic has ten coefficients; half as many samples again keep the fit from chasing noise.
 FEWEST_SAMPLES = 15
@@ -106,6 +108,11 @@ class Neighbourhood:
     stretch:
         Length over width of the triangles. Above 1 as many samples as the rings of an even mesh
         hold, the nearest of more rings, stand for the rings, which would be as stretched.
+    thinned:
+        Cells whose rings stand for those of vertices in strips of long thin triangles; None
+        where there are none.
+    cells:
+        The cells that graph and walls are of; None where they are of the vertices.
     """
 
     surface: Surface
@@ -115,19 +122,67 @@ class Neighbourhood:
     reach: float | None = None
     focused: bool = True
     stretch: float = 1.0
+    thinned: Thinned | None = None
+    cells: Thinned | None = None
 
     def around_triangles(
         self, corners: np.ndarray, rings: int, most: int, progress: Progress | None = None
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`."""
-        start = selection(corners, self.graph.shape[0])
+        if self.thinned is not None:
+            crowded = self.thinned.crowded[corners].any(axis=1)
+            yield from self._in_cells(
+                self.thinned,
+                crowded,
+                lambda of, rows: of.around_triangles(corners[rows], rings, most, progress),
+            )
+            return
+        start = selection(self._nodes(corners), self.graph.shape[0])
         for some, reach in self._around(start, self._grown(rings), progress):
-            for rows, members in by_size(reach, most):
+            for rows, members in by_size(self._named(reach), most):
                 rows = some[rows]
                 if self.stretch > 1.0:
                     points = self.surface.vertices[corners[rows]].mean(axis=1)
                     members = self._nearest(members, points, rings)
                 yield rows, members
+
+    def _in_cells(
+        self,
+        cells: Thinned,
+        crowded: np.ndarray,
+        samples: Callable[[Neighbourhood, np.ndarray], Iterator[tuple[np.ndarray, np.ndarray]]],
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Samples by rings of vertices and, where the rows are `crowded` (r,), by rings of
+        cells."""
+        rows = np.flatnonzero(~crowded)
+        if len(rows):
+            for some, members in samples(dataclasses.replace(self, thinned=None), rows):
+                yield rows[some], members
+        rows = np.flatnonzero(crowded)
+        if len(rows):
+            net = dataclasses.replace(
+                self,
+                graph=cells.graph,
+                walls=None if self.walls is None else self.walls[cells.seed],
+                stretch=1.0,
+                thinned=None,
+                cells=cells,
+            )
+            for some, members in samples(net, rows):
+                yield rows[some], members
+
+    def _nodes(self, vertices: np.ndarray) -> np.ndarray:
+        """Vertices as nodes of the graph."""
+        return vertices if self.cells is None else self.cells.cell[vertices]
+
+    def _named(self, reach: sparse.csr_array) -> sparse.csr_array:
+        """Rows of nodes of the graph as rows of vertices."""
+        if self.cells is None:
+            return reach
+        shape = (reach.shape[0], len(self.surface.vertices))
+        return sparse.csr_array(
+            (reach.data, self.cells.seed[reach.indices], reach.indptr), shape=shape
+        )
 
     def _grown(self, rings: int) -> int:
         """Rings that hold the nearest samples of as many rings of an even mesh."""
@@ -163,6 +218,12 @@ class Neighbourhood:
         members:
             (s, b) intp samples of each.
         """
+        if self.thinned is not None:
+            crowded = self.thinned.crowded[centres]
+            yield from self._in_cells(
+                self.thinned, crowded, lambda of, rows: of.blocks(centres[rows], most, progress)
+            )
+            return
         pending = np.arange(len(centres))
         count = self.rings
         sizes = np.zeros(len(centres), int)
@@ -171,6 +232,7 @@ class Neighbourhood:
             short = []
             for some, reach in self._ring_rows(centres[pending], self._grown(count), progress):
                 asked = pending[some]
+                reach = self._named(reach)
                 grown = np.diff(reach.indptr)
                 if self.stretch > 1.0:
                     grown = np.minimum(grown, _even_count(count))
@@ -196,9 +258,10 @@ class Neighbourhood:
     def _ring_rows(
         self, centres: np.ndarray, count: int, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        nodes = self._nodes(centres)
         if self.walls is None:
-            return grow(self.graph[centres], self.graph, count - 1, progress)
-        return self._around(selection(centres[:, None], self.graph.shape[0]), count, progress)
+            return grow(self.graph[nodes], self.graph, count - 1, progress)
+        return self._around(selection(nodes[:, None], self.graph.shape[0]), count, progress)
 
     def _within_reach(
         self, reach: sparse.csr_array, centres: np.ndarray

@@ -7,16 +7,23 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..base.errors import InvalidMeshError
+from ..base.words import counted
 from .half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
+from .mending import corners_in_input, mend_borders
+from .neighbourhoods import FEWEST_SAMPLES
 from .surface import Surface
 
 
-def clean(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Surface, list[str]]:
+def clean(
+    vertices: np.ndarray, triangles: np.ndarray, join_borders: bool = True
+) -> tuple[Surface, list[str]]:
     """The surface that a triangle mesh describes, and warnings about what was changed.
 
     Triangles with repeated corners or corners that are not finite, and copies of a triangle,
-    are left out. Windings are made to agree. Sheets that meet at an edge of three or more
-    triangles or at a pinched vertex are separated. A clean manifold passes through untouched.
+    are left out. Borders that coincide are joined, and vertices on a border edge inserted there.
+    Windings are made to agree. Sheets that meet at an edge of three or more triangles or at a
+    pinched vertex are separated. Pieces too small for a fit are left out, unless there are no
+    others. A clean manifold passes through untouched.
 
     Parameters
     ----------
@@ -24,6 +31,8 @@ def clean(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Surface, list[st
         (n, 3) real positions.
     triangles:
         (m, 3) integer corners.
+    join_borders:
+        False leaves borders open that lie on each other.
 
     Raises
     ------
@@ -37,12 +46,36 @@ def clean(vertices: np.ndarray, triangles: np.ndarray) -> tuple[Surface, list[st
     source = np.arange(len(vertices))
 
     links = link(corners, len(vertices))
+    joined = np.zeros((0, 2), np.int64)
+    as_given = True
+    if join_borders and (links is None or (links.twin < 0).any()):
+        mended = mend_borders(vertices, corners, rows, links, warnings)
+        if mended is not None:
+            corners, rows, joined = mended
+            as_given = False
+            links = link(corners, len(vertices))
     if links is None:
         kept, corners, source = _separate(corners, len(vertices), warnings)
         rows = rows[kept]
+        as_given = False
         links = _linked(corners, len(source))
     corners, source, links = _split_fans(corners, source, links, warnings)
-    surface = _assemble(vertices, corners, rows, source, links)
+    component = _components(links)
+    specks = _specks(component)
+    if specks.any():
+        warnings.append(
+            f"{counted(int(specks.sum()), 'piece')} of fewer than {FEWEST_SAMPLES} vertices left "
+            "out: no curvature can be fitted to so few. Analyse them by themselves, or delete "
+            "them."
+        )
+        large = ~specks[component[corners[:, 0]]]
+        corners, rows = corners[large], rows[large]
+        corners, source, links = _used(corners, source, _linked(corners, len(source)))
+        component = _components(links)
+    recut = (np.zeros(0, np.int64), np.zeros((0, 3, 3)))
+    if not as_given:
+        recut = corners_in_input(vertices, triangles, source[corners], rows, joined)
+    surface = _assemble(vertices, corners, rows, source, links, component, joined, recut)
     _warn_about_geometry(surface, warnings)
     return surface, warnings
 
@@ -77,24 +110,20 @@ def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) ->
     good = (a != b) & (b != c) & (c != a)
     if not good.all():
         warnings.append(
-            f"{_count(int(np.count_nonzero(~good)), 'triangle')} with repeated corners left out."
+            f"{counted(int(np.count_nonzero(~good)), 'triangle')} with repeated corners left out."
         )
     if not np.isfinite(vertices).all():
         finite = np.isfinite(vertices).all(axis=1)[triangles].all(axis=1)
         broken = int(np.count_nonzero(good & ~finite))
         if broken:
             warnings.append(
-                f"{_count(broken, 'triangle')} left out: their corners are not finite numbers. "
+                f"{counted(broken, 'triangle')} left out: their corners are not finite numbers. "
                 "Delete or repair those vertices."
             )
         good &= finite
     if not good.any():
         raise InvalidMeshError("No face of the mesh has three different, finite corners.")
     return np.flatnonzero(good)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _separate(
@@ -113,7 +142,7 @@ def _separate(
     copies = len(corners) - len(kept)
     if copies:
         warnings.append(
-            f"{_count(copies, 'duplicate triangle')} left out. Merge by Distance and Delete "
+            f"{counted(copies, 'duplicate triangle')} left out. Merge by Distance and Delete "
             "Loose mend this in the mesh."
         )
     corners = corners[kept]
@@ -121,7 +150,7 @@ def _separate(
     crowded = int(np.count_nonzero(count > 2))
     if crowded:
         warnings.append(
-            f"{_count(crowded, 'edge')} with three or more triangles: the sheets that meet "
+            f"{counted(crowded, 'edge')} with three or more triangles: the sheets that meet "
             "there were taken apart and end at that edge."
         )
     corners = _oriented(corners, edge, count, warnings)
@@ -134,7 +163,8 @@ def _separate(
             return kept, corners, source
         # A slit of a single edge cannot be opened: its second triangle is given up.
         warnings.append(
-            f"{_count(int(extra.sum()), 'triangle')} left out where sheets could not be told apart."
+            f"{counted(int(extra.sum()), 'triangle')} left out where sheets could not be told "
+            "apart."
         )
         kept, corners = kept[~extra], corners[~extra]
 
@@ -179,7 +209,7 @@ def _oriented(
     flipped = int(turn.sum())
     if flipped:
         warnings.append(
-            f"{_count(flipped, 'triangle')} wound against the others: turned for the analysis. "
+            f"{counted(flipped, 'triangle')} wound against the others: turned for the analysis. "
             "Recalculate Outside mends this in the mesh."
         )
     if (as_is == turned).any():
@@ -249,16 +279,29 @@ def _split_fans(
         fans = int(np.count_nonzero((labels == half_edges) | (labels == half_edges - len(labels))))
         pinched = fans - int(np.count_nonzero(used))
         warnings.append(
-            f"{_count(pinched, 'pinched vertex').replace('vertexs', 'vertices')}: the sheets "
+            f"{counted(pinched, 'pinched vertex', 'pinched vertices')}: the sheets "
             "that touch there were taken apart."
         )
         corners, origin = _relabelled(corners, labels)
-    else:
-        origin = np.flatnonzero(used)
-        rank = np.cumsum(used, dtype=np.int32) - np.int32(1)
-        corners = rank[corners]
-    source = source[origin]
+        source = source[origin]
+        return corners, source, _linked(corners, len(source))
+    return _used(corners, source, links)
+
+
+def _used(
+    corners: np.ndarray, source: np.ndarray, links: HalfEdges
+) -> tuple[np.ndarray, np.ndarray, HalfEdges]:
+    """Drop vertices that no triangle has."""
+    used = links.corner_count > 0
+    rank = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    corners, source = rank[corners], source[used]
     return corners, source, _linked(corners, len(source))
+
+
+def _specks(component: np.ndarray) -> np.ndarray:
+    """(components,) bool, those with fewer vertices than a fit takes, if there are larger ones."""
+    small = np.bincount(component) < FEWEST_SAMPLES
+    return small & ~small.all()
 
 
 def _assemble(
@@ -267,6 +310,9 @@ def _assemble(
     rows: np.ndarray,
     source: np.ndarray,
     links: HalfEdges,
+    component: np.ndarray,
+    joined: np.ndarray,
+    recut: tuple[np.ndarray, np.ndarray],
 ) -> Surface:
     points = vertices[source]
     # By columns: several times faster than along the first axis of (n, 3).
@@ -292,9 +338,12 @@ def _assemble(
         neighbour_start=links.neighbour_start,
         neighbours=links.neighbours,
         border=border,
-        component=_components(links),
+        component=component,
         origin=origin,
         unit=unit,
+        joined=joined,
+        recut=recut[0],
+        recut_corners=recut[1],
     )
 
 
@@ -316,11 +365,11 @@ def _warn_about_geometry(surface: Surface, warnings: list[str]) -> None:
     flat = int(np.count_nonzero(areas <= np.finfo(float).eps ** 2))
     if flat:
         warnings.append(
-            f"{_count(flat, 'triangle')} without area: their neighbourhood is less certain."
+            f"{counted(flat, 'triangle')} without area: their neighbourhood is less certain."
         )
     inward = int(np.count_nonzero(surface.closed & (surface.volume < 0)))
     if inward:
         warnings.append(
-            f"The normals of {_count(inward, 'closed piece')} point inwards, so curvatures have "
+            f"The normals of {counted(inward, 'closed piece')} point inwards, so curvatures have "
             "the opposite sign there. Recalculate Outside mends this in the mesh."
         )

@@ -29,7 +29,14 @@ class Surface:
         (m, 3) int32 corners, outward winding.
     source_vertex, source_triangle:
         (n,), (m,) int64 rows of the input that each vertex and triangle came from. A vertex of
-        the input where sheets only touch appears once for each sheet.
+        the input where sheets only touch appears once for each sheet, a triangle that was split
+        once for each part. `core.mesh.input_map` goes there and back.
+    joined:
+        (j, 2) int64 input vertices without one of their own, and those that they were joined
+        with.
+    recut, recut_corners:
+        (r,) int64 ascending rows of the triangles that were turned or are parts of one of the
+        input, and (r, 3, 3) float64 their corners as weights of its corners.
     twin:
         (3 m,) int32 the half-edge that shares the edge from corner k to k + 1 of triangle t,
         for half-edge 3 t + k; -1 on a border.
@@ -55,6 +62,9 @@ class Surface:
     component: np.ndarray
     origin: np.ndarray
     unit: float
+    joined: np.ndarray
+    recut: np.ndarray
+    recut_corners: np.ndarray
 
     @cached_property
     def _faces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -12,11 +12,16 @@ from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
 from ..mesh.creases import is_convex
+from ..mesh.input_map import at_triangles, at_vertices, sums_at_triangles
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
+from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
-from .cross_field import CrossField, cross_field, smoothed_lines, smoothing_length, smoothness_of
+from .cross_field import CrossField, cross_field, smoothing_length, smoothness_of
 from .features import Features, find_features
+from .field.planned import with_poles
+from .field.simplified import SimplifiedField, simplify_field
+from .field.smoothed import smoothed_field
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
@@ -60,6 +65,8 @@ class Guidance:
         next), and whether the surface is convex there.
     timings:
         Seconds spent in each stage, by name.
+    warnings:
+        Sentences for the user, each saying what of the plan the surface does not allow.
     """
 
     direction: np.ndarray
@@ -74,6 +81,7 @@ class Guidance:
     feature_side: np.ndarray
     feature_convex: np.ndarray
     timings: dict[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 class Guide:
@@ -102,27 +110,51 @@ class Guide:
         detection: Detection,
         kept: np.ndarray | None = None,
     ) -> None:
-        self.surface, _ = clean(vertices, triangles)
+        self.surface, _ = clean(vertices, triangles, detection.borders_joined)
         if kept is not None:
             detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection
         self._counts = len(vertices), len(triangles)
         self._field = _on_surface(self.surface, detection.curvature)
+        self._simplified: SimplifiedField | None = None
         self._planes: FaceFrames | None = None
         self._slopes: Slopes | None = None
 
+    def simplified(self, progress: Progress) -> SimplifiedField:
+        """The principal directions without the umbilics that were dropped, made at first use."""
+        if self._simplified is None:
+            self._simplified = simplify_field(
+                self.surface,
+                self._field,
+                self.detection.umbilics,
+                self.detection.candidates,
+                self.undirected,
+                progress,
+            )
+        return self._simplified
+
     @property
     def undirected(self) -> np.ndarray:
-        """(m,) bool over the surface's triangles: those in a region."""
+        """(m,) bool over the surface's triangles: those in a region without directions."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
-            inside[region.triangles] = True
+            # Cylinders and cones have directions, exact ones.
+            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL)
         return inside[self.surface.source_triangle]
+
+    @property
+    def _row(self) -> np.ndarray:
+        """(input triangles,) row of the surface that each became, -1 for none."""
+        row = np.full(self._counts[1], -1)
+        row[self.surface.source_triangle] = np.arange(len(self.surface.source_triangle))
+        return row
 
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
         if self._planes is None:
-            self._planes = lay_out(self.surface, self._field.lines, progress)
+            field = self.simplified(progress.part("Simplifying the field", 0.0, 0.5)).curvature
+            part = progress.part("Laying out triangles", 0.5, 1.0)
+            self._planes = lay_out(self.surface, field.lines, part)
         return self._planes
 
     def guidance(
@@ -143,13 +175,14 @@ class Guide:
             (n,) bool vertices where no pole is wanted.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
-        begin = time.perf_counter()
-        part = progress.part("Smoothing the cross field", 0.0, 0.8)
         surface = self.surface
-        features = self.features(settings, part.part("Finding features", 0.0, 0.2), sharp=sharp)
-        part = part.part("Smoothing the cross field", 0.2, 1.0)
+        begin = time.perf_counter()
+        simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.15))
+        part = progress.part("Finding features", 0.15, 0.25)
+        features = self.features(settings, part, sharp=sharp)
+        part = progress.part("Smoothing the cross field", 0.25, 0.8)
         cross = cross_field(
-            surface, self._field, settings, part, undirected=self.undirected, features=features
+            surface, simple.curvature, settings, part, undirected=self.undirected, features=features
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
@@ -161,6 +194,14 @@ class Guide:
             list(self.detection.regions),
             zone,
             settings.plan,
+        )
+        cross = with_poles(
+            surface,
+            planes,
+            cross,
+            self._row[poles.triangle],
+            4 - poles.valence,
+            progress.part("Moving poles", 0.95, 1.0),
         )
         end = time.perf_counter()
         progress.step(1.0)
@@ -179,11 +220,11 @@ class Guide:
         n, m = self._counts
         closed = bool(surface.closed.all())
         return Guidance(
-            direction=_scattered(cross.direction, surface.source_vertex, n, np.nan),
-            normal=_scattered(cross.normal, surface.source_vertex, n, np.nan),
-            confidence=_scattered(cross.confidence, surface.source_vertex, n, 0.0),
-            face_direction=_scattered(cross.face_direction, surface.source_triangle, m, np.nan),
-            triangle_index=_scattered(cross.triangle_index, surface.source_triangle, m, 0.0),
+            direction=at_vertices(surface, cross.direction, n, np.nan),
+            normal=at_vertices(surface, cross.normal, n, np.nan),
+            confidence=at_vertices(surface, cross.confidence, n, 0.0),
+            face_direction=at_triangles(surface, cross.face_direction, m, np.nan),
+            triangle_index=sums_at_triangles(surface, cross.triangle_index, m),
             index_sum=float(cross.triangle_index.sum()),
             expected_index_sum=(
                 float(surface.euler_characteristic.sum()) if closed else float("nan")
@@ -193,7 +234,26 @@ class Guide:
             feature_side=edges % 3,
             feature_convex=is_convex(surface, edges),
             timings={"cross field": field_seconds, "poles": pole_seconds},
+            warnings=self._warnings(cross, poles),
         )
+
+    def _warnings(self, cross: CrossField, poles: Poles) -> tuple[str, ...]:
+        found = []
+        stayed = len(self.simplified(Progress()).stayed)
+        if stayed:
+            found.append(
+                f"{stayed} umbilic{'s' if stayed > 1 else ''} that should go stay in the field: "
+                "they have nothing opposite left to cancel with."
+            )
+        planned = np.zeros(len(cross.triangle_index))
+        np.add.at(planned, self._row[poles.triangle], 4 - poles.valence)
+        differing = int(np.count_nonzero(planned != np.rint(4.0 * cross.triangle_index)))
+        if differing:
+            found.append(
+                f"The cross field has other poles than planned in {differing} places: the sum of "
+                "the planned ones, or the room between them, does not allow them."
+            )
+        return tuple(found)
 
     def features(
         self,
@@ -310,15 +370,16 @@ class Guide:
             smoothness = self._smoothness_by_noise()
         if smoothness == 0.0:
             return self.planes(progress), self._singular
-        smooth, index = smoothed_lines(
+        regions = [self._row[region.triangles] for region in self.detection.regions]
+        smooth = smoothed_field(
             self.surface,
-            self._field,
+            self.simplified(progress.part("Simplifying the field", 0.0, 0.3)),
             smoothness,
-            progress,
-            self.undirected,
+            regions,
+            progress.part("Smoothing the lines", 0.3, 1.0),
             held,
         )
-        return lay_out(self.surface, smooth, Progress()), index != 0.0
+        return lay_out(self.surface, smooth.field, Progress()), smooth.index != 0.0
 
     def _smoothness_by_noise(self) -> float:
         """Smoothness that brings the median error of the directions down to `STEADY`.
@@ -337,13 +398,14 @@ class Guide:
 
     @property
     def _singular(self) -> np.ndarray:
-        """(m,) bool over the surface's triangles: those of the kept umbilics, which lines end at.
+        """(m,) bool over the surface's triangles: those of the kept umbilics, which lines end at,
+        and those where the field that lines follow turns around.
 
         Pairs that cancel in the noise do not stop a line.
         """
         at = np.zeros(self._counts[1], bool)
         at[self.detection.umbilics.triangle] = True
-        return at[self.surface.source_triangle]
+        return at[self.surface.source_triangle] | (self.simplified(Progress()).index != 0.0)
 
 
 def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:
@@ -354,9 +416,3 @@ def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:
         value = getattr(curvature, item.name)[rows]
         values[item.name] = value * surface.unit if item.name in ("k1", "k2", "noise") else value
     return CurvatureField(**values)
-
-
-def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
-    result = np.full((count, *values.shape[1:]), empty, values.dtype)
-    result[rows] = values
-    return result

@@ -7,7 +7,7 @@ the sum of 4 - valence over all poles is four times the Euler characteristic.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from ..base.progress import Progress
 from ..curvature.tolerances import PAIR_NOISE
 from ..fields.planes import FaceFrames, barycentric_of, in_plane, places
+from ..mesh.input_map import places_in_input, places_on_surface
 from ..mesh.surface import Surface
 from ..umbilics.result import Region, Umbilics
 from .cross_field import CrossField
@@ -120,7 +121,8 @@ def plan_poles(
     plan:
         `GuidanceSettings.plan`.
     """
-    rows = _surface_rows(surface, umbilics.triangle)
+    rows, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
+    umbilics = replace(umbilics, barycentric=weights)
     single, sign = _singularities(cross.triangle_index)
     place = surface.vertices[surface.triangles[single]].mean(axis=1)
     edge = float(np.sqrt(np.median(surface.face_normal_area[1])) * 1.5)
@@ -149,11 +151,12 @@ def plan_poles(
         whose[found.triangles] = number
     region = whose[surface.source_triangle]
     closed = bool(surface.closed.all())
+    input_triangle, input_barycentric = places_in_input(surface, triangle, barycentric)
     return Poles(
         position=position * surface.unit + surface.origin,
         normal=surface.face_normal_area[0][triangle],
-        triangle=surface.source_triangle[triangle],
-        barycentric=barycentric,
+        triangle=input_triangle,
+        barycentric=input_barycentric,
         valence=4 - sign,
         umbilic=umbilic,
         region=region[triangle],
@@ -162,12 +165,6 @@ def plan_poles(
         total=int(sign.sum()),
         expected=4.0 * float(surface.euler_characteristic.sum()) if closed else float("nan"),
     )
-
-
-def _surface_rows(surface: Surface, triangles: np.ndarray) -> np.ndarray:
-    row = np.full(int(surface.source_triangle.max()) + 1, -1)
-    row[surface.source_triangle] = np.arange(len(surface.source_triangle))
-    return row[triangles]
 
 
 def _singularities(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,26 +10,34 @@ from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.estimate import Estimate
 from ..curvature.field import CurvatureField
-from ..curvature.scale import change_of_scale
 from ..mesh.borders import distance_to_border
+from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .filters import filtered
-from .persistence import made_by_noise, trust_ratio
-from .raw import RawUmbilics
+from .methods.raw import RawUmbilics
+from .methods.shape_operators import face_deviators
+from .pairing.persistence import made_by_noise, measure_persistence, significant, trust_ratio
 from .refine import refine
 from .regions import RegionMap, describe_regions
 from .result import Detection, Umbilics
-from .shape_operators import face_deviators
 
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
 VAGUE = 0.1
+# Standard errors that an umbilic must be clear of to be believed where a pair may have lost its
+# other half over the border.
+BORDER_CLEAR = 2.0
+# Share of the error below which pairs are not looked at more finely.
+DROWNED = 1.0 / 3.0
+# Chance that noise alone makes a pair that passes for present, or one that passes for certain.
+PRESENT = 1e-2
+CERTAIN = 1e-8
 # Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
 PAIR_REACH = 2.0
-# Rings from a border within which a place must be better than that: what two rings of samples
+# Rings from a border within which a place must be better than that: what three rings of samples
 # and one more for the place reach, and the triangle itself.
-BORDER_RINGS = 4
+BORDER_RINGS = 5
 
 
 @dataclass(frozen=True)
@@ -51,6 +59,7 @@ class Parts:
     types: np.ndarray
     elliptic: np.ndarray
     warnings: list[str]
+    borders_joined: bool
     vertex_count: int
     triangle_count: int
 
@@ -75,12 +84,10 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         candidates=candidates,
         curvature=curvature,
         regions=regions,
-        triangle_index=_scattered(
-            parts.triangle_index, surface.source_triangle, parts.triangle_count, 0.0
-        ),
-        surface_type=_scattered(parts.types, surface.source_vertex, parts.vertex_count, -1),
-        conformal_scale=_scattered(
-            parts.hits.conformal_scale, surface.source_vertex, parts.vertex_count, np.nan
+        triangle_index=sums_at_triangles(surface, parts.triangle_index, parts.triangle_count),
+        surface_type=at_vertices(surface, parts.types, parts.vertex_count, -1),
+        conformal_scale=at_vertices(
+            surface, parts.hits.conformal_scale, parts.vertex_count, np.nan
         ),
         euler_characteristic=characteristic,
         index_sum=float(candidates.index.sum()),
@@ -89,6 +96,7 @@ def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
         trust_ratio=trust_ratio(field.noise, field.gap),
         noise=parts.fitted.residual * surface.unit,
         scale=float(np.median(parts.fitted.radius)) * surface.unit,
+        borders_joined=parts.borders_joined,
         warnings=tuple(parts.warnings),
     )
     return filtered(detection, settings)
@@ -114,32 +122,28 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     if exact:
         # What the user gives has no noise that could make pairs.
         noise = np.full(len(hits), np.nan)
-    located = np.ones(len(hits), bool)
+    located, clarity = np.ones(len(hits), bool), np.full(len(hits), np.nan)
+    slope_error = np.zeros(len(hits))
     # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
     # hundreds of thousands of them.
-    clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, noise))
-    if fitted.neighbourhood is not None:
-        change = change_of_scale(
-            surface, fitted.field, fitted.neighbourhood, corners[clear].ravel(), progress
-        )
-        noise[clear] = np.hypot(noise[clear], change.reshape(-1, 3).mean(axis=1))
+    clear = np.flatnonzero(~made_by_noise(parts.persistence, parts.partner, DROWNED * noise))
     as_found = settings.method == "I" or settings.triangles == "published"
     if fitted.neighbourhood is not None and not as_found:
         places = refine(
             surface,
-            fitted.field.normal,
             triangle[clear],
             barycentric[clear],
-            fitted.neighbourhood,
+            fitted,
             progress,
         )
         # What contradicts the winding is another zero: the triangle's own is kept then.
         seen = places.found & (
             cubic_form.index(places.p, places.q) == np.sign(hits.index[clear]) / 2
         )
-        located = np.zeros(len(hits), bool)
+        located, clarity = np.zeros(len(hits), bool), np.zeros(len(hits))
         found = clear[seen]
-        located[found] = True
+        located[found], clarity[found] = True, places.clarity[seen]
+        slope_error[found] = places.slope_error[seen]
         triangle[found], barycentric[found] = places.triangle[seen], places.barycentric[seen]
         normal[found] = places.normal[seen]
         x[found], y[found] = places.x[seen], places.y[seen]
@@ -149,26 +153,41 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     uncertainty = _uncertainty(error, p, q)
     # A fit whose place is this vague within its own radius would not show a one-sided error.
     vague = ~located | (uncertainty > VAGUE * parts.radius[corners].mean(axis=1))
-    at_border = _at_border(surface, triangle, parts.partner, vague, exact)
+    persistence, partner = parts.persistence, parts.partner
+    if settings.certified and fitted.neighbourhood is not None and vague[clear].any():
+        # Of two that could cancel a third, the one that the finer fit shows stays.
+        persistence, partner = measure_persistence(
+            surface, fitted.field.gap, hits.triangle, hits.index, parts.regions.rows(), ~vague
+        )
+    fits = _independent_fits(surface, parts.radius)
+    present = clarity >= significant(fits, PRESENT)
+    at_border = _at_border(surface, triangle, partner, vague, clarity < BORDER_CLEAR, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
-    unseen = _unseen_pairs(position, parts.partner, located | at_border, parts.radius[corners])
-    noise = np.where(unseen, np.fmax(noise, parts.persistence), noise)
+    unseen = _unseen_pairs(position, partner, located | at_border, parts.radius[corners])
+    # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
+    above = np.where(unseen, np.fmax(noise, persistence), noise)
+    above = np.where(_both(present, partner), 0.0, above)
+    resolved = ~made_by_noise(persistence, partner, above)
+    certain = located & fitted.determined[corners].all(axis=1) & ~at_border
+    certain &= ~(clarity < significant(fits, CERTAIN)) & resolved
+    input_triangle, input_barycentric = places_in_input(surface, triangle, barycentric)
     return Umbilics(
         position=position * surface.unit + surface.origin,
         normal=_unit_or(normal, surface.face_normal_area[0][triangle]),
-        triangle=surface.source_triangle[triangle],
-        barycentric=barycentric,
+        triangle=input_triangle,
+        barycentric=input_barycentric,
         vertex=np.where(hits.vertex >= 0, surface.source_vertex[hits.vertex], -1),
         index=hits.index,
-        kind=cubic_form.kinds(p, q, hits.index),
+        kind=cubic_form.kinds(p, q, hits.index, slope_error),
         curvature=curvature / surface.unit,
-        persistence=parts.persistence / surface.unit,
-        partner=parts.partner,
+        persistence=persistence / surface.unit,
+        partner=partner,
         uncertainty=uncertainty * surface.unit,
         noise=noise / surface.unit,
         separatrix=_rays(p, q, x, y),
         at_border=at_border,
-        certain=located & fitted.determined[corners].all(axis=1) & ~at_border,
+        certain=certain,
+        resolved=resolved,
         elliptic=parts.elliptic,
     )
 
@@ -178,12 +197,13 @@ def _at_border(
     triangle: np.ndarray,
     partner: np.ndarray,
     vague: np.ndarray,
+    unclear: np.ndarray,
     exact: bool,
 ) -> np.ndarray:
     """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
 
     Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
-    those whose place is `vague`; and within two or three rings those that cancel with one of
+    those whose place is `vague`, twice as far in if they are `unclear` too; and within two or three rings those that cancel with one of
     these: the two come and go together.
     """
     if surface.closed.all():
@@ -201,6 +221,7 @@ def _at_border(
     doubtful = within(1)
     if not exact:
         doubtful |= within(BORDER_RINGS) & vague
+        doubtful |= within(2 * BORDER_RINGS) & vague & unclear
     return doubtful | (within(2 if exact else 3) & (partner >= 0) & doubtful[partner])
 
 
@@ -218,6 +239,21 @@ def _unseen_pairs(
     close = apart <= PAIR_REACH * radius.mean(axis=1)
     both, either = located & located[partner], located | located[partner]
     return paired & ~(both | (either & ~close))
+
+
+def _both(there: np.ndarray, partner: np.ndarray) -> np.ndarray:
+    """(k,) bool, umbilics that are there together with the one they cancel with."""
+    return there & (partner >= 0) & there[partner]
+
+
+def _independent_fits(surface: Surface, radius: np.ndarray) -> float:
+    """How many fits of a surface share no samples: its area over that of their discs."""
+    _, area = surface.face_normal_area
+    known = radius[np.isfinite(radius) & (radius > 0)]
+    if len(known) == 0:
+        return 1.0
+    # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
+    return max(float(area.sum() / (2.0 * np.pi * np.median(known) ** 2)), 1.0)
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -246,20 +282,11 @@ def _unit_or(vectors: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), other)
 
 
-def _scattered(values: np.ndarray, rows: np.ndarray, count: int, empty: float) -> np.ndarray:
-    """(count,) `values` at their input rows, `empty` elsewhere."""
-    if len(rows) == count and np.array_equal(rows, np.arange(count)):
-        return values
-    result = np.full((count, *values.shape[1:]), empty, values.dtype)
-    result[rows] = values
-    return result
-
-
 def _on_input_vertices(field: CurvatureField, surface: Surface, count: int) -> CurvatureField:
     per_length = {name: getattr(field, name) / surface.unit for name in ("k1", "k2", "noise")}
     return CurvatureField(
         **{
-            name: _scattered(value, surface.source_vertex, count, np.nan)
+            name: at_vertices(surface, value, count, np.nan)
             for name, value in (vars(field) | per_length).items()
         }
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.errors import ChartError
+from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
@@ -20,20 +21,21 @@ from ..curvature.surface_types import surface_types, typical_curvature
 from ..fields.winding import certified_index
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
+from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Parts, assemble
-from .curvature_tensor import (
+from .methods.curvature_tensor import (
     Unfolding,
     detect_by_curvature_tensor,
     unfolded_along_seams,
     unfolded_by_uv,
 )
-from .over_map import corner_deviators
-from .persistence import measure_persistence
-from .raw import RawUmbilics
-from .regions import RegionMap, find_regions
+from .methods.over_map import corner_deviators
+from .methods.raw import RawUmbilics
+from .methods.shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
+from .methods.vertex_index import detect_by_index
+from .pairing.persistence import measure_persistence
+from .regions import RegionMap, find_regions, with_faces
 from .result import Detection
-from .shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
-from .vertex_index import detect_by_index
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2
@@ -80,10 +82,16 @@ def detect(
     clock = _Clock()
     with clock.stage("cleaning"):
         progress.part("Reading the surface", 0.0, 0.1)
-        surface, warnings = clean(vertices, triangles)
+        # Seams that method C cuts along may be borders already, and stay so.
+        join = settings.join_borders and not (settings.method == "C" and settings.charts == "seams")
+        surface, warnings = clean(vertices, triangles, join)
+    with clock.stage("faces"):
+        cad = _tessellated(surface, settings)
+        if cad is not None:
+            warnings.append(cad.sentence())
     with clock.stage("curvature"):
         part = progress.part("Fitting curvature", 0.1, 0.7)
-        fitted = estimate(surface, settings, given, sharp, part)
+        fitted = estimate(surface, settings, given, sharp, part, cad)
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
@@ -92,8 +100,8 @@ def detect(
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        rings = 1 if fitted.neighbourhood is None else fitted.neighbourhood.rings
-        regions = _regions(surface, shape, noise, radius, rings, settings)
+        rings = _rings(fitted)
+        regions = _regions(surface, shape, noise, radius, rings, settings, cad)
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):
@@ -121,6 +129,7 @@ def detect(
                 types=types,
                 elliptic=elliptic,
                 warnings=warnings,
+                borders_joined=join,
                 vertex_count=len(vertices),
                 triangle_count=len(triangles),
             ),
@@ -249,6 +258,15 @@ def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
     return np.where(known, field.noise, noise), np.where(known, fitted.radius, radius)
 
 
+def _rings(fitted: Estimate) -> int:
+    """Rings of the mesh as far as fits reach."""
+    around = fitted.neighbourhood
+    if around is None:
+        return 1
+    # On stretched meshes more across short edges and fewer across long ones; in between the two.
+    return round(around.rings * around.stretch**0.25)
+
+
 def _regions(
     surface: Surface,
     shape: CurvatureField,
@@ -256,10 +274,25 @@ def _regions(
     radius: np.ndarray,
     rings: int,
     settings: Settings,
+    cad: Tessellation | None,
 ) -> RegionMap:
     if not settings.regions or not settings.certified:
         return RegionMap.none(surface)
-    return find_regions(surface, shape.gap, noise, radius, rings)
+    mean = 0.5 * (shape.k1 + shape.k2)
+    if cad is None:
+        return find_regions(surface, shape.gap, noise, radius, rings, mean)
+    gap = np.where(cad.exact_vertices(surface), np.nan, shape.gap)
+    return with_faces(cad, find_regions(surface, gap, noise, radius, rings, mean))
+
+
+def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
+    """The exact faces of the mesh, if it is a tessellated part and they may be regions."""
+    if settings.method != "S" or not settings.regions or settings.curvature == "given":
+        return None
+    if settings.crease_angle == AUTO:
+        return tessellation(surface)
+    angle = float(settings.crease_angle)
+    return tessellation(surface, angle) if angle < 180.0 else None
 
 
 def _paired(

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..base.options import AUTO
 from ..base.settings import Settings
-from .persistence import made_by_noise, survivors
+from ..base.words import counted
+from .pairing.persistence import survivors
 from .result import Detection, Umbilics
 
 # Above this share of the median gap the noise is as large as the signal, and the umbilics that
@@ -18,6 +19,10 @@ TRUSTED = 0.7
 SMOOTH_MORE = (
     "The noise is as strong as the shape: the umbilics that are left may sit elsewhere than the "
     "surface has them. Smooth more: a larger scale, or smooth the mesh first."
+)
+AT_BORDER = (
+    "next to an open border left out: fits are one-sided there, and a border may have made them. "
+    "Where the surface goes on beyond it (the other half of a mirrored model), analyse the whole."
 )
 
 
@@ -78,9 +83,19 @@ def select(
         level = float(settings.persistence) if paired else 0.0
     rows = _kept(candidates, cancelled, settings, pinned, deleted)
     regions = sum(region.index for region in detection.regions)
-    warnings = [text for text in detection.warnings if text != SMOOTH_MORE]
+    warnings = [
+        text for text in detection.warnings if text != SMOOTH_MORE and not text.endswith(AT_BORDER)
+    ]
     if detection.trust_ratio > TRUSTED and len(dropped):
         warnings.append(SMOOTH_MORE)
+    left_out = candidates.at_border & ~cancelled
+    if settings.opening:
+        left_out &= candidates.elliptic
+    left_out[rows] = False
+    left_out[[row for row in deleted if 0 <= row < len(left_out)]] = False
+    if left_out.any():
+        number = counted(int(left_out.sum()), "candidate")
+        warnings.append(f"{number} {AT_BORDER}")
     index_sum = float(candidates.index[rows].sum() + regions)
     return Selection(rows, index_sum, level, tuple(warnings))
 
@@ -119,5 +134,5 @@ def _cancelled(candidates: Umbilics, settings: Settings) -> np.ndarray:
     """(k,) bool, the pairs that `settings.persistence` drops; umbilics without one are kept."""
     persistence = candidates.persistence
     if settings.persistence == AUTO:
-        return made_by_noise(persistence, candidates.partner, candidates.noise)
+        return ~candidates.resolved & np.isfinite(persistence)
     return ~survivors(persistence, float(settings.persistence)) & ~np.isnan(persistence)

@@ -10,6 +10,9 @@ import numpy as np
 
 from .result import LEMON, MONSTAR, STAR, UNCERTAIN
 
+# Directions in which the cubic form is moved by its error to see whether it stays what it is.
+DIRECTIONS = 8
+
 
 def from_gradient(along_x: np.ndarray, along_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """p and q of deviators with the given complex derivatives along orthonormal x and y."""
@@ -80,9 +83,23 @@ def _across(p: np.ndarray, q: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return (p * np.exp(-1j * angle) + q * np.exp(-3j * angle)).imag
 
 
-def kinds(p: np.ndarray, q: np.ndarray, certified: np.ndarray) -> np.ndarray:
-    """(k,) kind of each umbilic; "uncertain" where p, q contradict the certified index."""
+def kinds(
+    p: np.ndarray, q: np.ndarray, certified: np.ndarray, error: np.ndarray | None = None
+) -> np.ndarray:
+    """(k,) kind of each umbilic: "uncertain" where p, q contradict the certified index, and
+    where they are within their standard error (k,) of being a lemon instead of a monstar or the
+    other way round."""
+    named = _named(p, q)
+    if error is not None:
+        # An error of p moves q / p as one of q of the same share does.
+        reach = error * np.hypot(1.0, np.abs(q) / np.maximum(np.abs(p), np.finfo(float).tiny))
+        for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+            other = _named(p, q + reach * np.exp(1j * angle))
+            named = np.where((other != named) & (other != STAR) & (named != STAR), UNCERTAIN, named)
+    return np.where(index(p, q) == certified, named, UNCERTAIN)
+
+
+def _named(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     rays = np.isfinite(separatrix_angles(p, q)).sum(axis=1)
     found = np.where(rays == 3, MONSTAR, LEMON)
-    found = np.where(index(p, q) < 0, STAR, found)
-    return np.where(index(p, q) == certified, found, UNCERTAIN)
+    return np.where(index(p, q) < 0, STAR, found)

@@ -13,10 +13,10 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..curvature.estimate import Estimate
 from ..curvature.height_fit import HeightFit, fit_heights
 from ..curvature.monge import HeightOperator, operator_of_heights
 from ..fields.frames import frame
-from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.surface import Surface
 from .kind import from_gradient
 
@@ -35,8 +35,17 @@ NEWTON_STEPS = 8
 # many edges the fit has found another zero or none.
 FARTHEST = 1.5
 BLOCK = 4096
+# Standard error of p and q over that of the deviator and the root mean square distance of the
+# samples, by degree, for samples spread evenly over a disc.
+SLOPE_ERROR = {3: 2.6, 4: 0.6, 5: 3.1}
+# Radii of the circles on which the fit is read, in root mean square distances of its samples, and
+# points on each.
+CIRCLES = (0.2, 0.35, 0.5, 0.7)
+CIRCLE = 24
 # Triangles that the walk to the refined place may cross before it is given up.
 WALK = 16
+# Among long thin triangles there are as many more in the way.
+THIN_WALK = 64
 # Step of the derivative by central differences, for coordinates of order 1: the cube root of
 # the rounding unit balances truncation against round-off.
 STEP = 6e-6
@@ -60,6 +69,11 @@ class Places:
         (k, 3) float64 orthonormal tangents.
     error:
         (k,) float64 standard error that the residuals of the fit leave in the deviator.
+    slope_error:
+        (k,) float64 standard error of p and of q.
+    clarity:
+        (k,) float64 how far the deviator rises above its error on a circle around the place on
+        which it turns by the index: the least |D| on the best such circle, in standard errors.
     found:
         (k,) bool, False where Newton's method did not settle nearby; such rows keep the
         triangle and weights they came with, and nothing else in them is meant.
@@ -74,25 +88,26 @@ class Places:
     x: np.ndarray
     y: np.ndarray
     error: np.ndarray
+    slope_error: np.ndarray
+    clarity: np.ndarray
     found: np.ndarray
 
 
 def refine(
     surface: Surface,
-    normals: np.ndarray,
     triangle: np.ndarray,
     barycentric: np.ndarray,
-    neighbourhood: Neighbourhood,
+    fitted: Estimate,
     progress: Progress,
 ) -> Places:
     """Refine umbilics in the triangles (k,) from their weights (k, 3).
 
     Parameters
     ----------
-    surface, normals:
-        The surface and its (n, 3) unit vertex normals.
-    neighbourhood:
-        Its rings around the corners of each triangle are fitted.
+    surface:
+        The surface; n vertices.
+    fitted:
+        The jets, whose neighbourhoods around the corners of each triangle are fitted.
     """
     k = len(triangle)
     places = Places(
@@ -105,17 +120,25 @@ def refine(
         x=np.zeros((k, 3)),
         y=np.zeros((k, 3)),
         error=np.full(k, np.nan),
+        slope_error=np.full(k, np.nan),
+        clarity=np.zeros(k),
         found=np.zeros(k, bool),
     )
-    degree, more_rings = CLEAN if neighbourhood.focused else NOISY
+    neighbourhood, normals = fitted.neighbourhood, fitted.field.normal
+    if fitted.closer is None:
+        degree, more_rings = CLEAN if neighbourhood.focused else NOISY
+        rings, factor = neighbourhood.rings + more_rings, 1.0
+    else:
+        neighbourhood, factor = fitted.closer.neighbourhood, fitted.closer.factor
+        degree, rings = fitted.degree, neighbourhood.rings
     ask = progress.quiet()
+    walk = WALK if neighbourhood.thinned is None else THIN_WALK
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
         corners = surface.triangles[triangle[rows]]
-        rings = neighbourhood.rings + more_rings
         for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
-            _refine_block(surface, normals, rows[some], members, degree, places)
+            _refine_block(surface, normals, rows[some], members, degree, factor, walk, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
@@ -127,6 +150,8 @@ def _refine_block(
     rows: np.ndarray,
     members: np.ndarray,
     degree: int,
+    factor: float,
+    walk: int,
     places: Places,
 ) -> None:
     corners = surface.triangles[places.triangle[rows]]
@@ -164,7 +189,8 @@ def _refine_block(
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
 
     target = np.stack([u * radius, v * radius], axis=1)
-    around, inside, landed = _landing(surface, places.triangle[rows], target, centre, e1, e2)
+    start = places.triangle[rows]
+    around, inside, landed = _landing(surface, start, target, centre, e1, e2, walk)
     found = settled & fit.determined & landed
     chosen = rows[found]
     places.triangle[chosen], places.barycentric[chosen] = around[found], inside[found]
@@ -174,13 +200,16 @@ def _refine_block(
     places.y[chosen] = operator.tangent(0.0, 1.0, axes)[found]
     places.curvature[chosen] = (operator.mean / radius)[found]
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
-    places.error[chosen] = (fit.gap_error / radius)[found]
+    places.error[chosen] = (factor * fit.gap_error / radius)[found]
+    error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
+    places.slope_error[chosen] = (SLOPE_ERROR[degree] * factor * fit.gap_error / radius**2)[found]
+    places.clarity[chosen] = (_clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True
 
 
 def _operator_at(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> HeightOperator:
     """The shape operator of the fitted surface above (u, v), all in units of its radius."""
-    derivative = {order: np.zeros(len(u)) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
+    derivative = {order: np.zeros(u.shape) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
     for (a, b), coefficient in fit.coefficients.items():
         for (i, j), value in derivative.items():
             if a >= i and b >= j:
@@ -214,6 +243,23 @@ def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return u, v, (distance <= farthest) & (step <= 1e-6) & (determinant != 0)
 
 
+def _clear_of_zero(
+    fit: HeightFit, u: np.ndarray, v: np.ndarray, p: np.ndarray, q: np.ndarray
+) -> np.ndarray:
+    """(b,) least length of the deviator on the best of a few circles around (u, v) on which it
+    turns as around the zero p z + q conj(z); 0 where there is none."""
+    best = np.zeros(len(u))
+    turns = np.sign(np.abs(p) - np.abs(q))
+    angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    for size in CIRCLES:
+        around = _deviator_at(fit, u + size * cosine, v + size * sine)
+        jump = np.angle(np.roll(around, -1, axis=0) * around.conj())
+        right = np.rint(jump.sum(axis=0) / (2.0 * np.pi)) == turns
+        best = np.where(right, np.maximum(best, np.abs(around).min(axis=0)), best)
+    return best
+
+
 def _landing(
     surface: Surface,
     triangle: np.ndarray,
@@ -221,6 +267,7 @@ def _landing(
     centre: np.ndarray,
     e1: np.ndarray,
     e2: np.ndarray,
+    walk: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Walk from each triangle to the one over the point `target` (r, 2) of the plane e1, e2.
 
@@ -228,7 +275,7 @@ def _landing(
     fold in the surface, can end it).
     """
     triangle = triangle.copy()
-    for _ in range(WALK):
+    for _ in range(walk):
         offset = surface.vertices[surface.triangles[triangle]] - centre[:, None]
         plane = np.stack(
             [np.einsum("rkc,rc->rk", offset, e1), np.einsum("rkc,rc->rk", offset, e2)], axis=2

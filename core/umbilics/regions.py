@@ -7,6 +7,7 @@ with the sum of the indices of its triangles: the index of the direction field a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +24,9 @@ from ..curvature.tolerances import (
     ROUND_OFF_GAP,
 )
 from ..mesh.surface import Surface
-from .result import PLANAR, SPHERICAL, Region
+from ..mesh.tessellated import PLANAR, SPHERICAL, Tessellation
+from .region_shapes import RoundShape, grown_labels, round_shapes
+from .result import Region
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,13 @@ class RegionMap:
         (m,) int32 number of the region of each triangle of the surface, -1 outside.
     count:
         How many there are.
+    faces:
+        The exact faces that the first of them are; None without.
     """
 
     label: np.ndarray
     count: int
+    faces: Tessellation | None = None
 
     @classmethod
     def none(cls, surface: Surface) -> RegionMap:
@@ -55,7 +61,12 @@ class RegionMap:
 
 
 def find_regions(
-    surface: Surface, gap: np.ndarray, noise: np.ndarray, radius: np.ndarray, rings: int = 0
+    surface: Surface,
+    gap: np.ndarray,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    rings: int = 0,
+    mean: np.ndarray | None = None,
 ) -> RegionMap:
     """Connected areas in which the gap does not rise out of its noise.
 
@@ -73,6 +84,9 @@ def find_regions(
         (n,) root mean square distance of the samples of each shape operator.
     rings:
         Rings of samples, by which the regions grow.
+    mean:
+        (n,) mean curvature, by which regions must have the normals of a sphere or plane; None
+        not to ask.
     """
     ratio = _ratio(gap, noise, radius)
     clear, known = ratio > REGION_RATIO, np.isfinite(ratio)
@@ -95,7 +109,30 @@ def find_regions(
         return RegionMap.none(surface)
     renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
     regions = RegionMap(renumbered[label], int(good.sum()))
-    return _without_holes(surface, _grown(surface, regions, rings), seen.max())
+    shapes = None
+    if mean is not None:
+        regions, shapes = _only(regions, round_shapes(surface, regions.rows(), mean))
+    return _without_holes(surface, _grown(surface, regions, rings, shapes), seen.max())
+
+
+def _only(
+    regions: RegionMap, shapes: Sequence[RoundShape | None]
+) -> tuple[RegionMap, list[RoundShape]]:
+    """The regions that have a shape, numbered anew, and their shapes."""
+    good = np.array([shape is not None for shape in shapes], bool)
+    renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
+    kept = RegionMap(renumbered[regions.label], int(good.sum()))
+    return kept, [shape for shape in shapes if shape is not None]
+
+
+def with_faces(faces: Tessellation, found: RegionMap) -> RegionMap:
+    """The exact faces of a tessellated part as regions, and what is left of those `found`
+    beside them."""
+    outside = np.where(faces.face < 0, found.label, -1)
+    kept, label = np.unique(outside[outside >= 0], return_inverse=True)
+    labels = faces.face.copy()
+    labels[outside >= 0] = len(faces.kinds) + label
+    return RegionMap(labels, len(faces.kinds) + len(kept), faces)
 
 
 def describe_regions(
@@ -118,7 +155,18 @@ def describe_regions(
     """
     _, area = surface.face_normal_area
     found = []
-    for rows in regions.rows():
+    for number, rows in enumerate(regions.rows()):
+        if regions.faces is not None and number < len(regions.faces.kinds):
+            found.append(
+                Region(
+                    triangles=_of_input(surface, rows),
+                    area=float(area[rows].sum()) * surface.unit * surface.unit,
+                    index=float(triangle_index[rows].sum()),
+                    kind=regions.faces.kinds[number],
+                    curvature=float(regions.faces.mean_curvature[number]) / surface.unit,
+                )
+            )
+            continue
         weight = area[rows]
         total = float(weight.sum())
         corners = surface.triangles[rows]
@@ -132,14 +180,20 @@ def describe_regions(
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
         found.append(
             Region(
-                triangles=surface.source_triangle[rows],
-                area=total * surface.unit**2,
+                triangles=_of_input(surface, rows),
+                area=total * surface.unit * surface.unit,
                 index=float(triangle_index[rows].sum()),
                 kind=PLANAR if abs(curvature) <= flat else SPHERICAL,
                 curvature=curvature / surface.unit,
             )
         )
     return found
+
+
+def _of_input(surface: Surface, rows: np.ndarray) -> np.ndarray:
+    """Input triangles of the surface's (r,), ascending and each once."""
+    given = surface.source_triangle[rows]
+    return np.unique(given) if len(surface.recut) else given
 
 
 def _ratio(gap: np.ndarray, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -182,22 +236,11 @@ def _largest_disc(
     return np.pi * total / np.maximum(number, 1)
 
 
-def _grown(surface: Surface, regions: RegionMap, rings: int) -> RegionMap:
-    """All regions grown at once by so many rings of vertices; where two meet, both stop."""
-    triangles = surface.triangles
-    held = np.full(len(surface.vertices), -1, dtype=np.int32)
-    for corner in triangles.T:
-        np.maximum.at(held, corner, regions.label)
-    edge = np.repeat(np.arange(len(held)), np.diff(surface.neighbour_start))
-    for _ in range(rings):
-        outward = np.flatnonzero((held[edge] < 0) & (held[surface.neighbours] >= 0))
-        if len(outward) == 0:
-            break
-        np.maximum.at(held, edge[outward], held[surface.neighbours[outward]])
-    corners = held[triangles]
-    inside = (corners[:, 0] == corners[:, 1]) & (corners[:, 0] == corners[:, 2])
-    grown = np.where((regions.label < 0) & inside, corners[:, 0], regions.label)
-    return RegionMap(grown.astype(np.int32), regions.count)
+def _grown(
+    surface: Surface, regions: RegionMap, rings: int, shapes: Sequence[RoundShape] | None
+) -> RegionMap:
+    label = grown_labels(surface, regions.label, rings, shapes)
+    return RegionMap(label, regions.count)
 
 
 def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:

@@ -9,15 +9,14 @@ import numpy as np
 
 from ..base.rows import column
 from ..curvature.field import CurvatureField
+from ..mesh.tessellated import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
 
 STAR = "star"
 LEMON = "lemon"
 MONSTAR = "monstar"
 UNCERTAIN = "uncertain"
 KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
-SPHERICAL = "spherical"
-PLANAR = "planar"
-REGION_KINDS = (SPHERICAL, PLANAR)
+REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL)
 # Blender's whole numbers and its meshes have no more.
 _LARGEST = 2**31 - 1
 
@@ -43,7 +42,8 @@ class Umbilics:
         (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
         other multiples of one half).
     kind:
-        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree.
+        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree
+        or the form is within its error of another kind.
     curvature:
         (k,) float64 mean curvature at the point, in 1 / length.
     persistence:
@@ -53,11 +53,10 @@ class Umbilics:
         (k,) int64 row of the umbilic it cancels with, -1 where there is none. In a filtered
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
-        (k,) float64 standard error of the position, in length.
+        (k,) float64 standard error of the position along the surface, in the direction in which
+        it is known least, in length.
     noise:
-        (k,) float64 error of the gap around the point, in 1 / length: its standard error, and
-        how much it changes when the fit reaches further; at least the persistence where a
-        close pair does not show in a finer fit. NaN where unknown.
+        (k,) float64 standard error of the gap around the point, in 1 / length; NaN where unknown.
     separatrix:
         (k, 3, 3) float64 unit tangents along which a line of the larger curvature runs into the
         point, NaN-filled to three; the smaller curvature's run in from the opposite sides.
@@ -65,8 +64,12 @@ class Umbilics:
         (k,) bool, True next to an open border, where the neighbourhoods are one-sided: such
         points stay among the candidates but are not reported.
     certain:
-        (k,) bool, False at a border and where the neighbourhood is damaged or the zero could
-        not be placed.
+        (k,) bool, True where a fit of higher degree shows the zero so clearly above its error
+        that noise alone cannot have made it; False at a border and where the neighbourhood is
+        damaged.
+    resolved:
+        (k,) bool, False for the pairs that do not rise above the error of the fits, which the
+        automatic persistence drops.
     elliptic:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
@@ -88,6 +91,7 @@ class Umbilics:
     separatrix: np.ndarray = field(metadata=column(np.float64, 3, 3, unknown=True))
     at_border: np.ndarray = field(metadata=column(bool))
     certain: np.ndarray = field(metadata=column(bool))
+    resolved: np.ndarray = field(metadata=column(bool))
     elliptic: np.ndarray = field(metadata=column(bool))
 
     def __len__(self) -> int:
@@ -104,7 +108,8 @@ class Umbilics:
 
 @dataclass(frozen=True)
 class Region:
-    """An area where the principal curvatures are equal within the estimator's noise.
+    """An area where the principal curvatures are equal within the estimator's noise, or an exact
+    face of a tessellated part.
 
     Attributes
     ----------
@@ -116,7 +121,7 @@ class Region:
         Index of the direction field around its border: a multiple of one half, the sum of the
         indices that it replaces.
     kind:
-        "spherical" or "planar".
+        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical".
     curvature:
         Mean curvature over the region, in 1 / length.
     """
@@ -165,6 +170,8 @@ class Detection:
         Estimated standard deviation of the positions, in length; NaN where unknown.
     scale:
         Median radius of the fitted neighbourhoods, in length; NaN where nothing was fitted.
+    borders_joined:
+        Whether borders that lie on each other were joined for the analysis.
     warnings:
         Sentences for the user, each saying what was met and what to do.
     timings:
@@ -185,5 +192,6 @@ class Detection:
     trust_ratio: float
     noise: float
     scale: float
+    borders_joined: bool = True
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)

@@ -39,6 +39,7 @@ def pack(detection: Detection) -> bytes:
     gap = gap[np.isfinite(gap)]
     text = {
         "numbers": {name: getattr(detection, name) for name in _NUMBERS},
+        "borders_joined": int(detection.borders_joined),
         "warnings": list(detection.warnings),
         "timings": detection.timings,
         "median_gap": float(np.median(gap)) if len(gap) else 0.0,
@@ -78,6 +79,7 @@ def unpack(data: bytes) -> Detection:
         triangle_index=np.empty(0),
         surface_type=np.empty(0, np.int8),
         conformal_scale=np.empty(0),
+        borders_joined=bool(text["borders_joined"]),
         warnings=tuple(text["warnings"]),
         timings=text["timings"],
         **text["numbers"],
@@ -98,6 +100,7 @@ def _check(text: Any) -> None:
             and isinstance(timings, dict)
             and all(map(is_number, timings.values()))
             and is_number(median, 0.0)
+            and is_number(text["borders_joined"], 0.0, 1.0)
             and isinstance(regions, list)
             and all(map(_is_region, regions))
         )

@@ -8,18 +8,11 @@ import traceback
 import bpy
 
 from ... import core
-from . import (
-    arguments,
-    batch,
-    exit_codes,
-    importers,
-    messages,
-    one_file,
-    version,
-)
+from . import batch, exit_codes, importers, messages, one_file, version
+from .arguments import parser as arguments
+from .arguments.request import Request
 from .batch import lifetime, supervised
 from .guard import shown
-from .request import Request
 
 
 def run(argv: list[str]) -> int:

@@ -18,10 +18,10 @@ from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
 from . import frames, guidance, importers, mesh_file, messages, report
+from .arguments.request import Request
 from .guard import shown
 from .messages import complain
 from .pictures import panels, picture
-from .request import Request
 
 # How a compressed .blend ends: the mark of the table of the parts that can be read by themselves,
 # https://github.com/facebook/zstd/blob/dev/contrib/seekable_format

@@ -19,7 +19,7 @@ from bpy.props import (
 from ... import core
 from ..base import caches
 from ..mesh.fingerprint import Fingerprint
-from ..mesh.scope import Scope
+from ..mesh.scope import Scope, scope_in_file
 from .properties import annotations_of, values_of
 
 UNREADABLE = (
@@ -74,7 +74,7 @@ class Origin:
                 fingerprint=Fingerprint.from_text(values["fingerprint"]),
                 detecting=core.Settings(**values["detecting"]),
                 given_names=tuple(str(name) for name in values["given_names"]),
-                scope=Scope(str(values["scope"]["kind"]), str(values["scope"]["group"])),
+                scope=scope_in_file(str(values["scope"]["kind"]), str(values["scope"]["group"])),
                 settings=core.GuidanceSettings(**values["settings"]),
                 zone=str(values["zone"]),
                 kept=str(values["kept"]),

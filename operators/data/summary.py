@@ -197,6 +197,11 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
             kept.active = active
 
 
+def kind_of(item: UMBILICS_PG_item) -> str:
+    """The kind of an umbilic of the list; the last, uncertain, where a damaged file says none."""
+    return core.KINDS[item.kind] if 0 <= item.kind < len(core.KINDS) else core.KINDS[-1]
+
+
 def rows_of(text: str) -> list[int]:
     """The rows in `pinned` or `deleted`; what is no row, in a damaged file, is passed over."""
     return [int(row) for row in text.split() if row.isdecimal() and len(row) < _MOST_DIGITS]

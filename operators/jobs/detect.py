@@ -21,9 +21,11 @@ from ..mesh.attributes import RESULTS, check_result_names, write_results
 from ..mesh.evaluated import is_in, outside, works_on
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh, unit_vectors
 from ..mesh.scope import WHOLE, Scope
-from ..scene import display_objects, empties, filters, guidance_objects, homes, maps, targets
+from ..scene import display_objects, empties, filters, homes, targets
 from ..scene.modes import object_mode
+from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
+from ..scene.view import maps
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,10 @@ from ..data import pins, plans, properties, reading, record
 from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
 from ..mesh.read import check_unchanged, current_mesh, edge_vertices
-from ..mesh.scope import Scope, in_vertex_group
-from ..scene import display_objects, filters, guidance_objects, homes, targets
+from ..mesh.scope import Scope, in_vertex_group, scope_in_file
+from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
+from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from . import detect
 
@@ -186,7 +187,7 @@ def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.O
     """The object, form and part that the object's detection was made of, else the scene's."""
     if obj.umbilics.detected:
         kept = obj.umbilics
-        found = kept.source == "EVALUATED", Scope(kept.scope or "WHOLE", kept.group)
+        found = kept.source == "EVALUATED", scope_in_file(kept.scope, kept.group)
     else:
         display = scene.umbilics_display
         found = display.source == "EVALUATED", reading.scope_of(display)

@@ -171,4 +171,6 @@ def _attribute(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
 
 def _same_metric(now: Sequence[float], then: Sequence[float]) -> bool:
     size = np.abs(then).max()
+    if not np.isfinite(size):
+        return False
     return bool(np.allclose(now, then, rtol=_SAME_SCALE, atol=_SAME_SCALE * size))

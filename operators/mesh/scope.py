@@ -32,6 +32,12 @@ class Scope:
 
 
 WHOLE = Scope()
+KINDS = ("WHOLE", "VISIBLE", "SELECTED", "GROUP")
+
+
+def scope_in_file(kind: str, group: str) -> Scope:
+    """A scope that a file tells of; the whole object where it tells of none that there is."""
+    return Scope(kind, group) if kind in KINDS else WHOLE
 
 
 def faces_in(obj: bpy.types.Object, mesh: bpy.types.Mesh, scope: Scope) -> np.ndarray | None:

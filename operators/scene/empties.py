@@ -31,8 +31,8 @@ from ... import core
 from ..data.preferences import Appearance
 from ..data.record import Record
 from ..drawing.frames import frames_of
-from .glyph_images import UNIT, image_of, unused_without
 from .transaction import Transaction, all_or_nothing, empty_without
+from .view.glyph_images import UNIT, image_of, unused_without
 
 COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"

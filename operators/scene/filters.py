@@ -10,8 +10,9 @@ from ..base import caches, changes
 from ..data import clicks, pins, record, summary
 from ..data.preferences import Appearance
 from ..mesh.fingerprint import digest
-from . import empties, framing, targets
+from . import empties, targets
 from .transaction import Transaction, all_or_nothing
+from .view import framing
 
 AUTOMATIC = -1.0
 

@@ -177,9 +177,13 @@ def others_with_results(obj: bpy.types.Object) -> bool:
 
 
 def discard_unused(mesh: bpy.types.Mesh, transaction: Transaction) -> None:
-    """Have a mesh go that nothing uses any more."""
-    if not mesh.users:
-        transaction.discard([mesh])
+    """Have a mesh go at the end if nothing uses it then but objects that go."""
+
+    def find(going: set[bpy.types.ID]) -> list[bpy.types.Mesh]:
+        shown = sum(isinstance(one, bpy.types.Object) and one.data == mesh for one in going)
+        return [mesh] if mesh.users <= shown else []
+
+    transaction.sweep(find)
 
 
 def _is_taken(obj: bpy.types.Object, part: str) -> bool:

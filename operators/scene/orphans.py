@@ -11,9 +11,11 @@ from functools import partial
 import bpy
 
 from ..mesh.attributes import RESULTS, remove_results
-from . import display_objects, empties, glyph_images, guidance_objects, homes
+from . import display_objects, empties, homes
+from .retopology import guidance_objects
 from .targets import is_local
 from .transaction import Transaction, all_or_nothing, empty_without
+from .view import glyph_images
 
 # What a detection and a plan may leave on a mesh, and how it is laid out.
 _ON_MESHES = (RESULTS, guidance_objects.ATTRIBUTES, guidance_objects.MARKS)

@@ -18,7 +18,7 @@ from ..data import plans, properties, record
 from ..mesh import fingerprint
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.read import fingerprint_of
-from ..mesh.scope import Scope
+from ..mesh.scope import Scope, scope_in_file
 from . import filters
 from .display_objects import source_of
 
@@ -46,8 +46,10 @@ def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]
     if made is None:
         return [plans.UNREADABLE]
     found = [fingerprint.WORDS[part] for part in _changed_plan_parts(context, obj, made)]
-    kept = filters.kept_digest(obj)
-    if kept and kept != made.kept:
+    known = record.of(obj)
+    # What is kept of an older detection says nothing of a plan that was made from a new one.
+    is_current = known is not None and not _changed_parts(context, obj, known)
+    if is_current and filters.kept_digest(obj) != made.kept:
         found.append("Other umbilics are kept.")
     changed = plans.changed_settings(context.scene.umbilics_guidance, made)
     if changed:
@@ -125,7 +127,7 @@ def _changed_parts(
         kept.fingerprint,
         fingerprint.read_by(kept.settings),
         made.source == "EVALUATED",
-        Scope(made.scope or "WHOLE", made.group),
+        scope_in_file(made.scope, made.group),
         kept.given_names,
     )
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.umbilics.cancelling import cancel
+from core.umbilics.pairing.cancelling import cancel
 
 
 def _pairs(units, centres, low, high, saddle) -> list[tuple[int, int, float]]:

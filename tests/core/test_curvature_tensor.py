@@ -11,13 +11,13 @@ from core.curvature.from_normals import curvature_from_normals
 from core.fields.transport import tangents
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
-from core.umbilics.curvature_tensor import (
+from core.umbilics.methods.curvature_tensor import (
     detect_by_curvature_tensor,
     unfolded_along_seams,
     unfolded_by_uv,
     zeros_in_triangles,
 )
-from core.umbilics.shape_operators import face_deviators, zero_crossings
+from core.umbilics.methods.shape_operators import face_deviators, zero_crossings
 
 NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
 

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid, inverted, quartic, seed_patch, sphere, torus
 
-from core.umbilics.vertex_index import detect_by_index
+from core.umbilics.methods.vertex_index import detect_by_index
 
 
 @pytest.mark.parametrize("power", [-2, -1, 1, 2])

@@ -54,7 +54,8 @@ def test_error_falls_with_the_edge():
 def test_scale_grows_with_the_noise(noise, rings):
     mesh = surfaces.noisy(surfaces.random_ellipsoid(count=6000), noise, seed=1)
     surface = surface_of(mesh)
-    chosen, _ = choose(surface, vertex_normals(surface), neighbourhood_of(surface), Progress())
+    scale = choose(surface, vertex_normals(surface), neighbourhood_of(surface), Progress())
+    chosen = scale.neighbourhood
     assert rings[0] <= chosen.rings <= rings[1]
     assert chosen.focused == (noise == 0.0)
 
@@ -109,7 +110,7 @@ def test_creases_are_not_fitted_across():
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
     vertices, triangles = subdivided(box, triangles, 4)
-    across = core.detect(vertices, triangles, core.Settings(scale=3.0))
+    across = core.detect(vertices, triangles, core.Settings(scale=3.0, crease_angle=180.0))
     within = core.detect(vertices, triangles, core.Settings(scale=3.0, crease_angle=30.0))
     inside = (np.sort(np.abs(vertices), axis=1)[:, 1] < 0.99) & (np.abs(vertices).max(axis=1) == 1)
     assert np.abs(within.curvature.k1[inside]).max() < 1e-9

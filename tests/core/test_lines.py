@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from fields import exact_field, field_on_plane, flat_surface, surface_of
+from mesh_files import read_mesh
 from scipy.spatial import cKDTree
 from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 
@@ -70,7 +71,8 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     limit = np.full(count, 3.0) / surface.unit
     free = np.full(len(surface.triangles), -1)
     traces = trace(surface, planes, starts, limit, free, Progress())
-    assert (traces.end == LIMIT).sum() >= 57  # one may lose its way in an umbilic's triangle
+    # Those that would go around an umbilic within two edges end there.
+    assert (traces.end == LIMIT).sum() >= 50
     points = points_of(surface, planes, traces.triangle, traces.z) * surface.unit + surface.origin
     off = []
     for line in np.flatnonzero(traces.end == LIMIT):
@@ -210,7 +212,9 @@ def test_spacing_is_in_length():
 def test_smoothing_lengthens_the_lines_of_a_noisy_surface():
     mesh = noisy(ellipsoid(subdivisions=5), 0.05)
     # Normals alone feel the noise; jets would choose a larger scale.
-    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
+    detection = core.detect(
+        mesh.vertices, mesh.triangles, core.Settings(curvature="normals", normal_smoothing=3)
+    )
     guide = core.Guide(mesh.vertices, mesh.triangles, detection)
     lengths = [
         np.median(guide.lines(core.GuidanceSettings(line_smoothness=s)).length) for s in (0.0, 0.6)
@@ -237,7 +241,9 @@ def turning(lines, step):
 
 def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
     mesh = noisy(ellipsoid(subdivisions=5), 0.05)
-    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
+    detection = core.detect(
+        mesh.vertices, mesh.triangles, core.Settings(curvature="normals", normal_smoothing=3)
+    )
     guide = core.Guide(mesh.vertices, mesh.triangles, detection)
     raw, smooth = (
         guide.separatrices(core.GuidanceSettings(line_smoothness=s), both_ways=True)
@@ -246,7 +252,17 @@ def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
     # They still begin at every umbilic, as many.
     assert list(smooth.source) == list(raw.source)
     ratio = turning(smooth, 2 * mesh.edge_length) / turning(raw, 2 * mesh.edge_length)
-    assert ratio < 0.8, ratio
+    assert ratio < 0.85, ratio
+
+
+def test_separatrices_do_not_follow_the_swirls_of_dropped_pairs():
+    """In the field as it was, with 852 swirls, they turned by 34 degrees a step and 3 of 24
+    arrived."""
+    mesh = noisy(ellipsoid(subdivisions=5), 0.05)
+    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
+    found = core.Guide(mesh.vertices, mesh.triangles, detection).separatrices(both_ways=True)
+    assert turning(found, 2 * mesh.edge_length) < 22.0
+    assert (found.target >= 0).sum() > 6
 
 
 def test_smoothing_a_clean_surface_changes_little():
@@ -255,6 +271,52 @@ def test_smoothing_a_clean_surface_changes_little():
     for number in np.flatnonzero(lines.family == 0):
         x, y, _ = lines.points(number).T
         assert np.ptp(np.unwrap(np.arctan2(y, x))) < 0.02
+
+
+def vase(columns, rows, jitter=0.0, seed=0):
+    """r = 2 + cos z for |z| < 2 pi: meridians and parallels change families where |cos z| = 1 / r,
+    on circles of umbilics."""
+    z, around = np.meshgrid(
+        np.linspace(-2 * np.pi, 2 * np.pi, rows), np.arange(columns), indexing="ij"
+    )
+    random = np.random.default_rng(seed)
+    inner = np.abs(z) < 2 * np.pi - 1e-9
+    z = z + inner * jitter * random.uniform(-1, 1, z.shape) * 4 * np.pi / (rows - 1)
+    angle = 2 * np.pi / columns * (around + jitter * random.uniform(-1, 1, z.shape))
+    r = 2.0 + np.cos(z)
+    points = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=2).reshape(-1, 3)
+    below = (np.arange(rows - 1)[:, None] * columns + np.arange(columns)).ravel()
+    aside = (np.arange(rows - 1)[:, None] * columns + (np.arange(columns) + 1) % columns).ravel()
+    return points, np.concatenate(
+        [np.c_[below, aside, aside + columns], np.c_[below, aside + columns, below + columns]]
+    )
+
+
+@pytest.mark.parametrize("columns, rows, jitter", [(128, 257, 0.0), (64, 129, 0.0), (96, 193, 0.3)])
+def test_lines_do_not_turn_on_circles_of_umbilics(columns, rows, jitter):
+    vertices, triangles = vase(columns, rows, jitter)
+    lines = core.Guide(vertices, triangles, core.detect(vertices, triangles)).lines()
+    turning = 0
+    for number in range(len(lines)):
+        points = lines.points(number)
+        step, middle = np.diff(points, axis=0), 0.5 * (points[1:] + points[:-1])
+        length = np.linalg.norm(step, axis=1)
+        radius = np.linalg.norm(middle[:, :2], axis=1)
+        slope = -np.sin(middle[:, 2])
+        meridian = np.c_[slope[:, None] * middle[:, :2] / radius[:, None], np.ones(len(middle))]
+        meridian /= np.linalg.norm(meridian, axis=1, keepdims=True)
+        along = np.abs(np.einsum("ij,ij->i", step, meridian)) / np.maximum(length, 1e-12)
+        shares = [length[along > 0.9].sum(), length[along < 0.42].sum()]
+        turning += min(shares) > 0.15 * length.sum()
+    assert len(lines) > 150 and turning <= 0.01 * len(lines)
+
+
+@pytest.mark.parametrize("name", ["spot_os.obj", "hand_closed_os.obj", "rocker-arm.obj"])
+def test_separatrices_of_real_meshes_end_at_umbilics(name, meshes_folder):
+    vertices, triangles = read_mesh(meshes_folder / name)
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    found = guide.separatrices(both_ways=True)
+    assert len(found) > 50 and (found.target >= 0).mean() > 0.9
 
 
 def test_a_line_without_end_is_cut_where_it_winds():

@@ -7,7 +7,7 @@ from core import ChartError, InvalidMeshError
 from core.mesh.charts import charts_from_seams, charts_from_uv, corner_uv, require_disks, unfold
 from core.mesh.lscm import conformal_map
 from core.mesh.repair import clean
-from core.umbilics.curvature_tensor import unfolded_along_seams, unfolded_by_uv
+from core.umbilics.methods.curvature_tensor import unfolded_along_seams, unfolded_by_uv
 
 NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
 

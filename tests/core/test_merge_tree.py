@@ -9,7 +9,7 @@ from surfaces import random_points
 
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
-from core.umbilics.merge_tree import label_roots, merge_tree
+from core.umbilics.pairing.merge_tree import label_roots, merge_tree
 
 
 class _Sets:

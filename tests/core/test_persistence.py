@@ -15,7 +15,7 @@ from surfaces import icosphere, random_points
 from core.curvature.tolerances import PAIR_NOISE
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
-from core.umbilics.persistence import (
+from core.umbilics.pairing.persistence import (
     made_by_noise,
     measure_persistence,
     noise_multiple,

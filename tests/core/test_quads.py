@@ -19,6 +19,7 @@ from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant,
 from core.retopology.quads.mapping.seams import seams
 from core.retopology.quads.mapping.untangling import injective_map
 from core.retopology.quads.surface.chains import long_chains
+from core.retopology.quads.surface.decimation import coarsened
 from core.retopology.quads.surface.subdivision import Triangles, split_edges
 
 
@@ -379,6 +380,35 @@ def test_splitting_keeps_a_manifold_and_its_features():
     assert other.euler_characteristic.sum() == 2 and other.closed.all() and not warnings
     assert np.isclose(other.face_normal_area[1].sum(), surface.face_normal_area[1].sum())
     assert np.isclose(mesh.lengths[mesh.feature].sum(), length)
+
+
+def test_coarsening_keeps_topology_borders_and_features():
+    mesh = cylinder()
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    corners = surface.triangles.ravel()
+    low = np.abs(surface.vertices[:, 2] - np.median(surface.vertices[:, 2])) < 1e-9
+    feature = low[corners] & low[surface.triangles[:, [1, 2, 0]].ravel()]
+    assert feature.any()
+    fine = Triangles(
+        surface.vertices,
+        surface.triangles.astype(np.int64),
+        np.zeros((len(surface.vertices), 1)),
+        np.arange(len(surface.triangles)),
+        feature,
+    )
+    coarse = coarsened(fine, 1500, core.Progress())
+    other, warnings = clean(coarse.vertices, coarse.triangles)
+    assert len(coarse.triangles) < 0.5 * len(fine.triangles) and not warnings
+    assert np.array_equal(other.euler_characteristic, surface.euler_characteristic)
+    assert (other.twin < 0).sum() == (surface.twin < 0).sum()
+    assert np.isclose(coarse.lengths[coarse.feature].sum(), fine.lengths[feature].sum())
+    assert np.array_equal(coarse.feature, (coarse.feature & (other.twin >= 0))[other.twin])
+
+
+def test_quads_of_a_coarsened_surface_lie_on_the_fine_one():
+    vertices, triangles = bumpy(4, level=6)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=400))
+    holds(vertices, triangles, made)
 
 
 def test_stubs_and_tangles_are_no_features():

@@ -291,11 +291,18 @@ def test_detect_the_caps_of_a_cylinder(noise):
     )
     detection = core.detect(vertices, triangles)
     assert len(detection.umbilics) == 0
-    assert len(detection.regions) == 2
-    for region in detection.regions:
-        assert region.kind == PLANAR
+    caps = [region for region in detection.regions if region.kind == PLANAR]
+    assert len(caps) == 2
+    for region in caps:
         assert region.index == 1.0
         assert region.area == pytest.approx(np.pi, rel=0.02)
+    # Without noise the wall is a face of a tessellated part, too.
+    walls = [region for region in detection.regions if region.kind != PLANAR]
+    assert [region.kind for region in walls] == (["cylindrical"] if noise == 0.0 else [])
+    for region in walls:
+        assert region.index == 0.0
+        assert region.curvature == pytest.approx(0.5, rel=0.01)
+        assert region.area == pytest.approx(4 * np.pi, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -318,3 +325,51 @@ def test_umbilic_points_are_no_regions(surface, umbilics):
     detection = core.detect(surface.vertices, surface.triangles)
     assert len(detection.regions) == 0
     assert umbilics is None or len(detection.umbilics) == umbilics
+
+
+def test_a_region_has_the_normals_of_its_shape():
+    """Two of a box's sides, and its whole, are no plane and no sphere; a ball's cap is."""
+    vertices, triangles = rounded_cube(20, 0.05)
+    surface = clean(vertices, triangles)[0]
+    ones = np.ones(len(surface.vertices))
+    everything = find_regions(surface, 0 * ones, ones, 0.1 * ones, 2, 0 * ones)
+    assert everything.count == 0
+    side = np.where(surface.vertices[:, 2] > 0.99, 0.0, 1.0)
+    found = find_regions(surface, side, 0.01 * ones, 0.1 * ones, 2, 0 * ones)
+    assert found.count == 1
+    assert (surface.face_normal_area[0][found.label == 0, 2] > 0.9).all()
+    ball = clean(*icosphere(3))[0]
+    ones = np.ones(len(ball.vertices))
+    assert find_regions(ball, 0 * ones, 0.01 * ones, 0.1 * ones, 2, ones).count == 1
+    assert find_regions(ball, 0 * ones, 0.01 * ones, 0.1 * ones, 2, 5 * ones).count == 1
+    assert find_regions(ball, 0 * ones, 0.01 * ones, 0.1 * ones, 2, -ones).count == 0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_the_ends_of_a_capsule_keep_to_themselves(noise):
+    """Hemispheres joined by long quads, in whose corners fits see hemispheres."""
+    theta = np.pi * np.arange(1, 32)[:, None] / 32
+    phi = 2 * np.pi * np.arange(64) / 64
+    up = np.cos(theta) + np.sign(16 - np.arange(1, 32))[:, None] * 1.5
+    rings = [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), up + 0 * phi]
+    points = np.stack(rings, axis=2).reshape(-1, 3)
+    vertices = np.concatenate([[[0, 0, 2.5]], points, [[0, 0, -2.5]]])
+    j = np.arange(64)
+    k = (j + 1) % 64
+    triangles = [np.stack([0 * j, 1 + j, 1 + k], axis=1)]
+    for ring in range(30):
+        one, two = 1 + 64 * ring, 65 + 64 * ring
+        triangles += [
+            np.stack([one + j, two + j, two + k], axis=1),
+            np.stack([one + j, two + k, one + k], axis=1),
+        ]
+    triangles.append(np.stack([0 * j + len(vertices) - 1, 1 + 64 * 30 + k, 1 + 64 * 30 + j], 1))
+    triangles = np.concatenate(triangles)
+    vertices = vertices + np.random.default_rng(0).normal(scale=0.1 * noise, size=vertices.shape)
+    detection = core.detect(vertices, triangles)
+    caps = [region for region in detection.regions if region.kind == SPHERICAL]
+    assert len(caps) == 2
+    for region in caps:
+        along = np.ptp(vertices[triangles[region.triangles]][:, :, 2], axis=1)
+        assert (along < 1.0).all()
+        assert region.area == pytest.approx(2 * np.pi * 0.902, rel=0.05)

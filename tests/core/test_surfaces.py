@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import surfaces
 from surfaces import (
     AnalyticSurface,
     cylinder,
@@ -105,3 +106,34 @@ def test_noise_has_the_stated_size() -> None:
     true = ellipsoid(subdivisions=5)
     moved = noisy(true, 0.02, seed=1).vertices - true.vertices
     assert np.std(moved / true.local_edge[:, None]) == pytest.approx(0.02, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "surface, counts",
+    [
+        (surfaces.cayley(), {"star": 8, "monstar": 12}),
+        (surfaces.cosines(), {"star": 8, "flat": 6}),
+    ],
+)
+def test_implicit_surfaces_have_their_umbilics(surface, counts):
+    truth = surface.umbilics()
+    kinds, number = np.unique(truth.kind, return_counts=True)
+    assert dict(zip(kinds.tolist(), number.tolist(), strict=True)) == counts
+    assert truth.index.sum() == surface.euler
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [surfaces.random_harmonics(3), surfaces.random_field(3), surfaces.metaballs(3)],
+    ids=lambda surface: surface.name,
+)
+def test_derivatives_of_implicit_surfaces(surface):
+    points = np.random.default_rng(0).normal(size=(20, 3))
+    jet = surface.jet(points)
+    step = 1e-5
+    for axis, shift in enumerate(step * np.eye(3)):
+        after, before = surface.jet(points + shift), surface.jet(points - shift)
+        slope = (after.value - before.value) / (2 * step)
+        np.testing.assert_allclose(jet.gradient[:, axis], slope, rtol=1e-6, atol=1e-7)
+        bend = (after.gradient - before.gradient) / (2 * step)
+        np.testing.assert_allclose(jet.hessian[:, axis], bend, rtol=1e-6, atol=1e-6)

@@ -135,16 +135,16 @@ DETECTING = [
     ("scene.empties", "_properties"),
     ("scene.empties", "replace"),
     ("scene.filters", "write"),
-    ("scene.maps", "_set_range"),
-    ("scene.maps", "_store"),
-    ("scene.maps", "write"),
+    ("scene.view.maps", "_set_range"),
+    ("scene.view.maps", "_store"),
+    ("scene.view.maps", "write"),
 ]
 PLANNING = [
     ("jobs.retopology", "home_of_plan"),
-    ("scene.guidance_objects", "write_attributes"),
-    ("scene.guidance_objects", "_discard"),
-    ("scene.guidance_objects", "_upright"),
-    ("scene.guidance_objects", "_adopt"),
+    ("scene.retopology.guidance_objects", "write_attributes"),
+    ("scene.retopology.guidance_objects", "_discard"),
+    ("scene.retopology.guidance_objects", "_upright"),
+    ("scene.retopology.guidance_objects", "_adopt"),
     ("data.plans", "store"),
     ("scene.homes", "settle"),
 ]
@@ -253,10 +253,10 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
 WORKS = {
     "lines": (
         "lines",
-        [("scene.guidance_objects", "_adopt"), ("scene.guidance_objects", "_discard")],
+        [("scene.retopology.guidance_objects", "_adopt"), ("scene.retopology.guidance_objects", "_discard")],
     ),
-    "draw_guides": ("guides", [("scene.grease_pencil", "make"), ("scene.grease_pencil", "_draw")]),
-    "symmetry": ("mirror", [("scene.guidance_objects", "_adopt")]),
+    "draw_guides": ("guides", [("scene.retopology.grease_pencil", "make"), ("scene.retopology.grease_pencil", "_draw")]),
+    "symmetry": ("mirror", [("scene.retopology.guidance_objects", "_adopt")]),
 }
 
 
@@ -281,7 +281,7 @@ def test_lines_guides_and_the_mirror_that_cannot_be_written(addon, monkeypatch, 
 
 
 def test_marks_that_cannot_be_written(addon, monkeypatch):
-    objects = addon.operators.scene.guidance_objects
+    objects = addon.operators.scene.retopology.guidance_objects
     obj = add_ellipsoid(subdivisions=3)
     obj.data.edges[3].use_edge_sharp = True
     bpy.ops.umbilics.detect()
@@ -289,7 +289,7 @@ def test_marks_that_cannot_be_written(addon, monkeypatch):
     bpy.context.view_layer.update()
     before = everything()
     for path, name in (
-        ("scene.guidance_objects", "unmark"),
+        ("scene.retopology.guidance_objects", "unmark"),
         ("mesh.attributes", "write_attributes"),
     ):
         with monkeypatch.context() as patch:
@@ -308,7 +308,7 @@ def test_a_clear_that_fails(addon, monkeypatch, name):
     module = {
         "forget": "data.summary",
         "leave": "scene.homes",
-        "remove_all": "scene.guidance_objects",
+        "remove_all": "scene.retopology.guidance_objects",
     }
     with monkeypatch.context() as patch:
         fails(patch, part(addon, module[name]), name, after=True)

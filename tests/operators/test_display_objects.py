@@ -1,5 +1,7 @@
 """Objects of ours that show a map: never taken for the user's work, and never the user's."""
 
+import sys
+
 import bpy
 import pytest
 from scene_building import add_ellipsoid, census, empties
@@ -47,6 +49,16 @@ def test_hide_map_removes_it(shown):
     assert bpy.ops.umbilics.hide_map() == {"FINISHED"}
     assert [child for child in obj.children if child.type == "MESH"] == []
     assert obj.umbilics.mesh is not None
+
+
+def test_hide_map_leaves_no_reference_to_what_it_removed(shown):
+    """Removed while Blender's own list of objects is walked through, an object would be let go of
+    twice, and Blender end some time later."""
+    _, display = shown
+    before = sys.getrefcount(display)
+    assert bpy.ops.umbilics.hide_map() == {"FINISHED"}
+    # Blender's own reference is gone, once.
+    assert sys.getrefcount(display) == before - 1
 
 
 def test_another_map_and_another_detection_use_the_same_one(shown):

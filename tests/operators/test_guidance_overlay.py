@@ -14,7 +14,7 @@ def planned():
 
 
 def test_every_vertex_has_a_cross_of_full_weight(addon, planned):
-    fields = addon.operators.scene.direction_fields
+    fields = addon.operators.scene.view.direction_fields
     found = addon.operators.drawing.strokes.arranged(*fields.read_cross(planned))
     assert len(found.places) == len(planned.data.vertices)
     assert (found.weight == 1.0).all()
@@ -31,7 +31,7 @@ def test_arms_are_at_right_angles_under_a_stretched_object(addon):
     obj.matrix_world = moved(scale=(3.0, 2.0, 1.0))
     bpy.context.view_layer.update()
     bpy.ops.umbilics.guide()
-    _, d1, d2, _ = addon.operators.scene.direction_fields.read_cross(obj)
+    _, d1, d2, _ = addon.operators.scene.view.direction_fields.read_cross(obj)
     matrix = np.array(obj.matrix_world)[:3, :3]
     one, two = d1 @ matrix.T, d2 @ matrix.T
     cosine = np.einsum("ij,ij->i", one, two)
@@ -42,7 +42,7 @@ def test_arms_are_at_right_angles_under_a_stretched_object(addon):
 def test_without_a_plan_there_is_nothing_to_draw(addon):
     obj = add_ellipsoid(subdivisions=4)
     bpy.ops.umbilics.detect()
-    assert addon.operators.scene.direction_fields.read_cross(obj) is None
+    assert addon.operators.scene.view.direction_fields.read_cross(obj) is None
     assert not addon.operators.scene.staleness.plan_is_edited(bpy.context, obj)
 
 

@@ -203,7 +203,7 @@ def test_kinds_chosen_in_edit_mode_are_there_when_it_is_left():
 
 def test_what_the_opening_leaves_out_can_be_drawn_hollow(addon):
     obj = noisy()
-    live, umbilics = addon.operators.scene.filters, addon.operators.scene.umbilic_shapes
+    live, umbilics = addon.operators.scene.filters, addon.operators.scene.view.umbilic_shapes
     scene = bpy.context.scene
     scene.umbilics_display.dropped = True
     everything = live.shown_rows(obj, scene).tolist()

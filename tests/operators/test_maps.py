@@ -66,7 +66,7 @@ def test_locked_range_stays(obj):
 
 def test_legend_knows_the_units_of_the_scene(addon, obj):
     show("gauss")
-    legend = addon.operators.scene.maps.legend
+    legend = addon.operators.scene.view.maps.legend
     scene = bpy.context.scene
     scene.unit_settings.system = "METRIC"
     assert "1/m²" in legend(scene, obj).title
@@ -89,7 +89,7 @@ def two_sizes():
 def test_objects_share_a_range_so_that_one_legend_is_true_for_all(addon):
     small, large = two_sizes()
     show("k1")
-    ours = addon.operators.scene.maps.legend
+    ours = addon.operators.scene.view.maps.legend
     scene = bpy.context.scene
     assert ours(scene, small).high == pytest.approx(ours(scene, large).high)
     both = np.concatenate([values(obj, "umbilics_k1") for obj in (small, large)])
@@ -109,7 +109,7 @@ def test_a_map_that_is_chosen_later_is_shown_wherever_a_map_was(addon):
     small.select_set(False)
     bpy.context.scene.umbilics_display.map = "gauss"
     for obj in (small, large):
-        assert "K" in addon.operators.scene.maps.legend(bpy.context.scene, obj).title
+        assert "K" in addon.operators.scene.view.maps.legend(bpy.context.scene, obj).title
         red, _, blue = colours(obj).T
         assert (red >= blue - 0.02).all()
 
@@ -118,7 +118,7 @@ def test_in_edit_mode_the_legend_stays_that_of_the_colours_shown(addon, obj):
     show("k1")
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.context.scene.umbilics_display.map = "gap"
-    legend = addon.operators.scene.maps.legend
+    legend = addon.operators.scene.view.maps.legend
     assert "κ₁ −" not in legend(bpy.context.scene, obj).title
     assert bpy.ops.umbilics.show_map() == {"FINISHED"}
     assert obj.mode == "EDIT"
@@ -127,10 +127,10 @@ def test_in_edit_mode_the_legend_stays_that_of_the_colours_shown(addon, obj):
 
 def test_a_new_detection_colours_the_map_anew(addon, obj):
     show("k1")
-    before = addon.operators.scene.maps.legend(bpy.context.scene, obj).high
+    before = addon.operators.scene.view.maps.legend(bpy.context.scene, obj).high
     obj.scale = (0.5, 0.5, 0.5)
     bpy.ops.umbilics.detect()
-    after = addon.operators.scene.maps.legend(bpy.context.scene, obj).high
+    after = addon.operators.scene.view.maps.legend(bpy.context.scene, obj).high
     assert after == pytest.approx(2.0 * before, rel=0.01)
 
 
@@ -154,7 +154,7 @@ def test_overlay_has_something_to_draw(addon, obj):
 
 
 def test_a_crowd_is_drawn_as_diamonds_in_the_colours_of_its_kinds(addon, obj, monkeypatch):
-    umbilics, drawing = addon.operators.scene.umbilic_shapes, addon.operators.drawing.umbilics
+    umbilics, drawing = addon.operators.scene.view.umbilic_shapes, addon.operators.drawing.umbilics
     # Without a window an empty shows its glyph itself.
     bpy.context.scene.umbilics_display.empties = False
     glyphs = umbilics.shapes_of(bpy.context, obj, faint=False)
@@ -183,7 +183,7 @@ def test_a_crowd_is_drawn_as_diamonds_in_the_colours_of_its_kinds(addon, obj, mo
 
 
 def test_a_crowd_that_the_opening_leaves_out_is_drawn_faintly(addon, obj, monkeypatch):
-    umbilics, scene = addon.operators.scene.umbilic_shapes, bpy.context.scene
+    umbilics, scene = addon.operators.scene.view.umbilic_shapes, bpy.context.scene
     monkeypatch.setattr(umbilics, "CROWD", 3)
     everything = addon.operators.scene.filters.shown_rows(obj, scene)
     monkeypatch.setattr(addon.operators.scene.filters, "left_out_rows", lambda *_: everything)

@@ -99,7 +99,7 @@ def test_a_failure_leaves_the_scene_as_it_was(addon, obj, monkeypatch):
         raise addon.core.UmbilicsError("No quads today.")
 
     before = set(bpy.data.objects), set(bpy.data.meshes)
-    monkeypatch.setattr(addon.operators.scene.quad_meshes, "_come_forward", fails)
+    monkeypatch.setattr(addon.operators.scene.retopology.quad_meshes, "_come_forward", fails)
     with pytest.raises(RuntimeError, match="No quads today"):
         remesh()
     assert (set(bpy.data.objects), set(bpy.data.meshes)) == before

@@ -264,15 +264,38 @@ def test_strokes_lie_where_the_modifiers_put_the_surface(addon):
     moved.direction, moved.mid_level, moved.strength = "X", 0.0, 2.0
     bpy.context.view_layer.update()
     bpy.ops.umbilics.detect()
-    where, *_ = addon.operators.scene.direction_fields.read_field(obj)
+    where, *_ = addon.operators.scene.view.direction_fields.read_field(obj)
     assert where[:, 0].mean() == pytest.approx(2.0, abs=1e-3)
 
 
 def test_strokes_of_a_subdivided_object_are_those_of_its_surface(addon):
     obj = subdivided()
     bpy.ops.umbilics.detect()
-    where, d1, *_ = addon.operators.scene.direction_fields.read_field(obj)
+    where, d1, *_ = addon.operators.scene.view.direction_fields.read_field(obj)
     assert len(where) == len(d1) > 3 * len(obj.data.vertices)
+
+
+def test_an_instance_of_a_collection_is_refused_in_words():
+    kept = bpy.data.collections.new("Kept")
+    kept.objects.link(bpy.data.objects.new("Inside", bpy.data.meshes.new("Inside")))
+    instance = add_object(None, "Instance")
+    instance.instance_type, instance.instance_collection = "COLLECTION", kept
+    with pytest.raises(RuntimeError, match="Instance is not a mesh"):
+        bpy.ops.umbilics.detect()
+
+
+def test_each_scene_sees_the_object_as_its_own_view_layer_does():
+    obj = subdivided()
+    other = bpy.data.scenes.new("Other")
+    other.collection.objects.link(obj)
+    bpy.ops.umbilics.detect()
+    count = len(obj.umbilics.items)
+    with bpy.context.temp_override(scene=other, view_layer=other.view_layers[0]):
+        other.view_layers[0].objects.active = obj
+        assert bpy.ops.umbilics.detect() == {"FINISHED"}
+        assert other.umbilics_display.source == "EVALUATED"
+    assert len(obj.umbilics.items) == len(empties(obj)) == count
+    assert len(own_meshes()) == 1
 
 
 # Objects that share a mesh.

@@ -41,9 +41,10 @@ def test_scaled_but_not_moved_object(reasons):
 def test_changed_settings_are_named(reasons):
     obj = detected()
     group = bpy.context.scene.umbilics
-    group.crease_angle = 1.0
+    group.crease_angle_auto, group.crease_angle = False, 1.0
     assert "Crease Angle" in reasons(obj)
     group.property_unset("crease_angle")
+    group.property_unset("crease_angle_auto")
     assert reasons(obj) == ""
     group.charts = "uv"
     assert reasons(obj) == "", "method S reads no charts"

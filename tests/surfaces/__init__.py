@@ -17,28 +17,50 @@ from .graphs import (
     seed_patch,
 )
 from .images import inverted, noisy, renumbered, similar
+from .implicit import (
+    ImplicitSurface,
+    cayley,
+    cosines,
+    genus_five,
+    genus_two,
+    metaballs,
+    random_field,
+    random_harmonics,
+    superquadric,
+)
 from .sampling import grid_points, icosphere, random_points
+from .voxels import marching_tetrahedra
 
 __all__ = [
     "AnalyticSurface",
+    "ImplicitSurface",
     "UmbilicPoints",
+    "cayley",
+    "cosines",
     "cylinder",
     "ellipsoid",
+    "genus_five",
+    "genus_two",
     "graph_surface",
     "grid_points",
     "icosphere",
     "inverted",
+    "marching_tetrahedra",
+    "metaballs",
     "monkey_saddle",
     "noisy",
     "paraboloid",
     "plane",
     "quartic",
     "random_ellipsoid",
+    "random_field",
+    "random_harmonics",
     "random_points",
     "renumbered",
     "saddle",
     "seed_patch",
     "similar",
     "sphere",
+    "superquadric",
     "torus",
 ]

@@ -125,6 +125,7 @@ def test_every_setting_can_be_reached(addon, draw):
             settings.curvature = curvature
             for automatic in (True, False):
                 settings.scale_auto = settings.persistence_auto = automatic
+                settings.crease_angle_auto = automatic
                 settings.opening = 0 if automatic else 2
                 reached.update(draw().names("prop"))
     assert {p.identifier for p in settings.bl_rna.properties} - {"rna_type", "name"} <= reached
@@ -271,11 +272,13 @@ def rows_of(addon, obj):
 def test_plan_of_an_edited_mesh_says_so(draw):
     obj = add_ellipsoid(subdivisions=4)
     bpy.ops.umbilics.guide()
-    assert "edited since" not in " ".join(draw().names("label"))
+    assert "out of date" not in " ".join(draw().names("label"))
     obj.data.vertices[0].co *= 1.2
     obj.data.update()
     bpy.context.view_layer.update()
-    assert "edited since" in " ".join(draw().names("label"))
+    told = " ".join(draw().names("label"))
+    assert "Plan out of date." in told
+    assert "moved" in told
 
 
 def test_edges_can_be_marked_as_seams_as_sharp_and_as_creases(draw):

@@ -10,7 +10,7 @@ from surfaces import ellipsoid, seed_patch
 
 import core
 from core.mesh.repair import clean
-from core.umbilics.curvature_tensor import unfolded_along_seams
+from core.umbilics.methods.curvature_tensor import unfolded_along_seams
 
 from . import plots
 from .page import Page, number

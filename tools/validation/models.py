@@ -11,7 +11,7 @@ from scipy.sparse import csgraph
 
 import core
 from core.mesh.repair import clean
-from core.umbilics.curvature_tensor import unfolded_along_seams
+from core.umbilics.methods.curvature_tensor import unfolded_along_seams
 
 from . import pictures, symmetry
 from .page import Page, number

@@ -12,7 +12,7 @@ from core.curvature.from_normals import curvature_from_normals
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
-from core.umbilics.shape_operators import face_deviators, zero_crossings
+from core.umbilics.methods.shape_operators import face_deviators, zero_crossings
 
 RAW = core.Settings(curvature="given", persistence=0.0, regions=False)
 """A method alone: operators as they are, nothing cancelled, nothing merged."""

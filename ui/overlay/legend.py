@@ -8,7 +8,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
-from ...operators.scene import maps
+from ...operators.scene.view import maps
 
 _FONT = 0
 _WIDTH, _HEIGHT, _MARGIN, _LINE = 14.0, 180.0, 24.0, 1.55

@@ -15,7 +15,8 @@ import numpy as np
 from ...operators.data import record
 from ...operators.data.preferences import Appearance
 from ...operators.drawing import strokes, umbilics
-from ...operators.scene import direction_fields, filters, maps, staleness, umbilic_shapes
+from ...operators.scene import filters, staleness
+from ...operators.scene.view import direction_fields, maps, umbilic_shapes
 from . import shader
 from .camera import Camera
 

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...fields.planes import FaceFrames, barycentric_of, second_and_third
+from ...mesh.input_map import places_in_input
 from ...mesh.surface import Surface
 from .tracing import Traces
 
@@ -116,6 +117,7 @@ def lines_from(
     chord = np.zeros(len(points))
     chord[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1)
     chord[start[:-1][np.diff(start) > 0]] = 0.0
+    input_triangle, input_weights = places_in_input(surface, triangle, weights)
     length = np.bincount(line, weights=chord, minlength=count)
     for number in np.flatnonzero(closed):
         length[number] += np.linalg.norm(points[start[number]] - points[start[number + 1] - 1])
@@ -123,8 +125,8 @@ def lines_from(
         start=start,
         position=points,
         normal=surface.face_normal_area[0][triangle],
-        triangle=surface.source_triangle[triangle],
-        barycentric=weights,
+        triangle=input_triangle,
+        barycentric=input_weights,
         family=family.astype(np.int8),
         length=length,
         closed=closed.astype(bool),

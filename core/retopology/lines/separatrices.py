@@ -11,6 +11,7 @@ from ...base.options import AUTO
 from ...base.parallel import threads
 from ...base.progress import Progress
 from ...fields.planes import FaceFrames, in_plane, places
+from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..settings import GuidanceSettings
@@ -60,7 +61,8 @@ def separatrices(
     around:
         (m,) the `discs`, if they are known.
     """
-    inner = _triangle_rows(surface, umbilics.triangle)
+    inner, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
+    umbilics = replace(umbilics, barycentric=weights)
     point, ray = np.nonzero(np.isfinite(umbilics.separatrix).all(axis=2))
     keep = inner[point] >= 0
     point, ray = point[keep], ray[keep]
@@ -85,6 +87,7 @@ def separatrices(
         STRAIGHT * edge[point],
         point,
         LEAVE * reach[point],
+        np.zeros(len(point), bool),
     )
     limit = np.full(len(point), length_limit(surface, settings))
     traces = trace(surface, planes, starts, limit, obstacle, progress)
@@ -135,13 +138,6 @@ def length_limit(surface: Surface, settings: GuidanceSettings) -> float:
     return float(settings.length_limit) / surface.unit
 
 
-def _triangle_rows(surface: Surface, triangles: np.ndarray) -> np.ndarray:
-    """(k,) rows of the surface's triangles that input triangles became, -1 for none."""
-    row = np.full(int(max(surface.source_triangle.max(), triangles.max(initial=0))) + 1, -1)
-    row[surface.source_triangle] = np.arange(len(surface.source_triangle))
-    return row[triangles]
-
-
 def _edge_lengths(surface: Surface, rows: np.ndarray) -> np.ndarray:
     """(k,) mean edge of the given triangles."""
     corner = surface.vertices[surface.triangles[rows]]
@@ -156,7 +152,7 @@ def _reach(surface: Surface, umbilics: Umbilics, edge: np.ndarray) -> np.ndarray
 
 def discs(surface: Surface, umbilics: Umbilics) -> np.ndarray:
     """(m,) int64 umbilic, of k in input rows, that each triangle is within reach of; -1: none."""
-    rows = _triangle_rows(surface, umbilics.triangle)
+    rows, _ = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
     reach = _reach(surface, umbilics, _edge_lengths(surface, rows))
     obstacle = np.full(len(surface.triangles), -1, np.int64)
     normal, _ = surface.face_normal_area

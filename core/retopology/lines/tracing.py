@@ -42,7 +42,10 @@ class Starts:
         followed; infinite for a geodesic.
     own:
         (r,) int obstacle that the line begins at, -1 for none; it does not count before the
-        line has gone the length `grace` (r,).
+        line has gone the length `grace` (r,), nor does a sharp turn.
+    steady:
+        (r,) bool lines that go straight on where the field is weak, and end rather than turn
+        within a few edges; the others follow it whatever it does.
     """
 
     triangle: np.ndarray
@@ -52,6 +55,7 @@ class Starts:
     straight: np.ndarray
     own: np.ndarray
     grace: np.ndarray
+    steady: np.ndarray
 
     @classmethod
     def plain(
@@ -72,6 +76,7 @@ class Starts:
             np.full(count, straight),
             np.full(count, -1),
             np.zeros(count),
+            np.ones(count, bool),
         )
 
     def __len__(self) -> int:
@@ -184,11 +189,13 @@ class _Running:
     triangle: np.ndarray
     z: np.ndarray
     direction: np.ndarray
+    heading: np.ndarray
     entry: np.ndarray
     sign: np.ndarray
     straight: np.ndarray
     own: np.ndarray
     grace: np.ndarray
+    steady: np.ndarray
     limit: np.ndarray
     length: np.ndarray
     corner: np.ndarray
@@ -202,11 +209,13 @@ class _Running:
             triangle=triangle,
             z=starts.z.astype(complex),
             direction=starts.direction.astype(complex),
+            heading=starts.direction.astype(complex),
             entry=np.full(count, -1),
             sign=np.where(starts.family == 0, 1.0, -1.0),
             straight=starts.straight.astype(float),
             own=starts.own.astype(np.int64),
             grace=starts.grace.astype(float),
+            steady=starts.steady.astype(bool),
             limit=limit.astype(float),
             length=np.zeros(count),
             corner=planes.corner[triangle],
@@ -222,10 +231,13 @@ class _Running:
             self.corner,
             self.z,
             self.direction,
+            self.heading,
             self.entry,
             self.sign,
             self.straight,
             self.limit - self.length,
+            self.steady,
+            self.length >= self.grace,
         )
 
     def moved(
@@ -246,14 +258,15 @@ class _Running:
         staying = np.flatnonzero(stay)
         beyond = twin // 3
         entry = twin - 3 * beyond
-        direction = chords.direction * planes.turn[half_edge]
+        turn = planes.turn[half_edge]
+        turn[staying] = 1.0
         beyond[staying], entry[staying] = chords.triangle[staying], -1
-        direction[staying] = chords.direction[staying]
         self.corner = planes.corner[beyond]
         tail = self.corner[rows, entry]
         into = tail + (1.0 - chords.share) * (self.corner[rows, (entry + 1) % 3] - tail)
         self.z = np.where(stay, chords.z, into)
-        self.triangle, self.entry, self.direction = beyond, entry, direction
+        self.triangle, self.entry = beyond, entry
+        self.direction, self.heading = chords.direction * turn, chords.heading * turn
         return border, reached
 
     def arrived(self, block: np.ndarray, chords: Chords) -> np.ndarray:

@@ -20,6 +20,7 @@ from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from .conformity import conformity
+from .finishing.directions import guiding_directions
 from .finishing.guides import Guides, vertex_normals
 from .finishing.mending import mend, oriented_quality
 from .finishing.mirroring import ON, Plane, halved, mirrored, wanted_plane
@@ -274,8 +275,7 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
     }
     return Guides(
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
-        crossed.direction,
-        np.ones(len(crossed.direction)),
+        guiding_directions(laid),
         crossed.size,
         # Poles that were moved out of a zone do not slide back.
         on | (held & laid.wishes.avoided.any()),

@@ -83,7 +83,7 @@ class RemeshSettings:
         ),
     )
     relaxation: int = setting(
-        30,
+        20,
         label="Relaxation",
         help="Steps in which the quads are evened out and turned to the curvature on the surface",
         kind="count",

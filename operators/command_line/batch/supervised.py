@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ....core.formats.whole import PARTIAL
 from .. import exit_codes
+from ..arguments.request import Limits, Request
 from ..guard import shown
 from ..messages import complain, tell
-from ..request import Limits, Request
 from . import machine
 
 _PAUSE = 0.05

@@ -19,8 +19,6 @@ class Guides:
         Where vertices are kept.
     direction:
         (m, 3) float64 unit directions to turn to in its triangles.
-    trust:
-        (m,) float64 0 to 1, how much to turn to them.
     size:
         (m,) float64 what edges shall measure there against one another.
     fixed:
@@ -35,7 +33,6 @@ class Guides:
 
     surface: ClosestPoints
     direction: np.ndarray
-    trust: np.ndarray
     size: np.ndarray
     fixed: np.ndarray
     curve: np.ndarray

@@ -14,9 +14,9 @@ from ..conformity import scaled_jacobian
 from .guides import Guides, on_curve, vertex_normals
 
 # A quad is well enough above this least sine at its corners.
-SOUND = 0.2
+SOUND = 0.5
 # What a quad misses of this counts in a move, and what a move must gain.
-WANTED, GAIN = 0.5, 1e-4
+WANTED, GAIN = 0.7, 1e-4
 # A side shorter than this part of the longest counts as none.
 LEAST_SIDE = 0.03
 # Rounds, and tries in each: so many directions at each of these parts of an edge.

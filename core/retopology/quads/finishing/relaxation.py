@@ -1,31 +1,36 @@
 """Evening out a quad mesh on its surface and turning it to the curvature.
 
 Each step asks every quad for the rectangle nearest to it in the plane that touches the surface
-there, turned to the directions of the surface where it nearly follows them; each vertex goes to
-the mean of what its quads want and back to the surface (after Bouaziz et al. 2012,
-10.1111/j.1467-8659.2012.03171.x). A folded quad wants an unfolded one, so folds open.
+there, turned to the directions of the surface where it nearly follows them; all vertices then go
+where the quads come nearest to what they want together, by one linear system that is factored
+once, and back to the surface (after Bouaziz et al. 2012, 10.1111/j.1467-8659.2012.03171.x). A
+folded quad wants an unfolded one, so folds open.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
 
 from ....base.progress import Progress
 from ..field.crosses import QUARTER
 from .guides import Guides, on_curve, vertex_normals
 from .mending import mend
 
-# A vertex goes this far towards what is wanted in a step.
+# How much vertices stay where they are, beside what one quad wants.
+STAY = 0.1
+# A vertex on a curve goes this far towards what is wanted in a step.
 RATE = 0.7
 # Quads turn to the directions where they are off by less than the first angle, and not at all
 # beyond the second, in degrees.
 TURNED, LEFT = 25.0, 40.0
 # How far sides are evened to the median, and the least part of it that a side may want.
 EVEN, LEAST_SIDE = 0.1, 0.175
+# Steps for which what is under the quads is looked up once.
+BETWEEN = 2
 # Nearest that vertices on a curve come to the next, as a part of the gap around them.
 NEAREST = 0.2
-# Steps between two projections of all vertices.
-BETWEEN = 3
 
 
 def relaxed(
@@ -42,24 +47,58 @@ def relaxed(
     irregular = count != 4
     irregular &= guides.curve < 0
     inner[irregular[quads].any(axis=1)] = False
-    free = ~guides.fixed & (guides.curve < 0)
-    plane = None
+    together = _Together(quads, ~guides.fixed & (guides.curve < 0), count)
     for step in range(steps):
         progress.step(step / max(steps, 1))
         if step % BETWEEN == 0:
             plane = _planes(position, quads, guides)
         wanted = _wanted(position, quads, plane, inner)
         target = _mean(wanted, quads, count)
-        _move(position, target, free, guides)
-        if step % BETWEEN == BETWEEN - 1 or step == steps - 1:
-            _back(position, quads, free, guides)
+        together.step(position, wanted)
+        _slide(position, target, guides)
+        _back(position, quads, together.free, guides)
     mend(position, quads, guides, progress)
     return position, guides.surface(position, vertex_normals(position, quads))[0]
 
 
+class _Together:
+    """The linear system of all free vertices: sum over the quads of what their corners, from
+    their middles, lack to those that are wanted, squared."""
+
+    def __init__(self, quads: np.ndarray, free: np.ndarray, count: np.ndarray) -> None:
+        self.quads, self.free = quads, free
+        n = len(free)
+        one = quads[:, [0, 1, 2, 3] * 4].ravel()
+        other = np.repeat(quads, 4, axis=1).ravel()
+        value = np.tile((np.eye(4) - 0.25).ravel(), len(quads))
+        whole = sparse.coo_array((value, (one, other)), shape=(n, n)).tocsr()
+        self._rows = np.flatnonzero(free)
+        part = whole[self._rows]
+        self._held = part[:, np.flatnonzero(~free)]
+        self._stay = STAY * np.maximum(count[self._rows], 1)
+        system = part[:, self._rows] + sparse.diags_array(self._stay)
+        self._solve = splu(system.tocsc()).solve if len(self._rows) else None
+
+    def step(self, position: np.ndarray, wanted: np.ndarray) -> None:
+        """Move the free vertices, in place."""
+        if self._solve is None:
+            return
+        off = wanted - wanted.mean(axis=1, keepdims=True)
+        flat = self.quads.ravel()
+        right = np.stack(
+            [
+                np.bincount(flat, off[:, :, axis].ravel(), minlength=len(position))
+                for axis in range(3)
+            ],
+            axis=1,
+        )[self._rows]
+        right = right - self._held @ position[~self.free]
+        position[self._rows] = self._solve(right + self._stay[:, None] * position[self._rows])
+
+
 def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np.ndarray, ...]:
-    """(q, 3) two axes along the directions of the surface under each quad, (q,) the trust in
-    them and the length that edges shall have."""
+    """(q, 3) two axes along the directions of the surface under each quad, (q,) the
+    length that edges shall have."""
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     triangle, _ = guides.surface(at.mean(axis=1), normal)
@@ -67,14 +106,14 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     x = guides.direction[triangle]
     x = x - up * np.einsum("qc,qc->q", x, up)[:, None]
     x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
-    return x, np.cross(up, x), guides.trust[triangle], guides.size[triangle]
+    return x, np.cross(up, x), guides.size[triangle]
 
 
 def _wanted(
     position: np.ndarray, quads: np.ndarray, plane: tuple[np.ndarray, ...], inner: np.ndarray
 ) -> np.ndarray:
     """(q, 4, 3) corners of the rectangle that each quad wants."""
-    x, y, trust, size = plane
+    x, y, size = plane
     at = position[quads]
     centre = at.mean(axis=1, keepdims=True)
     off = at - centre
@@ -87,7 +126,7 @@ def _wanted(
     angle = np.angle(axis)
     off_axis = angle - QUARTER * np.rint(angle / QUARTER)
     share = (np.radians(LEFT) - np.abs(off_axis)) / np.radians(LEFT - TURNED)
-    share = np.where(inner, trust, 0.0) * np.clip(share, 0.0, 1.0)
+    share = np.where(inner, np.clip(share, 0.0, 1.0), 0.0)
     axis = axis * np.exp(-1j * off_axis * share)
     width = np.maximum((first * axis.conj()).real, 0.0)
     height = np.maximum((second * (1j * axis).conj()).real, 0.0)
@@ -109,17 +148,11 @@ def _mean(wanted: np.ndarray, quads: np.ndarray, count: np.ndarray) -> np.ndarra
     return np.stack(total, axis=1) / np.maximum(count, 1)[:, None]
 
 
-def _move(
-    position: np.ndarray,
-    target: np.ndarray,
-    free: np.ndarray,
-    guides: Guides,
-) -> None:
-    """One step of all vertices, in place; those on curves stay on them."""
+def _slide(position: np.ndarray, target: np.ndarray, guides: Guides) -> None:
+    """One step of the vertices on curves towards `target` (n, 3), in place."""
     sliding = np.flatnonzero((guides.curve >= 0) & ~guides.fixed & (guides.beside >= 0).all(axis=1))
     between = position[guides.beside[sliding]].mean(axis=1)
     wanted = 0.5 * target[sliding] + 0.5 * between
-    position[free] += RATE * (target[free] - position[free])
     for curve in np.unique(guides.curve[sliding]):
         mine = guides.curve[sliding] == curve
         rows = sliding[mine]

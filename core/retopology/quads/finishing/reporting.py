@@ -15,6 +15,7 @@ from ..conformity import conformity
 from ..field.crosses import QUARTER
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut
+from .directions import deviators, face_axes
 from .placement import Placement
 from .projection import ClosestPoints
 
@@ -76,16 +77,12 @@ def reported(
 def angle_to_curvature(laid: LaidOut, position: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """(q,) degrees from the quads' directions to the principal directions; NaN without any."""
     surface = laid.working.surface
-    planes = lay_out(surface, laid.working.field.lines, Progress())
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     triangle, _ = closest(at.mean(axis=1), normal)
-    deviator = planes.deviator(triangle, planes.corner[triangle].mean(axis=1))
-    corner = surface.vertices[surface.triangles[triangle]]
-    x = corner[:, 1] - corner[:, 0]
-    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
-    y = np.cross(closest.normal[triangle], x)
+    deviator = deviators(laid)[triangle]
+    x, y = (axis[triangle] for axis in face_axes(laid))
     first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
     second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
     one = np.einsum("qc,qc->q", first, x) + 1j * np.einsum("qc,qc->q", first, y)

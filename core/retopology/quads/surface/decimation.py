@@ -1,8 +1,8 @@
 """Coarser triangles for surfaces finer than a map needs, by collapsing edges many at once.
 
 In each round short edges go whose neighbourhoods do not touch, chosen by lot, so that all of
-them can go together. Vertices on features and borders stay, and so does the topology (link condition: Dey et
-al. 1999).
+them can go together. Vertices on features and borders stay, and so does the topology (link
+condition: Dey et al. 1999).
 """
 
 from __future__ import annotations

@@ -1,0 +1,219 @@
+"""Quad meshes beside those of other programs: docs/quads.md.
+
+    benchmarks/quads [--quads N ...] [--meshes FOLDER] [--only NAME ...] [--out FILE]
+
+Analytic and random surfaces are always there; real ones are read from the folder where it exists.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from mesh_files import read_mesh
+from surfaces import cylinder, ellipsoid, quartic, sphere, torus
+
+import core
+from core.base.progress import Progress
+from core.mesh.repair import clean
+from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.finishing.projection import ClosestPoints
+
+from . import ROOT
+from .pages import machine, table
+from .peers.quad_meshers import PeerError, instant_meshes, quadriflow, run
+
+# Real surfaces: organic, scans, CAD, open, of genus 1 and 2.
+FILES = (
+    "spot_os.obj",
+    "hand_closed_os.obj",
+    "rocker-arm.obj",
+    "bunny_hr_os.obj",
+    "double-torus_gpjs.obj",
+    "fandisk.obj",
+    "wingnut_os.obj",
+    "face_gpjs.obj",
+    "suzanne.obj",
+    "beetle_bff.obj",
+    "skull_os.obj",
+)
+OURS = "Umbilics"
+
+PAGE = """# Quads beside those of other programs
+
+Written by `benchmarks/quads` on {machine}.
+
+{words}
+
+*Angle*: degrees between the quads' directions and the principal directions of the input, weighed
+with area and with the gap of the curvatures (the largest twentieth of it counting like the next).
+*Jacobian*: least and mean scaled Jacobian. *Off*: root mean square distance of the vertices from
+the surface, in thousandths of its size. *Whole*: all quads, manifold, with the Euler
+characteristic and the number of borders of the input. *Seconds* are by the clock, ours with the
+detection.
+
+{tables}
+"""
+_COLUMNS = (
+    "Surface",
+    "Program",
+    "Quads",
+    "Irregular",
+    "Angle",
+    "Jacobian",
+    "Off",
+    "Whole",
+    "Seconds",
+)
+
+
+def surfaces(folder: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Name, vertices and triangles of everything that is remeshed."""
+    analytic = {
+        "sphere": sphere(),
+        "ellipsoid 3:2:1": ellipsoid(),
+        "x⁴+y⁴+z⁴=1": quartic(),
+        "torus": torus(),
+        "cylinder": cylinder(),
+    }
+    found = [(name, mesh.vertices, mesh.triangles) for name, mesh in analytic.items()]
+    found += [(f"bumps {seed}", *bumpy(seed)) for seed in range(4)]
+    for name in FILES:
+        if (folder / name).exists():
+            found.append((name, *read_mesh(folder / name)))
+    return found
+
+
+def bumpy(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A random smooth closed surface of 20,480 triangles."""
+    mesh, random = sphere(), np.random.default_rng(seed)
+    direction = random.normal(size=(14, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    height = sum(
+        0.12 * random.normal() * np.cos(3.0 * mesh.vertices @ axis + random.uniform(0, 6))
+        for axis in direction
+    )
+    return mesh.vertices * np.maximum(1.0 + height, 0.3)[:, None], mesh.triangles
+
+
+class Judge:
+    """What quads are measured against: an input surface and its curvature."""
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+        self.detection = core.detect(vertices, triangles)
+        self.surface, _ = clean(vertices, triangles)
+        guide = core.Guide(vertices, triangles, self.detection)
+        self.frames = guide.planes(Progress())
+        self.closest = ClosestPoints(
+            self.surface.vertices, self.surface.triangles, self.surface.twin
+        )
+
+    def row(self, vertices: np.ndarray, quads: np.ndarray) -> list[str]:
+        """Cells of the table from the number of quads to whether they are whole."""
+        surface = self.surface
+        place = (vertices - surface.origin) / surface.unit
+        topology = conformity(quads, len(place))
+        irregular = (topology.valence != 4) & (topology.valence > 0) & ~topology.border
+        whole = (
+            topology.manifold
+            and topology.characteristic == surface.euler_characteristic.sum()
+            and surface.closed.all() == (not topology.border.any())
+        )
+        jacobian = scaled_jacobian(place, quads)
+        _, on = self.closest(place)
+        off = np.sqrt(((place - on) ** 2).sum(axis=1).mean())
+        return [
+            f"{len(quads):,}",
+            f"{np.count_nonzero(irregular)}",
+            f"{self.angle(place, quads):.1f}",
+            f"{jacobian.min():.2f} / {jacobian.mean():.3f}",
+            f"{1000 * off / np.ptp(surface.vertices, axis=0).max():.2f}",
+            "yes" if whole else "no",
+        ]
+
+    def angle(self, place: np.ndarray, quads: np.ndarray) -> float:
+        """Mean angle in degrees to the principal directions, weighed with area and gap."""
+        at = place[quads]
+        normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+        row, _ = self.closest(at.mean(axis=1))
+        deviator = self.frames.deviator(row, self.frames.corner[row].mean(axis=1))
+        corner = self.surface.vertices[self.surface.triangles[row]]
+        x = corner[:, 1] - corner[:, 0]
+        x /= np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
+        y = np.cross(self.closest.normal[row], x)
+        axis = np.zeros(len(quads), complex)
+        for turn, along in (
+            (1.0, at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]),
+            (-1j, at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]),
+        ):
+            value = np.einsum("qc,qc->q", along, x) + 1j * np.einsum("qc,qc->q", along, y)
+            axis += turn * value / np.maximum(np.abs(value), 1e-300)
+        off = np.angle(axis) - 0.5 * np.angle(deviator)
+        off = np.degrees(np.abs(off - 0.5 * np.pi * np.rint(off / (0.5 * np.pi))))
+        gap = np.minimum(np.abs(deviator), np.quantile(np.abs(deviator), 0.95))
+        weight = np.linalg.norm(normal, axis=1) * gap
+        return float((weight * off).sum() / weight.sum()) if weight.sum() > 0 else float("nan")
+
+
+def ours(vertices: np.ndarray, triangles: np.ndarray, quads: int) -> tuple:
+    """Vertices, quads and seconds of this project's remeshing, the detection included."""
+    start = time.perf_counter()
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads))
+    return made.vertices, made.quads, time.perf_counter() - start
+
+
+def programs(cache: Path) -> tuple[dict[str, Callable], str]:
+    """What makes quads here, by name, and a word on each program."""
+    found: dict[str, Callable] = {OURS: ours}
+    words = []
+    for name, make in (
+        ("Instant Meshes", lambda: instant_meshes(cache)),
+        ("QuadriFlow", quadriflow),
+    ):
+        try:
+            command = make()
+        except PeerError as error:
+            words.append(f"{name} was left out of this run: {error}.")
+            continue
+        found[name] = lambda v, t, q, command=command: run(command, v, t, q)
+        words.append(f"{name} runs with creases over 40° and borders kept.")
+    return found, " ".join(words)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="benchmarks/quads", description=__doc__)
+    parser.add_argument("--quads", type=int, nargs="+", default=[2000, 5000])
+    parser.add_argument("--meshes", type=Path, default=ROOT.parent / "shared" / "meshes")
+    parser.add_argument("--only", nargs="+", help="names of surfaces")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "quads.md")
+    parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "umbilics" / "peers")
+    options = parser.parse_args(arguments)
+    where = machine()
+    known, words = programs(options.cache)
+    chosen = [
+        item for item in surfaces(options.meshes) if not options.only or item[0] in options.only
+    ]
+    tables = []
+    for count in options.quads:
+        rows = []
+        for name, vertices, triangles in chosen:
+            judge = Judge(vertices, triangles)
+            for program, make in known.items():
+                try:
+                    made, quads, seconds = make(vertices, triangles, count)
+                except (PeerError, core.UmbilicsError) as error:
+                    rows.append([name, program, str(error), *[""] * 6])
+                else:
+                    rows.append([name, program, *judge.row(made, quads), f"{seconds:.1f}"])
+                print(" | ".join(rows[-1]), flush=True)
+        tables.append(f"## {count:,} quads asked for\n\n{table(_COLUMNS, rows)}")
+    text = PAGE.format(machine=where, words=words, tables="\n\n".join(tables))
+    options.out.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

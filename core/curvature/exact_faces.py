@@ -1,0 +1,62 @@
+"""Shape operators on the faces of tessellated parts: exact, on cylinders along the axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.surface import Surface
+from ..mesh.tessellated import Tessellation
+from .field import CurvatureField
+
+
+def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> CurvatureField:
+    """The field with the operators of exact faces at the vertices that have no others.
+
+    A vertex on several has those of the one that bends most, of cylinders and cones before flat
+    and spherical faces, which have no directions to give. The normal on a cylinder or cone is
+    its own, not the mean across a crease.
+
+    Parameters
+    ----------
+    field:
+        Shape operators at the n vertices of the surface, in its own coordinates.
+    """
+    directed = np.linalg.norm(part.axis, axis=1) > 0.5
+    n = len(surface.vertices)
+    # From the least bent face to the most: what is written last stays.
+    order = np.argsort(np.lexsort((np.abs(part.mean_curvature), directed)))
+    face = np.full(n, -1)
+    inside = np.flatnonzero(part.face >= 0)
+    inside = inside[np.argsort(order[part.face[inside]], kind="stable")]
+    face[surface.triangles[inside].ravel()] = np.repeat(part.face[inside], 3)
+    face[~part.exact_vertices(surface)] = -1
+    values = {name: value.copy() for name, value in vars(field).items()}
+    found = np.flatnonzero(face >= 0)
+    values["k1"][found] = values["k2"][found] = part.mean_curvature[face[found]]
+    rows = found[directed[face[found]]]
+    normals, areas = surface.face_normal_area
+    total = np.zeros((n, 3))
+    for corner in surface.triangles[inside].T:
+        own = face[corner] == part.face[inside]
+        weighted = normals[inside[own]] * areas[inside[own], None]
+        for axis in range(3):
+            total[:, axis] += np.bincount(corner[own], weighted[:, axis], minlength=n)
+    normal = _unit(total[rows])
+    along = part.axis[face[rows]]
+    along = _unit(along - np.einsum("nc,nc->n", along, normal)[:, None] * normal)
+    sound = (np.linalg.norm(normal, axis=1) > 0.5) & (np.linalg.norm(along, axis=1) > 0.5)
+    rows, normal, along = rows[sound], normal[sound], along[sound]
+    curvature = 2.0 * part.mean_curvature[face[rows]]
+    across = np.cross(normal, along)
+    # The axis is the direction of the larger curvature, zero, where the face is hollow.
+    hollow = (curvature < 0)[:, None]
+    first = np.where(hollow, along, across)
+    values["k1"][rows], values["k2"][rows] = np.maximum(curvature, 0), np.minimum(curvature, 0)
+    values["d1"][rows], values["d2"][rows] = first, np.cross(normal, first)
+    values["normal"][rows] = normal
+    return CurvatureField(**values)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

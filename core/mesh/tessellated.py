@@ -1,0 +1,330 @@
+"""Tessellated CAD: which edges are creases, and which faces between them are exact.
+
+Programs that make parts of planes, cylinders, cones and spheres write them as facets: flat faces
+as a few large triangles whose vertices lie on their outline only, cylinders as strips of long
+ones. No fit to such vertices tells how the face bends, but the facets do, exactly. A mesh is
+taken for one of these by its dihedral angles: many are none at all, and among the others there is
+a gap between those by which round faces turn from facet to facet and those of the creases.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..base.words import counted
+from .surface import Surface
+
+PLANAR, CYLINDRICAL, CONICAL, SPHERICAL = "planar", "cylindrical", "conical", "spherical"
+
+# Angle in radians that facets of one plane may differ by, beside what single precision leaves.
+FLAT = 5e-4
+# Share of flat edges from which a mesh may be a part: 0.35 to 0.6 on parts written by SolidWorks
+# and OpenSCAD, 0.33 where all faces are quads, below 0.1 on scans and sculptures.
+MOST_FLAT = 0.34
+# Some creases turn by this many degrees at least, the others by the next, and all of them by so
+# many times more than any facet.
+CREASE, LEAST_CREASE, GAP = 35.0, 15.0, 2.0
+# Creases by angle where no face is round, so that there is no gap to look for.
+USUAL = 30.0
+# Share of the area that must be exact faces: what has creases but is free-form is no such part.
+MOST_EXACT = 0.5
+# Triangles that are looked at to tell that a mesh is none.
+SAMPLED = 4096
+# Distance of vertices from a cylinder or sphere, in its radius, and spread in radians of the angle
+# between normals and an axis, beside what single precision leaves: vertices may lie on the chord
+# of a facet (of 10 degrees 0.4 % of the radius inside), and programs write three or four digits.
+ON_SHAPE, ON_AXIS = 1e-2, 1e-2
+# Angle between the normals of facets and of the sphere at their middles, for 16 segments around.
+# Larger facets would fit the sphere through the rims of a cylinder.
+ON_SPHERE = 0.35
+
+
+@dataclass(frozen=True)
+class Tessellation:
+    """Faces of a tessellated part.
+
+    Attributes
+    ----------
+    crease_angle:
+        Angle in degrees that parts creases from the turns between the facets of round faces.
+    face:
+        (m,) int32 exact face of each triangle of the surface, -1 where it is free-form.
+    kinds:
+        For each face "planar", "cylindrical", "conical" or "spherical".
+    mean_curvature:
+        (f,) float64 mean curvature of each face, in the coordinates of the surface.
+    axis:
+        (f, 3) float64 unit axis of each cylinder or cone, zero for the others.
+    """
+
+    crease_angle: float
+    face: np.ndarray
+    kinds: tuple[str, ...]
+    mean_curvature: np.ndarray
+    axis: np.ndarray
+
+    def exact_vertices(self, surface: Surface) -> np.ndarray:
+        """(n,) bool, vertices all of whose triangles belong to exact faces."""
+        exact = np.ones(len(surface.vertices), bool)
+        exact[surface.triangles[self.face < 0]] = False
+        return exact
+
+    def sentence(self) -> str:
+        """What was met, for the user."""
+        parts = [
+            counted(number, f"{kind} face")
+            for kind in (PLANAR, CYLINDRICAL, CONICAL, SPHERICAL)
+            if (number := self.kinds.count(kind))
+        ]
+        free = int(np.count_nonzero(self.face < 0))
+        text = (
+            f"The mesh is a tessellated part: {', '.join(parts)} between creases of more than "
+            f"{self.crease_angle:.0f} degrees, which are regions without isolated umbilics."
+        )
+        if free:
+            text += (
+                f" {counted(free, 'triangle')} of other faces show umbilics only as well as the "
+                "facets do: export finer where these matter."
+            )
+        return text
+
+
+def tessellation(surface: Surface, angle: float | None = None) -> Tessellation | None:
+    """The exact faces of a surface; None unless it is a tessellated part.
+
+    Turns are measured at every edge only where a sample of them says that it may be one.
+
+    Parameters
+    ----------
+    angle:
+        Degrees from which an edge is a crease; None to look for the gap.
+    """
+    edges = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
+    sample = edges[:: max(len(edges) // SAMPLED, 1)]
+    if len(sample) == 0 or _flat(surface, sample, _turns(surface, sample)).mean() < MOST_FLAT:
+        return None
+    turns = _turns(surface, edges)
+    flat = _flat(surface, edges, turns)
+    if flat.mean() < MOST_FLAT:
+        return None
+    angles = _crease_angles(turns[~flat]) if angle is None else [angle]
+    _, area = surface.face_normal_area
+    best, most = None, MOST_EXACT * area.sum()
+    for one in angles:
+        faces = _between(surface, edges, flat, turns >= np.radians(one))
+        exact = area[faces.face >= 0].sum()
+        # Of several gaps the one that leaves least free-form, and of these the widest faces.
+        if exact > most * (1.0 + 1e-6):
+            best, most = (one, faces), exact
+    if best is None:
+        return None
+    crease, faces = best
+    return Tessellation(
+        crease, faces.face, tuple(faces.kinds), np.array(faces.curvatures), np.array(faces.axes)
+    )
+
+
+def _between(surface: Surface, edges: np.ndarray, flat: np.ndarray, bent: np.ndarray) -> _Faces:
+    """The exact faces between the half-edges `edges` (e,) that are `bent` (e,); across those that
+    are `flat` (e,) facets go on."""
+    m = len(surface.triangles)
+    first, second = edges // 3, surface.twin[edges] // 3
+
+    def pieces(joined: np.ndarray) -> np.ndarray:
+        ones = np.ones(int(joined.sum()), np.int8)
+        graph = sparse.coo_array((ones, (first[joined], second[joined])), shape=(m, m))
+        return csgraph.connected_components(graph, directed=False)[1]
+
+    facet, between = pieces(flat), pieces(~bent)
+    faces = _Faces(surface)
+    left = np.arange(m)[faces.claim(between, np.ones(m, bool))]
+    if len(left):
+        # Where a round face leaves a flat one without a crease, the flat one is the facet that
+        # is larger than those of its neighbours.
+        _, area = surface.face_normal_area
+        size = np.bincount(facet, area)[facet]
+        usual = np.zeros(int(between.max()) + 1)
+        for piece in np.unique(between[left]):
+            inside = left[between[left] == piece]
+            usual[piece] = np.median(size[inside])
+        count = np.bincount(facet)[facet]
+        large = np.zeros(m, bool)
+        large[left] = (count[left] > 2) | (size[left] > 4.0 * usual[between[left]])
+        faces.claim(facet, large)
+        free = faces.face < 0
+        rest = pieces(~bent & free[first] & free[second])
+        faces.claim(rest, free)
+    return faces
+
+
+def _turns(surface: Surface, edges: np.ndarray) -> np.ndarray:
+    """(e,) angle in radians between the normals at half-edges."""
+    normal, _ = surface.face_normal_area
+    one, other = normal[edges // 3], normal[surface.twin[edges] // 3]
+    # Differences tell small angles better than cosines do.
+    return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(one - other, axis=1), 0.0, 1.0))
+
+
+def _flat(surface: Surface, edges: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """(e,) bool, half-edges across which the surface does not turn."""
+    rounding = _rounding(surface, edges // 3) + _rounding(surface, surface.twin[edges] // 3)
+    return turns <= FLAT + rounding
+
+
+def _rounding(surface: Surface, triangles: np.ndarray) -> np.ndarray:
+    """(t,) angle that single precision leaves in the normals of triangles, by their heights."""
+    _, area = surface.face_normal_area
+    longest = np.sqrt(surface.side_squares[:, triangles].max(axis=0))
+    height = 2.0 * area[triangles] / np.maximum(longest, np.finfo(float).tiny)
+    step = np.finfo(np.float32).eps * (1.0 + np.abs(surface.origin).max() / surface.unit)
+    return np.minimum(2.0 * step / np.maximum(height, np.finfo(float).tiny), 0.2)
+
+
+def _crease_angles(turns: np.ndarray) -> list[float]:
+    """Degrees in the gaps between the facets' turns and the creases', the widest gap of a
+    crease's turn first; none where they are not apart."""
+    degrees = np.sort(np.degrees(turns))
+    if not len(degrees) or degrees[-1] < CREASE:
+        return []
+    if degrees[0] >= CREASE:
+        return [USUAL]
+    gap = np.flatnonzero((degrees[1:] >= GAP * degrees[:-1]) & (degrees[1:] >= LEAST_CREASE))
+    return [float(np.sqrt(degrees[row] * degrees[row + 1])) for row in gap[::-1]]
+
+
+class _Faces:
+    """Collects the exact faces of a surface."""
+
+    def __init__(self, surface: Surface) -> None:
+        self.surface = surface
+        self.face = np.full(len(surface.triangles), -1, np.int32)
+        self.kinds: list[str] = []
+        self.curvatures: list[float] = []
+        self.axes: list[np.ndarray] = []
+
+    def claim(self, piece: np.ndarray, asked: np.ndarray) -> np.ndarray:
+        """Make faces of the pieces (m,) of the triangles `asked` (m,) that are exact; (m,) bool,
+        the asked ones that are none."""
+        rows = np.flatnonzero(asked)
+        rows = rows[np.argsort(piece[rows], kind="stable")]
+        for some in np.split(rows, np.flatnonzero(np.diff(piece[rows])) + 1) if len(rows) else ():
+            shape = _shape(self.surface, some)
+            if shape is not None:
+                self.face[some] = len(self.kinds)
+                self.kinds.append(shape[0])
+                self.curvatures.append(shape[1])
+                self.axes.append(shape[2])
+        return asked & (self.face < 0)
+
+
+def _shape(surface: Surface, rows: np.ndarray) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of the exact face that triangles make up, if they do."""
+    normal, area = surface.face_normal_area
+    n, weight = normal[rows], area[rows]
+    known = weight > 0
+    if not known.any():
+        return PLANAR, 0.0, np.zeros(3)
+    n, weight, rounding = n[known], weight[known], _rounding(surface, rows[known])
+    mean = weight @ n
+    length = np.linalg.norm(mean)
+    if length > 0:
+        off = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(n - mean / length, axis=1), 0.0, 1.0))
+        if (off <= 2.0 * FLAT + 2.0 * rounding).all():
+            return PLANAR, 0.0, np.zeros(3)
+    corners = np.unique(surface.triangles[rows])
+    points = surface.vertices[corners]
+    middles = surface.vertices[surface.triangles[rows[known]]].mean(axis=1)
+    # The rims of a cylinder lie on a sphere too, but the normals of a sphere on no circle.
+    found = _of_revolution(points, middles, n, weight, float(rounding.max()))
+    return found if found is not None else _sphere(points, middles, n, weight)
+
+
+def _sphere(
+    points: np.ndarray, middles: np.ndarray, normals: np.ndarray, weight: np.ndarray
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and no axis of the sphere that points (p, 3) lie on and fix, if any.
+
+    Triangles (t,) on it have `middles` and `normals` (t, 3) and areas `weight`.
+    """
+    if len(points) < 6:
+        return None
+    middle = points.mean(axis=0)
+    local = points - middle
+    size = float(np.abs(local).max())
+    if size == 0.0:
+        return None
+    local = local / size
+    system = np.column_stack([2.0 * local, np.ones(len(local))])
+    solution, _, rank, singular = np.linalg.lstsq(system, (local**2).sum(axis=1), rcond=1e-6)
+    if rank < 4 or singular[-1] < 1e-3 * singular[0]:
+        return None
+    radius = float(np.sqrt(max(solution[3] + (solution[:3] ** 2).sum(), 0.0)))
+    away = np.abs(np.linalg.norm(local - solution[:3], axis=1) - radius)
+    if away.max() > ON_SHAPE * radius:
+        return None
+    away = middles - middle - size * solution[:3]
+    away /= np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)[:, None]
+    cosine = np.einsum("tc,tc->t", away, normals)
+    outward = float(np.sign(weight @ cosine))
+    if (outward * cosine).min() < np.cos(ON_SPHERE):
+        return None
+    return SPHERICAL, outward / (size * radius), np.zeros(3)
+
+
+def _of_revolution(
+    points: np.ndarray,
+    middles: np.ndarray,
+    normals: np.ndarray,
+    weight: np.ndarray,
+    rounding: float,
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of a circular cylinder or cone: normals at one angle to the
+    axis, vertices around it in circles. The parameters are those of `_sphere`."""
+    if len(points) < 6:
+        return None
+    centred = normals - weight @ normals / weight.sum()
+    spread, axes = np.linalg.eigh((centred * weight[:, None]).T @ centred / weight.sum())
+    axis, u, v = axes.T
+    if spread[1] < 1e-4 * spread[2]:
+        # Two facets only: of all the circles through their normals that of a cylinder.
+        far = np.argmax(np.abs(centred @ v))
+        axis = np.cross(normals[far], v)
+        axis /= max(float(np.linalg.norm(axis)), np.finfo(float).tiny)
+        u = np.cross(v, axis)
+    along = normals @ axis
+    if np.abs(along - np.median(along)).max() > ON_AXIS + 2.0 * rounding:
+        return None
+    slope = float(np.median(along))
+    plane = np.column_stack([points @ u, points @ v])
+    height = points @ axis
+    # Circles about one axis whose radius changes evenly: |p - c| = r + k h, and the slope of the
+    # normals says k.
+    change = 0.0 if abs(slope) < ON_AXIS else -slope / np.sqrt(max(1.0 - slope**2, 1e-12))
+    for sign in (1.0, -1.0):
+        k = sign * change
+        scale = float(np.abs(plane - plane.mean(axis=0)).max())
+        local, up = (plane - plane.mean(axis=0)) / scale, (height - height.mean()) / scale
+        # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
+        system = np.column_stack([2.0 * local, 2.0 * k * up, np.ones(len(up))])
+        if k == 0.0:
+            system = np.delete(system, 2, axis=1)
+        wanted = (local**2).sum(axis=1) - k**2 * up**2
+        solution, _, rank, _ = np.linalg.lstsq(system, wanted, rcond=1e-9)
+        if rank < system.shape[1]:
+            continue
+        radius = np.sqrt(max(solution[-1] + (solution[:2] ** 2).sum(), 0.0))
+        far = np.linalg.norm(local - solution[:2], axis=1)
+        if np.abs(far - np.abs(radius + k * up)).max() > ON_SHAPE * max(far.max(), 1e-300):
+            continue
+        typical = float(np.median(far)) * scale
+        centre = solution[:2] * scale + plane.mean(axis=0)
+        across = np.column_stack([middles @ u, middles @ v]) - centre
+        side = np.einsum("tc,tc->t", across, np.column_stack([normals @ u, normals @ v]))
+        outward = float(np.sign(weight @ side))
+        kind = CYLINDRICAL if abs(slope) < ON_AXIS else CONICAL
+        return kind, 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical, axis
+    return None

@@ -1,0 +1,1 @@
+"""Fields with exactly the singularities that are asked for."""

@@ -1,0 +1,101 @@
+"""A field made to have exactly the index that is wanted in every triangle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...base.progress import Progress
+from ...fields.directions import DirectionField
+from ...fields.winding import certified_index
+from ...mesh.surface import Surface
+from .settling import balances, settle
+from .turns import Patch, turns_at_vertices
+
+# Rings around charges that are to move, within which they are looked for to cancel first; where
+# that is most of the surface, or not enough, it is all of it.
+NEARBY, MOST = 12, 0.5
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """A field that agrees with what is wanted as far as it can.
+
+    Attributes
+    ----------
+    field:
+        The field; its directions have changed around the triangles whose index had to.
+    index:
+        (m,) float64 its certified index.
+    stayed:
+        (s,) int64 triangles whose index is not the one wanted: the sum over the surface does not
+        allow it, or there is no way to what would balance it.
+    """
+
+    field: DirectionField
+    index: np.ndarray
+    stayed: np.ndarray
+
+
+def with_index(
+    surface: Surface,
+    field: DirectionField,
+    wanted: np.ndarray,
+    priority: np.ndarray,
+    stiffness: np.ndarray,
+    progress: Progress,
+) -> Agreement:
+    """Turn the directions of a field so that its index is the wanted one.
+
+    Parameters
+    ----------
+    wanted:
+        (m,) float64 multiples of 1 / symmetry.
+    priority:
+        (m,) float64: where the sums do not agree, what differs stays as it is where this is
+        highest.
+    stiffness:
+        (n,) float64 by which directions resist to turning, in the resistance of an edge.
+    """
+    part = progress.part("Counting", 0.0, 0.1)
+    index = certified_index(surface, field.direction, field.across, part, field.symmetry)
+    charge = np.rint(field.symmetry * (index - wanted)).astype(np.int64)
+    changing = np.flatnonzero(charge)
+    if not len(changing):
+        return Agreement(field, index, changing)
+    angle, left = np.zeros(len(surface.vertices)), charge
+    nearby = Patch.around(surface, surface.triangles[changing], NEARBY)
+    patches = [Patch.whole(surface)]
+    if len(nearby.triangles) < MOST * len(index):
+        patches.insert(0, nearby)
+    for number, patch in enumerate(patches):
+        turns = turns_at_vertices(surface, patch, field)
+        mine, rim = charge[patch.triangles], patch.rim(surface)
+        last = number == len(patches) - 1
+        if not last and not balances(turns, mine, rim):
+            continue
+        part = progress.part("Simplifying the field", 0.1, 0.9)
+        settled = settle(
+            turns, mine, priority[patch.triangles], rim, stiffness[patch.vertices], part
+        )
+        if last or not settled.left.any():
+            left = np.zeros_like(charge)
+            angle[patch.vertices], left[patch.triangles] = settled.angle, settled.left
+            break
+    turned = replace(
+        field, direction=rotated(field.direction, field.across, angle / field.symmetry)
+    )
+    part = progress.part("Counting", 0.9, 1.0)
+    after = certified_index(surface, turned.direction, turned.across, part, field.symmetry)
+    if np.any(np.rint(field.symmetry * (after - wanted)) != left):
+        # Round-off at a turn of nearly half: as it was rather than anything else.
+        return Agreement(field, index, changing)
+    return Agreement(turned, after, np.flatnonzero(left))
+
+
+def rotated(direction: np.ndarray, across: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """(n, 3) unit directions turned by angles (n,) towards those at right angles to them; the very
+    same where the angle is 0."""
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    return np.where(angle[:, None] != 0.0, cosine * direction + sine * across, direction)

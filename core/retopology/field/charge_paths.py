@@ -1,0 +1,203 @@
+"""Ways for charges to cancel: each set out for the nearest others until their sum is zero.
+
+As union-find decoders do with the defects of a surface code (Delfosse & Nickerson 2021,
+10.22331/q-2021-12-02-595): every cluster of charges whose sum is not zero takes up the nearest
+other one, all at once, until none is left. Charges then move along the tree that joined them,
+each over as few edges as balance it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ...umbilics.pairing.merge_tree import label_roots, lowest_edges, lowest_passes
+from .turns import Turns
+
+
+@dataclass(frozen=True)
+class Paths:
+    """How charges move.
+
+    Attributes
+    ----------
+    flow:
+        (e,) int64 charge that goes over each edge of the turns from left to right.
+    edge, reach, amount, cluster:
+        (p,) the edges of the paths, one path after the other; how many edges the path has, how
+        many charges go along it and the cluster that it belongs to.
+    source, of:
+        (k,) places of the charges, and (k,) their clusters.
+    """
+
+    flow: np.ndarray
+    edge: np.ndarray
+    reach: np.ndarray
+    amount: np.ndarray
+    cluster: np.ndarray
+    source: np.ndarray
+    of: np.ndarray
+
+
+def joined_places(turns: Turns, usable: np.ndarray) -> np.ndarray:
+    """(places + 1,) label of the places that charges can reach from each other, and of the
+    outside."""
+    return _joined(*_ends(turns, usable), turns.places + 1)
+
+
+def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
+    """Paths along which charges cancel.
+
+    Parameters
+    ----------
+    usable:
+        (e,) bool, edges that charges may cross.
+    charge:
+        (places,) int; the sum over places that are joined is zero, or the outside is among them.
+    """
+    outside = turns.places
+    left, right = _ends(turns, usable)
+    name = np.flatnonzero(usable)
+    graph, key, edge = _graph(left, right, turns.cost[name], name, outside + 1)
+    source = np.append(np.flatnonzero(charge), outside)
+    amount = np.append(charge[source[:-1]], 0)
+    distance, before, owner = csgraph.dijkstra(
+        graph, indices=source, min_only=True, return_predecessors=True
+    )
+    row = np.full(outside + 1, -1)
+    row[source] = np.arange(len(source))
+    # -9999 stands for none.
+    cell = np.where(owner >= 0, row[np.maximum(owner, 0)], -1)
+    first, second = cell[left], cell[right]
+    bridge = np.flatnonzero((first != second) & (first >= 0) & (second >= 0))
+    way = distance[left[bridge]] + turns.cost[name[bridge]] + distance[right[bridge]]
+    bridge = bridge[np.argsort(way, kind="stable")]
+    bridge = bridge[_clustered(first[bridge], second[bridge], amount)]
+    moved = _balanced(first[bridge], second[bridge], amount)
+    going = np.flatnonzero(moved)
+    bridge, moved = bridge[going], moved[going]
+    cluster = _joined(first[bridge], second[bridge], len(source))
+    flow = np.zeros(len(turns.tail), np.int64)
+    np.add.at(flow, name[bridge], moved)
+    walked = [np.arange(len(bridge))]
+    passed = [name[bridge]]
+    hops = np.ones(len(bridge), np.int64)
+    for at, towards in ((left[bridge], -1), (right[bridge], 1)):
+        path = np.arange(len(bridge))
+        while True:
+            going = before[at] >= 0
+            path, at = path[going], at[going]
+            if not len(at):
+                break
+            previous = before[at].astype(np.int64)
+            number = edge[np.searchsorted(key, at * (outside + 1) + previous)]
+            # On the left the charge comes from the source, on the right it goes to it.
+            forward = np.where(turns.left[number] == np.where(at == outside, -1, at), 1, -1)
+            np.add.at(flow, number, towards * forward * moved[path])
+            hops += np.bincount(path, minlength=len(hops))
+            walked.append(path)
+            passed.append(number)
+            at = previous
+    path = np.concatenate(walked)
+    return Paths(
+        flow=flow,
+        edge=np.concatenate(passed),
+        reach=hops[path],
+        amount=np.abs(moved)[path],
+        cluster=cluster[first[bridge]][path],
+        source=source[:-1],
+        of=cluster[:-1],
+    )
+
+
+def _ends(turns: Turns, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places on both sides of the usable edges, the outside after all others."""
+    left, right = turns.left[usable], turns.right[usable]
+    left = np.where(left < 0, turns.places, left).astype(np.int64)
+    return left, np.where(right < 0, turns.places, right).astype(np.int64)
+
+
+def _graph(
+    left: np.ndarray, right: np.ndarray, cost: np.ndarray, name: np.ndarray, count: int
+) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
+    """The symmetric graph of places, with the sorted keys row * count + column of its entries and
+    the edge that each is. Of several edges between two places the cheapest counts."""
+    # From a place to itself leads no way.
+    apart = left != right
+    left, right, cost, name = left[apart], right[apart], cost[apart], name[apart]
+    ends = np.concatenate([left * count + right, right * count + left])
+    both, cost = np.concatenate([name, name]), np.concatenate([cost, cost])
+    order = np.argsort(ends, kind="stable")
+    new = np.ones(len(ends), bool)
+    new[1:] = ends[order[1:]] != ends[order[:-1]]
+    if not new.all():
+        # The cheapest first; the ends in order are the same.
+        order = np.lexsort((cost, ends))[new]
+    ends = ends[order]
+    start = np.searchsorted(ends, np.arange(count + 1) * count)
+    graph = sparse.csr_array((cost[order], ends % count, start), shape=(count, count))
+    return graph, ends, both[order]
+
+
+def _joined(first: np.ndarray, second: np.ndarray, count: int) -> np.ndarray:
+    """(count,) label of the nodes that edges join."""
+    graph = sparse.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return csgraph.connected_components(graph, directed=False)[1]
+
+
+def _clustered(first: np.ndarray, second: np.ndarray, amount: np.ndarray) -> np.ndarray:
+    """Rows of edges (b,) between charges, cheapest first, that join them to clusters whose sum is
+    zero. The last of these is the outside, which balances any."""
+    count = len(amount)
+    cluster, clusters = np.arange(count, dtype=np.int32), count
+    edge = np.arange(len(first))
+    used = np.zeros(len(first), bool)
+    while True:
+        net = np.bincount(cluster, weights=amount, minlength=clusters)
+        net[cluster[-1]] = 0
+        active = net != 0
+        hook, over = lowest_passes(first, second, lowest_edges(first, second, clusters), active)
+        if not len(over):
+            return np.flatnonzero(used)
+        used[edge[over]] = True
+        label, clusters = label_roots(hook)
+        cluster = label[cluster]
+        first, second = label[first], label[second]
+        kept = np.flatnonzero(first != second)
+        first, second, edge = first[kept], second[kept], edge[kept]
+
+
+def _balanced(first: np.ndarray, second: np.ndarray, amount: np.ndarray) -> np.ndarray:
+    """(t,) int charge that goes over each edge of a forest from first to second, so that nothing
+    is left at any node but the last."""
+    count = len(amount)
+    label = _joined(first, second, count)
+    # One more node, joined to one of each tree, the last node rather than others.
+    _, root = np.unique(label[::-1], return_index=True)
+    root = count - 1 - root
+    joined = sparse.coo_array(
+        (
+            np.ones(len(first) + len(root)),
+            (np.append(first, np.full(len(root), count)), np.append(second, root)),
+        ),
+        shape=(count + 1, count + 1),
+    )
+    _, above = csgraph.breadth_first_order(joined.tocsr(), count, directed=False)
+    above[count] = count
+    depth, ancestor = np.zeros(count + 1, np.int64), above.astype(np.int64)
+    depth[:count] = 1
+    while (ancestor != count).any():
+        depth = depth + depth[ancestor]
+        ancestor = ancestor[ancestor]
+    total = np.append(amount, 0).astype(np.int64)
+    order = np.argsort(-depth[:count], kind="stable")
+    ends = np.searchsorted(-depth[order], -np.arange(1, depth.max(initial=1) + 1), side="right")
+    starts = np.searchsorted(-depth[order], -np.arange(1, depth.max(initial=1) + 1), side="left")
+    for begin, end in zip(starts[::-1], ends[::-1], strict=True):
+        level = order[begin:end]
+        np.add.at(total, above[level], total[level])
+    down = above[first] == second
+    return np.where(down, total[first], -total[second])

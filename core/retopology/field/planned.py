@@ -1,0 +1,110 @@
+"""A cross field that has the planned poles, and no others, at its vertices and in its faces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...base.progress import Progress
+from ...fields.directions import DirectionField
+from ...fields.face_index import face_field_singularities
+from ...fields.planes import FaceFrames
+from ...mesh.surface import Surface
+from ..cross_field import CrossField
+from .agreement import rotated, with_index
+from .settling import settle
+from .simplified import STIFF
+from .turns import Patch, turns_in_triangles
+
+# Rings around the singular vertices that differ, within which triangles turn.
+NEARBY = 12
+
+
+def with_poles(
+    surface: Surface,
+    planes: FaceFrames,
+    cross: CrossField,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+    progress: Progress,
+) -> CrossField:
+    """Turn a cross field so that its singularities are the poles.
+
+    In the faces each pole is at a corner of its triangle. What the sum over the surface forbids
+    stays as it is; so does what the curvature is sure of, as far as it can.
+
+    Parameters
+    ----------
+    triangle, sign:
+        (k,) triangles of the poles and (k,) 4 - valence of each.
+    """
+    quarters = np.zeros(len(surface.triangles), np.int64)
+    np.add.at(quarters, triangle, sign)
+    lines = DirectionField(cross.direction, cross.normal, cross.strength, symmetry=4)
+    part = progress.part("Moving poles", 0.0, 0.5)
+    none = np.zeros(len(quarters))
+    found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
+    faces = _faces(surface, planes, cross, triangle, sign, progress.part("Moving poles", 0.5, 1.0))
+    return replace(
+        cross,
+        direction=found.field.direction,
+        triangle_index=found.index,
+        face_direction=faces,
+    )
+
+
+def _faces(
+    surface: Surface,
+    planes: FaceFrames,
+    cross: CrossField,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+    progress: Progress,
+) -> np.ndarray:
+    """(m, 3) directions in the triangles, with the poles for their singular vertices."""
+    vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
+    charge = np.zeros(len(surface.vertices), np.int64)
+    charge[vertex] = quarters
+    np.subtract.at(charge, *_corners(surface, charge, triangle, sign))
+    changing = np.flatnonzero(charge)
+    if not len(changing):
+        return cross.face_direction
+    angle = np.zeros(len(surface.triangles))
+    for patch in (Patch.around(surface, changing, NEARBY), Patch.whole(surface)):
+        turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
+        _, twin, inner = patch.sides(surface)
+        rim = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
+        sure = STIFF * cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
+        none = np.zeros(len(patch.vertices))
+        settled = settle(turns, charge[patch.vertices], none, rim, sure, progress)
+        angle[patch.triangles] = settled.angle / 4.0
+        if not settled.left.any():
+            break
+    across = np.cross(surface.face_normal_area[0], cross.face_direction)
+    return rotated(cross.face_direction, across, angle)
+
+
+def _corners(
+    surface: Surface, quarters: np.ndarray, triangle: np.ndarray, sign: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices that stand for the poles, where the faces are singular already if they can be, and
+    the signs of the poles; border vertices cannot."""
+    vertex = np.full(len(triangle), -1)
+    taken = surface.border.copy()
+    corners = surface.triangles[triangle].T
+    # First those that are singular already, then others; two poles at one vertex would be none.
+    for wanted in (quarters, None):
+        for corner in corners:
+            fits = (vertex < 0) & ~taken[corner]
+            if wanted is not None:
+                fits &= wanted[corner] * sign > 0
+            rows = np.flatnonzero(fits)
+            _, first = np.unique(corner[rows], return_index=True)
+            vertex[rows[first]] = corner[rows[first]]
+            taken[corner[rows[first]]] = True
+    for corner in corners:
+        free = (vertex < 0) & ~surface.border[corner]
+        vertex[free] = corner[free]
+    known = vertex >= 0
+    return vertex[known], sign[known]

@@ -1,0 +1,253 @@
+"""Charges taken out of a field: its directions turn as little as that needs, in a few rings.
+
+Moving a charge over an edge changes the edge's turn by a full one. The directions around the
+paths then turn so that all turns become small again: a least squares problem on a few rings, and
+the directions beyond stay as they are. Where every turn ends up below half a turn, the field has
+the wanted charges and no others; where one does not, its part of the problem is weighted anew and
+widened, and what cannot be helped stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from ...base.progress import Progress
+from ..lines.polylines import spans
+from .charge_paths import Paths, charge_paths, joined_places
+from .turns import Turns
+
+# Rings of directions beside a path that turn: these, and one more for each edge of the path, up
+# to so many; as many times that as charges go along it.
+LEAST_RINGS, MOST_RINGS = 2, 8
+# A turn up to this share of half a turn is certain in the presence of round-off.
+CERTAIN = 0.98
+# Rounds of weighting anew, and those of them that also widen.
+ROUNDS, WIDENING = 20, 6
+# Rings around a turn that is too large in which the directions are sought again.
+AROUND = 8
+# Turns above this share of half a turn weigh more in the next round, by the square of the excess:
+# least squares become the least largest turn (Lawson 1961).
+EASY = 0.7
+# What is left in a round of the stiffness beside a turn that is too large.
+SOFTER = 0.1
+# Times that all is done again: without stiffness, then without the charges that could not leave.
+ATTEMPTS = 5
+# A trace of stiffness keeps the directions of an island without a fixed one from floating.
+FLOATING = 1e-9
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What became of the charges.
+
+    Attributes
+    ----------
+    angle:
+        (n,) float64 by which each direction turns, times the symmetry; 0 where it stays.
+    left:
+        (places,) int charges that could not leave and are where they were.
+    """
+
+    angle: np.ndarray
+    left: np.ndarray
+
+
+def balances(turns: Turns, charge: np.ndarray, held: np.ndarray) -> bool:
+    """Whether charges (places,) can all cancel with held directions (n,) bool where they are."""
+    joined = joined_places(turns, ~(held[turns.tail] & held[turns.head]))
+    return not _surplus(charge, np.zeros(len(charge)), joined).any()
+
+
+def settle(
+    turns: Turns,
+    charge: np.ndarray,
+    priority: np.ndarray,
+    held: np.ndarray,
+    stiffness: np.ndarray,
+    progress: Progress,
+) -> Settled:
+    """Turn a field so that charges leave it.
+
+    Parameters
+    ----------
+    charge:
+        (places,) int to be taken out of each place.
+    priority:
+        (places,) float64: where the charges do not balance, those of the highest one stay.
+    held:
+        (n,) bool directions that must not turn.
+    stiffness:
+        (n,) float64 by which a direction resists to turning, beside the weights of the edges.
+    """
+    charge = charge.copy()
+    left = np.zeros_like(charge)
+    usable = ~(held[turns.tail] & held[turns.head])
+    joined = joined_places(turns, usable)
+    for attempt in range(ATTEMPTS):
+        surplus = _surplus(charge, priority, joined)
+        left += surplus
+        charge -= surplus
+        if not charge.any():
+            break
+        paths = charge_paths(turns, usable, charge)
+        part = progress.part("Simplifying the field", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
+        turned = _turned(turns, paths, held, stiffness, part)
+        if not len(turned.bad):
+            return Settled(turned.angle, left)
+        ends = np.concatenate([turns.tail[turned.bad], turns.head[turned.bad]])
+        if stiffness.any():
+            stiffness = np.zeros_like(stiffness)
+            continue
+        stuck = np.isin(paths.of, turned.owner[ends])
+        bad = paths.source[stuck] if stuck.any() else paths.source
+        left[bad] += charge[bad]
+        charge[bad] = 0
+    # Nothing is changed rather than anything not certain.
+    left += charge
+    return Settled(np.zeros(turns.directions), left)
+
+
+def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    """(places,) int the charges that have nothing to cancel with, of the highest priority."""
+    places = np.flatnonzero(charge)
+    total = np.bincount(joined[places], weights=charge[places], minlength=joined.max() + 1)
+    total[joined[-1]] = 0.0
+    surplus = np.zeros_like(charge)
+    mine = places[np.sign(charge[places]) == np.sign(total[joined[places]])]
+    mine = mine[np.lexsort((-priority[mine], joined[mine]))]
+    size = np.abs(charge[mine])
+    before = np.cumsum(size) - size
+    group = joined[mine]
+    first = np.searchsorted(group, group, side="left")
+    # Of a charge of several units as many stay as are too many.
+    over = np.abs(total[group]).astype(np.int64) - (before - before[first])
+    surplus[mine] = np.sign(charge[mine]) * np.clip(over, 0, size)
+    return surplus
+
+
+@dataclass(frozen=True)
+class _Turned:
+    """Angles (n,), the cluster that reached farthest to each direction (n,), and the edges whose
+    turn is too large."""
+
+    angle: np.ndarray
+    owner: np.ndarray
+    bad: np.ndarray
+
+
+def _turned(
+    turns: Turns, paths: Paths, held: np.ndarray, stiffness: np.ndarray, progress: Progress
+) -> _Turned:
+    """Let the charges move."""
+    ring = _ring(turns)
+    budget, owner = _zones(turns, ring, paths, held)
+    free = budget >= 0
+    wanted = turns.turn - 2.0 * np.pi * paths.flow
+    weight, stiffness = turns.weight.copy(), stiffness.copy()
+    angle = np.zeros(turns.directions)
+    moving = free
+    for number in range(ROUNDS):
+        progress.step(number / ROUNDS)
+        some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
+        _least_squares(turns, some, weight, stiffness, wanted, moving, angle)
+        tail, head = turns.tail[some], turns.head[some]
+        turn = np.abs(wanted[some] + angle[head] - angle[tail])
+        bad = some[turn >= CERTAIN * np.pi]
+        if not len(bad):
+            break
+        weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
+        ends = np.concatenate([turns.tail[bad], turns.head[bad]])
+        stiffness[ends] *= SOFTER
+        if number < WIDENING:
+            budget[ends] = np.maximum(budget[ends], number + 1)
+            _spread(ring, budget, owner, held)
+            free = budget >= 0
+        # Only what lies around is done again.
+        around, none = np.full(turns.directions, -1), np.zeros(turns.directions, np.int64)
+        around[ends] = AROUND
+        _spread(ring, around, none, ~free)
+        moving = around >= 0
+    return _Turned(angle, owner, bad)
+
+
+def _ring(turns: Turns) -> sparse.csr_array:
+    """(n, n) which directions have an edge between them."""
+    count = turns.directions
+    ends = np.concatenate([turns.tail, turns.head]), np.concatenate([turns.head, turns.tail])
+    return sparse.coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(count, count)).tocsr()
+
+
+def _zones(
+    turns: Turns, ring: sparse.csr_array, paths: Paths, held: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) int rings that the paths still reach beyond each direction, -1 for none, and (n,) the
+    cluster that reaches farthest."""
+    budget = np.full(turns.directions, -1)
+    owner = np.full(turns.directions, -1)
+    rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS) * paths.amount
+    order = np.argsort(rings, kind="stable")
+    for ends in (turns.tail, turns.head):
+        at = ends[paths.edge[order]]
+        # Of several values written to one place the last one, the largest, stays.
+        better = rings[order] > budget[at]
+        at, rows = at[better], order[better]
+        budget[at], owner[at] = rings[rows], paths.cluster[rows]
+    _spread(ring, budget, owner, held)
+    return budget, owner
+
+
+def _spread(
+    ring: sparse.csr_array, budget: np.ndarray, owner: np.ndarray, held: np.ndarray
+) -> None:
+    """Hand budgets on to the neighbours, one less with every edge, up to what is held."""
+    budget[held] = -1
+    for level in range(int(budget.max(initial=-1)), 0, -1):
+        rows = np.flatnonzero(budget == level)
+        count = np.diff(ring.indptr)[rows]
+        to = ring.indices[spans(ring.indptr[rows], count)]
+        source = np.repeat(rows, count)
+        going = (budget[to] < level - 1) & ~held[to]
+        to = to[going]
+        budget[to] = level - 1
+        owner[to] = owner[source[going]]
+
+
+def _least_squares(
+    turns: Turns,
+    some: np.ndarray,
+    weight: np.ndarray,
+    stiffness: np.ndarray,
+    wanted: np.ndarray,
+    moving: np.ndarray,
+    angle: np.ndarray,
+) -> None:
+    """Set the angles of the moving directions so that the weighted squares of the turns over the
+    edges `some`, and of the angles, are least."""
+    rows = np.flatnonzero(moving)
+    number = np.full(turns.directions, -1)
+    number[rows] = np.arange(len(rows))
+    angle[rows] = 0.0
+    tail, head = number[turns.tail[some]], number[turns.head[some]]
+    touching = (tail >= 0) | (head >= 0)
+    some, tail, head = some[touching], tail[touching], head[touching]
+    w = weight[some]
+    pull = w * (wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
+    right, diagonal = np.zeros(len(rows)), stiffness[rows].copy()
+    for ends, sign in ((tail, 1.0), (head, -1.0)):
+        inside = ends >= 0
+        right += sign * np.bincount(ends[inside], weights=pull[inside], minlength=len(rows))
+        diagonal += np.bincount(ends[inside], weights=w[inside], minlength=len(rows))
+    both = (tail >= 0) & (head >= 0)
+    off = sparse.coo_array((-w[both], (tail[both], head[both])), shape=(len(rows), len(rows)))
+    matrix = off + off.T + sparse.diags_array(diagonal * (1.0 + FLOATING))
+    factor = splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    angle[rows] = factor.solve(right)

@@ -1,0 +1,132 @@
+"""The principal directions without the umbilics that were dropped.
+
+Pairs that noise made, or that the user left out, still swirl in the directions at the vertices.
+Here they leave: the field's certified singularities are then the kept umbilics and the regions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...base.progress import Progress
+from ...curvature.field import CurvatureField
+from ...fields.winding import certified_index
+from ...mesh.surface import Surface
+from ...umbilics.result import Umbilics
+from ..cross_field import NOISE_RATIO, WEAK_GAP
+from .agreement import with_index
+
+# Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
+# umbilic. They are not held altogether: two umbilics near each other would let nothing through.
+STIFF = 10.0
+
+
+# Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
+# umbilic. They are not held altogether: two umbilics near each other would let nothing through.
+STIFF = 10.0
+
+
+@dataclass(frozen=True)
+class SimplifiedField:
+    """The field that lines, crosses and poles follow.
+
+    Attributes
+    ----------
+    curvature:
+        The shape operators at the vertices of the surface, with other directions where umbilics
+        left.
+    index:
+        (m,) float64 its certified index in each triangle.
+    stayed:
+        (s,) int64 triangles with an umbilic that was to leave and cannot: nothing is left that
+        it could cancel with.
+    """
+
+    curvature: CurvatureField
+    index: np.ndarray
+    stayed: np.ndarray
+
+
+def simplify_field(
+    surface: Surface,
+    field: CurvatureField,
+    umbilics: Umbilics,
+    candidates: Umbilics,
+    undirected: np.ndarray,
+    progress: Progress,
+) -> SimplifiedField:
+    """Take the dropped umbilics out of a field; elsewhere it stays as it is.
+
+    Parameters
+    ----------
+    field:
+        Shape operators at the vertices of the surface, in its coordinates.
+    umbilics, candidates:
+        The kept ones and all, in input rows and coordinates.
+    undirected:
+        (m,) bool triangles of regions, whose index stays.
+    """
+    index = certified_index(surface, field.d1, field.d2, progress.part("Counting", 0.0, 0.1))
+    # Methods that pair nothing find other points than these.
+    if np.isnan(candidates.persistence).all():
+        return SimplifiedField(field, index, np.zeros(0, np.int64))
+    single = np.flatnonzero((index != 0.0) & ~undirected)
+    candidate = _candidates_at(surface, single, index[single], candidates)
+    kept = (candidate >= 0) & np.isin(candidate, _nearest(umbilics, candidates))
+    wanted = np.zeros(len(index))
+    wanted[single[kept]] = index[single[kept]]
+    wanted[undirected] = index[undirected]
+    priority = np.zeros(len(index))
+    known = candidate >= 0
+    priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
+    stiffness = STIFF * _certainty(field)
+    stiffness[surface.triangles[single[kept]]] = STIFF
+    part = progress.part("Simplifying the field", 0.1, 1.0)
+    found = with_index(surface, field.lines, wanted, priority, stiffness, part)
+    changed = replace(field, d1=found.field.direction, d2=found.field.across)
+    return SimplifiedField(changed, found.index, found.stayed)
+
+
+def _certainty(field: CurvatureField) -> np.ndarray:
+    """(n,) float64 how sure the directions are, 0 to 1, by the noise where it is known."""
+    gap, noise = np.nan_to_num(field.gap), np.nan_to_num(field.noise)
+    typical = float(np.median(gap))
+    doubt = np.hypot(NOISE_RATIO * noise, WEAK_GAP * typical)
+    return gap**2 / np.maximum(gap**2 + doubt**2, np.finfo(float).tiny)
+
+
+def _candidates_at(
+    surface: Surface, triangle: np.ndarray, index: np.ndarray, candidates: Umbilics
+) -> np.ndarray:
+    """(s,) the candidate found in each singular triangle, -1 for none."""
+    if np.array_equal(index, candidates.index):
+        # Found in these very triangles, in their order.
+        return np.arange(len(index))
+    # Directions that were stored and read again may turn otherwise at a few places: each
+    # candidate goes with the nearest triangle of its index, nearest first.
+    place = surface.vertices[surface.triangles[triangle]].mean(axis=1)
+    there = (candidates.position - surface.origin) / surface.unit
+    found = np.full(len(index), -1)
+    for value in np.unique(index):
+        mine, theirs = np.flatnonzero(index == value), np.flatnonzero(candidates.index == value)
+        if not len(theirs):
+            continue
+        distance, near = cKDTree(place[mine]).query(there[theirs])
+        order = np.argsort(-distance, kind="stable")
+        found[mine[near[order]]] = theirs[order]
+    return found
+
+
+def _nearest(umbilics: Umbilics, candidates: Umbilics) -> np.ndarray:
+    """(k,) the candidate that each of the umbilics is: of its index and at its place."""
+    if not len(umbilics) or not len(candidates):
+        return np.zeros(0, np.int64)
+    extent = float(np.ptp(candidates.position, axis=0).max()) + 1.0
+    one, two = (
+        np.column_stack([some.position, 2.0 * extent * some.index])
+        for some in (candidates, umbilics)
+    )
+    return cKDTree(one).query(two)[1]

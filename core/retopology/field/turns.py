@@ -1,0 +1,194 @@
+"""A field as the turns of its directions over the edges of a mesh, and the charges they enclose.
+
+Angles are those of the field times its symmetry: a line field's angle is doubled, a cross
+field's taken four times, so that a full turn is the least charge there is. Where the turns around
+a place sum to 2 pi more, its charge is one more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ...fields.directions import DirectionField
+from ...fields.planes import FaceFrames, in_plane
+from ...fields.winding import edge_turns
+from ...mesh.surface import Surface
+
+# Cotangent weights outside these bounds come from slivers; a weight near zero lets all the
+# turning happen over one edge.
+LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 10.0
+# Cost of a way where the directions mean nothing, to one where they mean as much as usual.
+LEAST_COST = 0.05
+
+
+@dataclass(frozen=True)
+class Turns:
+    """e edges between n directions, which enclose c places where charges may be.
+
+    Attributes
+    ----------
+    tail, head:
+        (e,) int rows of the directions.
+    turn:
+        (e,) float64 in (-pi, pi], from tail to head.
+    weight:
+        (e,) float64 how much the edge resists to turning.
+    left, right:
+        (e,) int the places on both sides; the turn counts for the one and against the other.
+        -1: outside the surface.
+    cost:
+        (e,) float64 of moving a charge from one to the other.
+    directions, places:
+        n and c.
+    """
+
+    tail: np.ndarray
+    head: np.ndarray
+    turn: np.ndarray
+    weight: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    cost: np.ndarray
+    directions: int
+    places: int
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A part of a surface to work on.
+
+    Attributes
+    ----------
+    triangles, vertices:
+        (r,) and (v,) int64 rows of the surface, ascending.
+    """
+
+    triangles: np.ndarray
+    vertices: np.ndarray
+
+    @classmethod
+    def around(cls, surface: Surface, vertices: np.ndarray, rings: int) -> Patch:
+        """The triangles of all vertices within so many edges of the given ones."""
+        n = len(surface.vertices)
+        graph = sparse.csr_array(
+            (np.ones(len(surface.neighbours)), surface.neighbours, surface.neighbour_start),
+            shape=(n, n),
+        )
+        distance = csgraph.dijkstra(
+            graph, indices=np.unique(vertices), min_only=True, unweighted=True, limit=rings
+        )
+        triangles = np.flatnonzero(np.isfinite(distance)[surface.triangles].any(axis=1))
+        return cls(triangles, np.unique(surface.triangles[triangles]))
+
+    @classmethod
+    def whole(cls, surface: Surface) -> Patch:
+        """All of a surface."""
+        return cls(np.arange(len(surface.triangles)), np.arange(len(surface.vertices)))
+
+    def sides(self, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(3 r,) the half-edges of its triangles, the twin of each (-1 on a border of the surface)
+        and whether the patch goes on beyond it."""
+        half = (3 * self.triangles[:, None] + np.arange(3)).ravel()
+        twin = surface.twin[half]
+        inside = np.zeros(len(surface.triangles), bool)
+        inside[self.triangles] = True
+        return half, twin, (twin >= 0) & inside[twin // 3]
+
+    def rim(self, surface: Surface) -> np.ndarray:
+        """(v,) bool, its vertices that have triangles beyond."""
+        count = np.bincount(surface.triangles.ravel(), minlength=len(surface.vertices))
+        mine = np.bincount(
+            surface.triangles[self.triangles].ravel(), minlength=len(surface.vertices)
+        )
+        return (mine < count)[self.vertices]
+
+
+def turns_at_vertices(surface: Surface, patch: Patch, field: DirectionField) -> Turns:
+    """The turns of a field at the vertices of a patch; its charges, the index times the symmetry,
+    in triangles. Charges go rather where the magnitude is small."""
+    half, twin, inner = patch.sides(surface)
+    chosen = np.flatnonzero((twin < 0) | (inner & (half < twin)))
+    half, twin = half[chosen], twin[chosen]
+    tail = surface.triangles.ravel()[half]
+    head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    here, there = half // 3, twin // 3
+    # From the middle of one triangle to that of the other, by a third of their heights.
+    area = surface.face_normal_area[1]
+    length = np.sqrt(surface.side_squares[half % 3, here])
+    both = area[here] + np.where(twin >= 0, area[there], 0.0)
+    way = both / (1.5 * np.maximum(length, np.finfo(float).tiny))
+    size = np.nan_to_num(field.magnitude)
+    typical = max(float(np.median(size)), np.finfo(float).tiny)
+    place = np.full(len(surface.triangles), -1)
+    place[patch.triangles] = np.arange(len(patch.triangles))
+    row = np.full(len(surface.vertices), -1)
+    row[patch.vertices] = np.arange(len(patch.vertices))
+    turn = edge_turns(surface, patch.triangles, field.direction, field.across, field.symmetry)
+    return Turns(
+        tail=row[tail],
+        head=row[head],
+        turn=turn.ravel()[chosen],
+        weight=_cotangents(surface, half),
+        left=place[here],
+        right=np.where(twin >= 0, place[there], -1),
+        cost=way * (0.5 * (size[tail] + size[head]) / typical + LEAST_COST),
+        directions=len(patch.vertices),
+        places=len(patch.triangles),
+    )
+
+
+def turns_in_triangles(
+    surface: Surface, patch: Patch, planes: FaceFrames, direction: np.ndarray
+) -> Turns:
+    """The turns of a cross field in the triangles of a patch, each the smallest one across its
+    edge; its charges, four times the index, at vertices. Border edges enclose nothing.
+
+    Parameters
+    ----------
+    direction:
+        (m, 3) float64 one direction of the cross in each triangle.
+    """
+    half, twin, inner = patch.sides(surface)
+    chosen = inner & (half < twin)
+    half, twin = half[chosen], twin[chosen]
+    cross = np.zeros(len(surface.triangles), complex)
+    cross[patch.triangles] = in_plane(surface, patch.triangles, direction[patch.triangles]) ** 4
+    here, there = half // 3, twin // 3
+    carried = cross[here] * planes.turn[half] ** 4
+    tail = surface.triangles.ravel()[half]
+    head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    row = np.full(len(surface.triangles), -1)
+    row[patch.triangles] = np.arange(len(patch.triangles))
+    place = np.full(len(surface.vertices), -1)
+    place[patch.vertices] = np.arange(len(patch.vertices))
+    # At a border a charge is outside already.
+    place[surface.border] = -1
+    return Turns(
+        tail=row[here],
+        head=row[there],
+        turn=np.angle(cross[there] * carried.conj()),
+        weight=np.ones(len(half)),
+        left=place[head],
+        right=place[tail],
+        cost=np.linalg.norm(surface.vertices[head] - surface.vertices[tail], axis=1),
+        directions=len(patch.triangles),
+        places=len(patch.vertices),
+    )
+
+
+def _cotangents(surface: Surface, half: np.ndarray) -> np.ndarray:
+    """(e,) half the sum of the cotangents across from each edge, within bounds."""
+    twin = surface.twin[half]
+    total = np.zeros(len(half))
+    for sides, there in ((half, np.ones(len(half), bool)), (twin, twin >= 0)):
+        triangle = sides[there] // 3
+        squares = surface.side_squares[:, triangle]
+        area = np.maximum(surface.face_normal_area[1][triangle], np.finfo(float).tiny)
+        # Across from a side the cotangent is that of the angle between the two others.
+        mine = squares[sides[there] % 3, np.arange(len(triangle))]
+        total[there] += (squares.sum(axis=0) - 2.0 * mine) / (4.0 * area)
+    return np.clip(0.5 * total, LEAST_WEIGHT, LARGEST_WEIGHT)

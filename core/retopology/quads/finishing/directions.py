@@ -1,0 +1,48 @@
+"""The directions that finished quads turn to: of the curvature where that is certain, else of the
+cross field that was mapped."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....base.progress import Progress
+from ....fields.planes import FaceFrames, lay_out
+from ..layout.laying_out import LaidOut
+
+
+def face_axes(laid: LaidOut) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) axes x and y of the triangles' planes as `FaceFrames` has them."""
+    surface = laid.working.surface
+    corner = surface.vertices[surface.triangles]
+    x = corner[:, 1] - corner[:, 0]
+    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
+    return x, np.cross(surface.face_normal_area[0], x)
+
+
+def deviators(laid: LaidOut) -> np.ndarray:
+    """(m,) complex deviator of the curvature in the middle of each triangle."""
+    frames: FaceFrames = lay_out(laid.working.surface, laid.working.field.lines, Progress())
+    row = np.arange(len(frames.corner))
+    return frames.deviator(row, frames.corner.mean(axis=1))
+
+
+def guiding_directions(laid: LaidOut) -> np.ndarray:
+    """(m, 3) float64 one unit direction for each triangle.
+
+    Fourth powers of both are added, that of the curvature weighed with the confidence in it.
+    """
+    crosses = laid.map_.crosses
+    x, y = face_axes(laid)
+    of_cross = np.einsum("mc,mc->m", crosses.direction, x) + 1j * np.einsum(
+        "mc,mc->m", crosses.direction, y
+    )
+    deviator = deviators(laid)
+    size = np.abs(deviator)
+    of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2
+    sure = laid.cross.confidence[laid.working.surface.triangles].min(axis=1)
+    sure = np.where(laid.wishes.undirected, 0.0, sure)
+    angle = np.angle((1.0 - sure) * of_cross**4 + sure * of_curvature) / 4.0
+    # Quads along features stay along them.
+    held = crosses.on_feature[crosses.triangles].any(axis=1)
+    angle = np.where(held, np.angle(of_cross), angle)
+    return np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y

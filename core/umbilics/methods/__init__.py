@@ -1,0 +1,1 @@
+"""Methods S, I and C: where the direction field turns."""

@@ -1,0 +1,1 @@
+"""Which umbilics cancel with which, and at what gap."""

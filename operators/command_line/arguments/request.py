@@ -1,0 +1,76 @@
+"""What the command is asked to do, once its arguments are read."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from .... import core
+from .. import guidance
+from ..batch import Plan
+from ..guard import Guard
+from . import source as source_arguments
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """What one file may take: seconds and bytes, None for no bound."""
+
+    seconds: float | None = None
+    memory: int | None = None
+
+    def __bool__(self) -> bool:
+        return self.seconds is not None or self.memory is not None
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """What the command is asked to do.
+
+    Attributes
+    ----------
+    files:
+        The files, None for the one that Blender has open.
+    objects:
+        Names of the meshes to take, or none for all.
+    frames:
+        Frames of the animation, or none for the one that the file has.
+    source:
+        What of each object is analysed.
+    outputs:
+        For each file where its JSON, .blend, PNG, PLY and USD go.
+    guidance:
+        Files for remeshers.
+    events:
+        Tell of the progress in JSON lines on standard output, instead of in sentences.
+    limits:
+        Of each file.
+    worker_arguments:
+        What gives another process the same settings.
+    is_worker:
+        This process belongs to another one, and ends with it.
+    guard:
+        Holds the paths of all inputs and results.
+    batch:
+        With one other processes do the files.
+    summary:
+        With one nothing is done but the summary of the batches in that folder.
+    """
+
+    files: tuple[str | None, ...]
+    objects: tuple[str, ...]
+    frames: tuple[int, ...]
+    source: source_arguments.Source
+    settings: core.Settings
+    given_names: tuple[str, ...]
+    per_vertex: bool
+    compare: bool
+    outputs: tuple[dict[str, Path], ...]
+    guard: Guard
+    events: bool = False
+    limits: Limits = Limits()
+    worker_arguments: tuple[str, ...] = ()
+    is_worker: bool = False
+    guidance: guidance.GuidanceRequest | None = None
+    batch: Plan | None = None
+    summary: tuple[Path, Path | None] | None = None

@@ -1,0 +1,57 @@
+"""What an argument of the command may be, each with the sentence for what it may not."""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+
+from .... import core
+
+
+def whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ArgumentTypeError(f"'{text}' is not a whole number") from None
+
+
+def positive_whole_number(text: str) -> int:
+    value = whole_number(text)
+    if value < 1:
+        raise ArgumentTypeError(f"'{text}' is not 1 or more")
+    return value
+
+
+def number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ArgumentTypeError(f"'{text}' is not a number")
+    return value
+
+
+def positive_number(text: str) -> float:
+    value = number(text)
+    if value <= 0.0:
+        raise ArgumentTypeError(f"'{text}' is not more than 0")
+    return value
+
+
+def part(text: str) -> tuple[int, int]:
+    """The K-th of N, as in 3/16."""
+    first, _, second = text.partition("/")
+    try:
+        found = int(first), int(second)
+    except ValueError:
+        found = 0, 0
+    if not 1 <= found[0] <= found[1]:
+        raise ArgumentTypeError(f"'{text}' is not like 3/16")
+    return found
+
+
+def or_automatic(read: Callable) -> Callable:
+    """A reader that takes the word for "let the program choose" as well."""
+    return lambda text: core.AUTO if text == core.AUTO else read(text)

@@ -1,0 +1,1 @@
+"""What plans, lines and quads look like in the scene."""

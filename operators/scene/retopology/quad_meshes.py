@@ -1,0 +1,154 @@
+"""A quad mesh as an object of the scene, beside what it was made of.
+
+It is the user's from the start: nothing of ours ever replaces or removes it. Its mesh carries
+`umbilics_valence` (vertices; of poles, else 0), `umbilics_patch` and `umbilics_angle` (faces), and
+its patches are its face sets.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from .... import core
+from ...data.remeshing import Delivery
+from ...mesh.attributes import write_attributes
+from ...mesh.build import from_polygons
+from ...mesh.fetch import fetch
+from ...mesh.read import MeshArrays
+from ..targets import is_local
+from ..transaction import Transaction
+
+ATTRIBUTES = {
+    "umbilics_valence": ("POINT", "INT"),
+    "umbilics_patch": ("FACE", "INT"),
+    "umbilics_angle": ("FACE", "FLOAT"),
+    ".sculpt_face_set": ("FACE", "INT"),
+}
+# What Blender's Data Transfer carries over, with the kinds of elements it does so between.
+_TRANSFERRED = (
+    ("VGROUP_WEIGHTS", {"vert_mapping": "POLYINTERP_NEAREST", "layers_select_src": "ALL"}),
+    ("UV", {"loop_mapping": "POLYINTERP_NEAREST", "layers_select_src": "ALL"}),
+    ("COLOR_VERTEX", {"vert_mapping": "POLYINTERP_NEAREST", "layers_select_src": "ALL"}),
+    ("COLOR_CORNER", {"loop_mapping": "POLYINTERP_NEAREST", "layers_select_src": "ALL"}),
+)
+
+
+def add(
+    context: bpy.types.Context,
+    source: bpy.types.Object,
+    arrays: MeshArrays,
+    quads: core.QuadMesh,
+    delivery: Delivery,
+    transaction: Transaction,
+) -> bpy.types.Object:
+    """A new object of these quads where `source` is, in its collections; active and selected."""
+    # Without a parent's shear, which an object of its own cannot have: the vertices take it up.
+    matrix = Matrix.LocRotScale(*Matrix(arrays.matrix).decompose())
+    to_object = np.linalg.inv(np.array(matrix))
+    vertices = quads.vertices @ to_object[:3, :3].T + to_object[:3, 3]
+    faces = quads.quads
+    if matrix.determinant() < 0.0:
+        # Outwards in the world is inwards in the space of a mirrored object.
+        faces = faces[:, ::-1]
+    smooth = bool(len(source.data.polygons)) and source.data.polygons[0].use_smooth
+    name = f"{source.name} Quads"
+    sizes = np.full(len(faces), 4)
+    mesh = transaction.made(from_polygons(vertices, faces.ravel(), sizes, smooth))
+    mesh.name = name
+    valence = np.zeros(len(vertices), np.int32)
+    pole = quads.pole >= 0
+    valence[pole] = quads.pole_valence[quads.pole[pole]]
+    values = {
+        "umbilics_valence": valence,
+        "umbilics_patch": quads.patch,
+        "umbilics_angle": quads.angle,
+        # Face sets count from one.
+        ".sculpt_face_set": quads.patch + 1,
+    }
+    write_attributes(mesh, values, ATTRIBUTES)
+    made = transaction.made(bpy.data.objects.new(name, mesh))
+    own = [one for one in source.users_collection if is_local(one)]
+    for collection in own or [context.scene.collection]:
+        collection.objects.link(made)
+    made.matrix_basis = matrix
+    if delivery.transfer:
+        _transfer(context, source, made, arrays, quads)
+    if delivery.shrinkwrap:
+        modifier = made.modifiers.new("Shrinkwrap", "SHRINKWRAP")
+        modifier.target = source
+    _come_forward(context, source, made, delivery.hide_original, transaction)
+    return made
+
+
+def _transfer(
+    context: bpy.types.Context,
+    source: bpy.types.Object,
+    made: bpy.types.Object,
+    arrays: MeshArrays,
+    quads: core.QuadMesh,
+) -> None:
+    """Materials by the faces below, the rest by Blender's own Data Transfer."""
+    slots = [slot.material for slot in source.material_slots]
+    for material in slots:
+        made.data.materials.append(material)
+    if len(slots) > 1 and arrays.polygon_count == len(source.data.polygons):
+        index = fetch(source.data.polygons, "material_index", 1, np.int32)
+        corners = index[arrays.polygon[quads.source_triangle[quads.quads]]]
+        # The one that most corners have, the first of equals.
+        votes = (corners[:, :, None] == corners[:, None, :]).sum(axis=2)
+        chosen = corners[np.arange(len(corners)), votes.argmax(axis=1)]
+        made.data.polygons.foreach_set("material_index", chosen.astype(np.int32))
+    wanted = {
+        "VGROUP_WEIGHTS": bool(source.vertex_groups),
+        "UV": bool(source.data.uv_layers),
+        "COLOR_VERTEX": any(one.domain == "POINT" for one in source.data.color_attributes),
+        "COLOR_CORNER": any(one.domain == "CORNER" for one in source.data.color_attributes),
+    }
+    context.view_layer.update()
+    with context.temp_override(
+        object=source,
+        active_object=source,
+        selected_objects=[source, made],
+        selected_editable_objects=[source, made],
+    ):
+        for kind, options in _TRANSFERRED:
+            if wanted[kind]:
+                bpy.ops.object.data_transfer(
+                    data_type=kind, use_create=True, layers_select_dst="NAME", **options
+                )
+
+
+def _come_forward(
+    context: bpy.types.Context,
+    source: bpy.types.Object,
+    made: bpy.types.Object,
+    hide: bool,
+    transaction: Transaction,
+) -> None:
+    """Select the new object alone, in Object Mode, and hide what it was made of."""
+    layer = context.view_layer
+    if source.mode != "OBJECT":
+        return
+    before = layer.objects.active, list(layer.objects.selected), source.hide_get()
+    transaction.on_failure(_as_before, layer, source, *before)
+    for other in list(layer.objects.selected):
+        other.select_set(False)
+    made.select_set(True)
+    layer.objects.active = made
+    if hide:
+        source.hide_set(True)
+
+
+def _as_before(
+    layer: bpy.types.ViewLayer,
+    source: bpy.types.Object,
+    active: bpy.types.Object | None,
+    selected: list[bpy.types.Object],
+    hidden: bool,
+) -> None:
+    source.hide_set(hidden)
+    for other in selected:
+        other.select_set(True)
+    layer.objects.active = active

@@ -1,0 +1,1 @@
+"""What is seen in a view: shapes, maps, shading, framing."""

@@ -1,0 +1,61 @@
+"""Fields of directions that are kept with a mesh, to be drawn as strokes."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...mesh.attributes import read_result
+from ...mesh.fetch import unit_vectors
+from ...mesh.read import positions, vertex_normals
+from .. import homes
+from ..retopology import guidance_objects
+
+
+def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
+    """Places, d1, d2 (n, 3) and gap (n,) at the vertices; None where there is nothing to draw."""
+    mesh = _readable(obj, homes.DETECTION)
+    if mesh is None:
+        return None
+    names = ("umbilics_d1", "umbilics_d2", "umbilics_gap")
+    found = [read_result(mesh, name) for name in names]
+    if any(values is None for values in found):
+        return None
+    return positions(_as_seen(obj, mesh)), *found
+
+
+def read_cross(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
+    """As `read_field`, of the smoothed cross field; the gap is 1, since it means the same
+    everywhere."""
+    mesh = _readable(obj, homes.PLAN)
+    if mesh is None:
+        return None
+    name = "umbilics_cross"
+    d1 = read_result(mesh, name, guidance_objects.ATTRIBUTES)
+    if d1 is None:
+        return None
+    # The arms are at right angles in the world, not in the space of a stretched object.
+    matrix = np.array(obj.matrix_world)[:3, :3]
+    back = np.linalg.inv(matrix)
+    seen = _as_seen(obj, mesh)
+    normal = unit_vectors(vertex_normals(seen) @ back)
+    across = np.cross(normal, unit_vectors(d1 @ matrix.T))
+    d2 = unit_vectors(across @ back.T).astype(np.float32)
+    return positions(seen), d1, d2, np.ones(len(d1), np.float32)
+
+
+def _readable(obj: bpy.types.Object, part: str) -> bpy.types.Mesh | None:
+    """The mesh that holds the values, unless the object is being worked on."""
+    return homes.mesh_of(obj, part) if obj.mode == "OBJECT" else None
+
+
+def _as_seen(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> bpy.types.Mesh:
+    """The mesh whose places values of `mesh` belong to.
+
+    On the object's own mesh there may be results of what modifiers and shape keys make of it,
+    vertex by vertex.
+    """
+    if mesh != obj.data or obj.umbilics.source == "BASE":
+        return mesh
+    evaluated = obj.evaluated_get(bpy.context.view_layer.depsgraph).data
+    return evaluated if len(evaluated.vertices) == len(mesh.vertices) else mesh

@@ -1,0 +1,195 @@
+"""Fields made to have exactly the singularities that are wanted."""
+
+import numpy as np
+import pytest
+from fields import field_on_plane, flat_surface, surface_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mesh_files import read_mesh
+from surfaces import ellipsoid, monkey_saddle, noisy, quartic, sphere
+
+import core
+from core.base.progress import Progress
+from core.fields.directions import DirectionField
+from core.fields.winding import certified_index, edge_turns
+from core.retopology.field.agreement import with_index
+
+
+def guided(vertices, triangles, **chosen):
+    detection = core.detect(vertices, triangles, core.Settings(**chosen))
+    return detection, core.Guide(vertices, triangles, detection)
+
+
+def rough(mesh, where, share=0.04, seed=5):
+    """The mesh with its vertices `where` moved along their normals by a share of an edge."""
+    move = np.random.default_rng(seed).normal(size=len(mesh.vertices)) * where
+    return mesh.vertices + (share * mesh.edge_length * move)[:, None] * mesh.normal
+
+
+def indices(values):
+    """The indices that are not zero, ascending."""
+    return np.sort(values[values != 0.0])
+
+
+def random_field(surface, seed, symmetry=2, wild=False):
+    """A random field, over normals that are random too where it is wild."""
+    random = np.random.default_rng(seed)
+    normal = surface.vertices - surface.vertices.mean(axis=0)
+    if wild:
+        normal = random.normal(size=normal.shape)
+    direction = np.cross(normal, random.normal(size=normal.shape))
+    normal, direction = (
+        some / np.linalg.norm(some, axis=1, keepdims=True) for some in (normal, direction)
+    )
+    return DirectionField(direction, normal, random.random(len(normal)), symmetry)
+
+
+@pytest.mark.parametrize("curvature", ["normals", "jets"])
+@pytest.mark.parametrize("share", [0.02, 0.1])
+def test_the_kept_umbilics_are_all_that_is_left_of_a_noisy_surface(curvature, share):
+    mesh = noisy(ellipsoid(subdivisions=5), share)
+    detection, guide = guided(mesh.vertices, mesh.triangles, curvature=curvature)
+    found = guide.simplified(Progress())
+    outside = ~guide.undirected
+    assert np.array_equal(indices(found.index[outside]), np.sort(detection.umbilics.index))
+    assert found.index.sum() == 2.0 and not len(found.stayed)
+    for region in detection.regions:
+        rows = np.isin(guide.surface.source_triangle, region.triangles)
+        assert found.index[rows].sum() == region.index
+    field = found.curvature
+    again = certified_index(guide.surface, field.d1, field.d2, Progress())
+    assert np.array_equal(again, found.index)
+
+
+@pytest.mark.parametrize(
+    "name", ["hand_closed_os.obj", "wingnut_os.obj", "suzanne.obj", "sword_quaddom_os.obj"]
+)
+def test_the_kept_umbilics_are_all_that_is_left_of_real_meshes(name, meshes_folder):
+    detection, guide = guided(*read_mesh(meshes_folder / name))
+    found = guide.simplified(Progress())
+    outside = ~guide.undirected
+    assert len(detection.candidates) > len(detection.umbilics)
+    assert np.array_equal(indices(found.index[outside]), np.sort(detection.umbilics.index))
+    assert not len(found.stayed)
+
+
+def test_far_from_what_was_dropped_nothing_changes():
+    mesh = ellipsoid(subdivisions=5)
+    vertices = rough(mesh, mesh.vertices[:, 0] > 1.5)
+    _, guide = guided(vertices, mesh.triangles, curvature="normals")
+    before, after = guide._field.d1, guide.simplified(Progress()).curvature.d1
+    changed = np.any(before != after, axis=1)
+    assert changed.sum() > 100
+    x = guide.surface.vertices[:, 0] * guide.surface.unit + guide.surface.origin[0]
+    assert x[changed].min() > 0.8
+
+
+def test_nothing_changes_where_nothing_is_dropped():
+    mesh = ellipsoid()
+    _, guide = guided(mesh.vertices, mesh.triangles)
+    assert np.array_equal(guide.simplified(Progress()).curvature.d1, guide._field.d1)
+
+
+def test_what_has_nothing_to_cancel_with_stays_and_is_said():
+    mesh = ellipsoid(subdivisions=4)
+    detection, whole = guided(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection, kept=np.array([0, 1, 3]))
+    found = guide.simplified(Progress())
+    assert len(found.stayed) == 1 and found.index.sum() == 2.0
+    assert indices(found.index).tolist() == [0.5] * 4
+    guidance = guide.guidance()
+    assert len(guidance.warnings) == 1 and "1 umbilic" in guidance.warnings[0]
+    assert not whole.guidance().warnings
+
+
+def test_a_charge_leaves_by_an_open_border():
+    surface, place = flat_surface(cells=21)
+    field = field_on_plane(np.conj(place - (0.61 + 0.13j))).lines
+    index = certified_index(surface, field.direction, field.across, Progress())
+    assert indices(index).tolist() == [-0.5]
+    nothing, soft = np.zeros(len(index)), np.zeros(len(place))
+    found = with_index(surface, field, nothing, nothing, soft, Progress())
+    assert not found.index.any() and not len(found.stayed)
+    # It takes the short way, out on the right.
+    changed = np.any(found.field.direction != field.direction, axis=1)
+    assert place.real[changed].min() > -0.6
+
+
+def test_the_saddle_keeps_its_star_though_the_border_is_open():
+    mesh = monkey_saddle()
+    detection, guide = guided(rough(mesh, np.hypot(*mesh.vertices[:, :2].T) > 0.4), mesh.triangles)
+    found = guide.simplified(Progress())
+    assert np.array_equal(indices(found.index), np.sort(detection.umbilics.index))
+
+
+@settings(max_examples=25)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    symmetry=st.sampled_from([2, 4]),
+    wild=st.booleans(),
+    share=st.sampled_from([0.0, 0.5, 1.0]),
+)
+def test_every_index_is_the_wanted_one_or_said(seed, symmetry, wild, share):
+    surface = surface_of(ellipsoid(subdivisions=3))
+    field = random_field(surface, seed, symmetry, wild)
+    index = certified_index(surface, field.direction, field.across, Progress(), symmetry)
+    random = np.random.default_rng(seed)
+    wanted = np.where(random.random(len(index)) < share, index, 0.0)
+    soft = np.zeros(len(surface.vertices))
+    found = with_index(surface, field, wanted, random.random(len(index)), soft, Progress())
+    again = certified_index(
+        surface, found.field.direction, found.field.across, Progress(), symmetry
+    )
+    assert np.array_equal(again, found.index)
+    assert found.index.sum() == 2.0
+    assert np.array_equal(np.flatnonzero(found.index != wanted), found.stayed)
+    across = np.abs(np.einsum("nc,nc->n", found.field.direction, found.field.normal))
+    assert across.max() < 1e-12
+
+
+@pytest.mark.parametrize("wild", [False, True])
+@pytest.mark.parametrize("symmetry", [2, 4])
+def test_turns_along_edges_are_those_that_the_index_counts(symmetry, wild):
+    surface = surface_of(sphere(subdivisions=3))
+    field = random_field(surface, 3, symmetry, wild)
+    rows = np.arange(len(surface.triangles))
+    before = edge_turns(surface, rows, field.direction, field.across, symmetry).ravel()
+    twin = surface.twin
+    apart = np.abs(np.abs(before) - np.pi) > 1e-9
+    assert np.abs(before + before[twin])[apart].max() < 1e-9
+    # A direction that turns by a little adds it to the turns that come to it.
+    angle = 0.3 * np.random.default_rng(1).random(len(surface.vertices))
+    turned = np.cos(angle)[:, None] * field.direction + np.sin(angle)[:, None] * field.across
+    across = np.cross(field.normal, turned)
+    after = edge_turns(surface, rows, turned, across, symmetry).ravel()
+    tail, head = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
+    change = np.exp(1j * (after - before - symmetry * (angle[head] - angle[tail])))
+    assert np.abs(change - 1.0).max() < 1e-9
+
+
+@pytest.mark.parametrize("plan", ["field", "umbilics"])
+def test_poles_index_and_singular_vertices_name_the_same(plan):
+    mesh = noisy(quartic(subdivisions=5), 0.05)
+    _, guide = guided(mesh.vertices, mesh.triangles)
+    guidance = guide.guidance(core.GuidanceSettings(plan=plan))
+    poles = guidance.poles
+    sign = np.zeros(len(mesh.triangles))
+    np.add.at(sign, poles.triangle, 4 - poles.valence)
+    assert np.array_equal(4 * guidance.triangle_index, sign)
+    vertex, quarters = guide.singular_vertices(guidance)
+    assert np.abs(quarters).max() == 1
+    # One at a corner of each pole's triangle.
+    for wanted in (3, 5):
+        corners = mesh.triangles[poles.triangle[poles.valence == wanted]]
+        mine = vertex[quarters == 4 - wanted]
+        assert len(mine) == len(corners)
+        assert np.isin(corners, mine).any(axis=1).all()
+
+
+def test_a_pole_that_avoids_a_zone_is_where_the_field_has_it():
+    mesh = ellipsoid()
+    _, guide = guided(mesh.vertices, mesh.triangles)
+    guidance = guide.guidance(zone=mesh.vertices[:, 0] > 2.0)
+    assert guidance.poles.moved.sum() == 4
+    quarters = np.bincount(guidance.poles.triangle, minlength=len(mesh.triangles))
+    assert np.array_equal(4 * guidance.triangle_index, quarters)
