@@ -136,7 +136,7 @@ def test_a_new_detection_colours_the_map_anew(addon, obj):
 
 def test_overlay_has_something_to_draw(addon, obj):
     scene = addon.operators.scene
-    found = addon.operators.drawing.strokes.arranged(*scene.direction_fields.read_field(obj))
+    found = addon.operators.drawing.strokes.arranged(*scene.view.direction_fields.read_field(obj))
     assert sum(end - first for first, end, _ in found.blocks) == len(obj.data.vertices)
     assert ((found.weight >= 0.0) & (found.weight <= 1.0)).all()
     gap = values(obj, "umbilics_gap")
