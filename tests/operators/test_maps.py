@@ -144,7 +144,7 @@ def test_overlay_has_something_to_draw(addon, obj):
     assert found.weight[faint.argmin()] < 0.1
     bpy.context.scene.umbilics_display.discs = True
     obj.umbilics.active = 0
-    shapes = scene.umbilic_shapes.shapes_of(bpy.context, obj, faint=False)
+    shapes = scene.view.umbilic_shapes.shapes_of(bpy.context, obj, faint=False)
     # Discs and rays lie on the surface; the ring around the chosen umbilic is seen through it.
     assert [shape.on_top for shape in shapes].count(True) == 1
     assert shapes[-1].on_top
