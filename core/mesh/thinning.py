@@ -98,8 +98,7 @@ def _crowded(surface: Surface, normals: np.ndarray) -> np.ndarray | None:
     tail = surface.triangles[rows, side]
     head = surface.triangles[rows, (side + 1) % 3]
     turn = np.linalg.norm(normals[tail] - normals[head], axis=1)
-    ratio = longest[rows] / np.maximum(2.0 * area[rows], np.finfo(float).tiny)
-    needle = rows[turn * ratio > BENT]
+    needle = rows[turn * longest[rows] > 2.0 * BENT * area[rows]]
     n = len(surface.vertices)
     needles = np.bincount(surface.triangles[needle].ravel(), minlength=n)
     share = needles / np.bincount(surface.triangles.ravel(), minlength=n)

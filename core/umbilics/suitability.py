@@ -5,9 +5,9 @@ in r/R that converges for r < R only: where the neighbourhoods are wider than th
 curvature, no polynomial in r describes the surface, however well it fits its few vertices.
 
 On a smooth surface, sampled as densely as a fit needs, hardly any edge is sharp, and there are
-many more edges that bend a little. Where sharp edges outnumber those that only bend, the surface
-is made of smooth parts that meet at creases, and no fit should reach across them; where most of
-all edges are sharp there are no smooth parts, but too few triangles.
+many more edges that bend a little. Where most edges are flat and the sharp ones outnumber those
+that only bend, the surface is made of smooth parts that meet at creases, and no fit should reach
+across them; where most edges are sharp there are no smooth parts, but too few triangles.
 """
 
 from __future__ import annotations
@@ -47,12 +47,16 @@ class Suitability:
     bent: int
 
     @property
-    def is_coarse(self) -> bool:
-        return self.turn >= COARSE or 2 * self.sharp > self.edges
+    def is_hard(self) -> bool:
+        are_flat = 2 * (self.sharp + self.bent) < self.edges
+        return are_flat and self.sharp > self.bent
 
     @property
-    def is_hard(self) -> bool:
-        return not self.is_coarse and self.sharp > self.bent
+    def is_coarse(self) -> bool:
+        if self.is_hard:
+            # Fits across the creases are wide and curved; that says nothing of the parts between.
+            return False
+        return self.turn >= COARSE or 2 * self.sharp > self.edges
 
 
 def suitability(vertices: np.ndarray, triangles: np.ndarray, detection: Detection) -> Suitability:

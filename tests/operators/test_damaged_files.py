@@ -38,10 +38,10 @@ def assert_everything_else_goes_on(addon, record, obj):
     scene.staleness.plan_reasons(context, obj)
     scene.filters.shown_rows(obj, context.scene)
     scene.filters.left_out_rows(obj, context.scene)
-    scene.umbilic_shapes.shapes_of(context, obj, False)
-    scene.umbilic_shapes.crowds(context, obj, False)
-    scene.maps.is_dark(obj)
-    scene.guidance_objects.pole_sum(obj)
+    scene.view.umbilic_shapes.shapes_of(context, obj, False)
+    scene.view.umbilic_shapes.crowds(context, obj, False)
+    scene.view.maps.is_dark(obj)
+    scene.retopology.guidance_objects.pole_sum(obj)
     assert context.scene.umbilics_display.strength >= 0.0
     for operator in ("pin", "delete_umbilic", "show_map", "hide_map", "guide", "clear", "detect"):
         getattr(bpy.ops.umbilics, operator).poll()

@@ -136,7 +136,7 @@ def test_a_new_detection_colours_the_map_anew(addon, obj):
 
 def test_overlay_has_something_to_draw(addon, obj):
     scene = addon.operators.scene
-    found = addon.operators.drawing.strokes.arranged(*scene.direction_fields.read_field(obj))
+    found = addon.operators.drawing.strokes.arranged(*scene.view.direction_fields.read_field(obj))
     assert sum(end - first for first, end, _ in found.blocks) == len(obj.data.vertices)
     assert ((found.weight >= 0.0) & (found.weight <= 1.0)).all()
     gap = values(obj, "umbilics_gap")
@@ -144,7 +144,7 @@ def test_overlay_has_something_to_draw(addon, obj):
     assert found.weight[faint.argmin()] < 0.1
     bpy.context.scene.umbilics_display.discs = True
     obj.umbilics.active = 0
-    shapes = scene.umbilic_shapes.shapes_of(bpy.context, obj, faint=False)
+    shapes = scene.view.umbilic_shapes.shapes_of(bpy.context, obj, faint=False)
     # Discs and rays lie on the surface; the ring around the chosen umbilic is seen through it.
     assert [shape.on_top for shape in shapes].count(True) == 1
     assert shapes[-1].on_top

@@ -91,11 +91,12 @@ def simplify_field(
 
 
 def _certainty(field: CurvatureField) -> np.ndarray:
-    """(n,) float64 how sure the directions are, 0 to 1, by the noise where it is known."""
-    gap, noise = np.nan_to_num(field.gap), np.nan_to_num(field.noise)
-    typical = float(np.median(gap))
-    doubt = np.hypot(NOISE_RATIO * noise, WEAK_GAP * typical)
-    return gap**2 / np.maximum(gap**2 + doubt**2, np.finfo(float).tiny)
+    """(n,) float64 how sure the directions are, 0 to 1: by their noise, or where that is not known
+    by the usual gap."""
+    gap = np.nan_to_num(field.gap)
+    doubt = NOISE_RATIO * field.noise
+    doubt = np.where(np.isfinite(doubt), doubt, WEAK_GAP * float(np.median(gap)))
+    return np.asarray(gap**2 / np.maximum(gap**2 + doubt**2, np.finfo(float).tiny))
 
 
 def _candidates_at(

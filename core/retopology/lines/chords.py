@@ -21,6 +21,7 @@ RESOLVED = 1.0
 # The largest turn holds for steady lines also of the mean direction over about so many edges. On
 # r = 2 + cos z at five resolutions 1 of 1,255 lines turns with 2 edges, 4 of 1,243 with 1.5.
 MEMORY = 2.0
+STEADY_COSINE = 0.7
 # Lines keep this share of an edge away from its ends, where there would be no triangle beyond.
 MARGIN = 1e-6
 # A direction that leaves by the edge it came in by runs along that edge, this steeply inwards.
@@ -118,7 +119,7 @@ def next_chords(
     distance, side = _exit(edge, height, middle, rows)
     turned = (middle * direction.conj()).real < LEAST_COSINE
     turned &= tied
-    turned |= steady & ((middle * heading.conj()).real < LEAST_COSINE)
+    turned |= steady & ((middle * heading.conj()).real < STEADY_COSINE)
     step = np.minimum(distance, longest)
     if some_geodesic:
         step = np.where(geodesic, np.minimum(step, straight), step)
