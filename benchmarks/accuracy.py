@@ -4,8 +4,8 @@
     python3 -m benchmarks.accuracy --meshes [--seeds N] [--first N] [--out FILE]
 
 Writes docs/accuracy.md, or docs/accuracy_meshes.md about the meshes that people have, for which
-tools/benchmark_requirements.txt are needed. CGAL's compute_umbilics is built and run on the same meshes where it
-and a C++ compiler are installed.
+tools/benchmark_requirements.txt are needed. CGAL's compute_umbilics is built and run on the same
+meshes where it and a C++ compiler are installed.
 """
 
 from __future__ import annotations

@@ -34,17 +34,17 @@ NOISY_KINDS = ("regular", "random")
 HEADER = """# Accuracy on the meshes that people have
 
 {count} surfaces without symmetry, or with all of it, whose umbilics are known to 1e-9: random
-harmonics of a sphere, random fields and metaballs (seeds {seeds}), x² + y² + z² + xyz = 1 (8 stars, 12
-monstars), cos x + cos y + cos z = 3/2, a superquadric, surfaces of genus 2 and 5. Default settings.
-Written by `python3 -m benchmarks.accuracy --meshes`.
+harmonics of a sphere, random fields and metaballs (seeds {seeds}), x² + y² + z² + xyz = 1 (8 stars,
+12 monstars), cos x + cos y + cos z = 3/2, a superquadric, surfaces of genus 2 and 5. Default
+settings. Written by `python3 -m benchmarks.accuracy --meshes`.
 
 - **Mesh**: *regular* and *random* on the surface with 10,000 vertices, and with *noise*: standard
   deviation of each coordinate in percent of the edges around the vertex; *coarse*: 640 and 1,500
   vertices; *marching cubes* (scikit-image) with so many cells along a side; *decimated* by quadrics
   (fast-simplification) to so many triangles.
 - **True**: umbilics that the mesh can resolve, {resolved:g} local edges or more from the next.
-- **Found**: with the right index within 2 edges; in brackets within 5. **False**: those that no true
-  one, resolved or not, has the index of within 5 edges (16 around one of index +1).
+- **Found**: with the right index within 2 edges; in brackets within 5. **False**: those that no
+  true one, resolved or not, has the index of within 5 edges (16 around one of index +1).
   **Certain, false**: of these, marked certain. **Kind**: right, "uncertain", wrong.
 - **Quadric**: degree two over five rings, every umbilic that results, found and false.
 - **CGAL**: {cgal}.

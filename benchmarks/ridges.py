@@ -51,8 +51,8 @@ Crest lines found on surfaces whose crests are known, with the default settings.
 {table}
 """
 CGAL_RAN = (
-    "version {version}, `compute_crest_ridges` with jets of degree 4, as they come: it has no "
-    "measure of noise to filter them by"
+    "version {version}, `compute_crest_ridges` with jets of degree 4 over as few whole rings as "
+    "hold their 15 coefficients, lines as they come: it has no measure of noise to filter them by"
 )
 COLUMNS = (
     "Surface", "Mesh", "Noise %", "Lines", "Distance", "Missed %", "False %", "Time",

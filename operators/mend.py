@@ -70,7 +70,8 @@ def _subdivide(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 
 def _set_creases(context: bpy.types.Context, _obj: bpy.types.Object) -> None:
-    context.scene.umbilics.crease_angle = math.radians(core.SHARP)
+    settings = context.scene.umbilics
+    settings.crease_angle_auto, settings.crease_angle = False, math.radians(core.SHARP)
 
 
 def _merge(context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -71,7 +71,9 @@ def ball(radius):
 def draw(obj, folder):
     """Lines with poles beside separatrices with poles, as NAME-retopology.png."""
     name = obj.name
-    bpy.context.scene.umbilics_guidance.line_smoothness = SMOOTH.get(name, 0.0)
+    guidance = bpy.context.scene.umbilics_guidance
+    guidance.line_smoothness_auto = False
+    guidance.line_smoothness = SMOOTH.get(name, 0.0)
     for step in ("detect", "guide", "lines", "separatrices"):
         try:
             getattr(bpy.ops.umbilics, step)()

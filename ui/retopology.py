@@ -119,7 +119,7 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
         layout.prop(group, "families")
         automatic(layout, group, "spacing")
         layout.prop(group, "closest")
-        layout.prop(group, "line_smoothness", slider=True)
+        automatic(layout, group, "line_smoothness")
         layout.prop(group, "shortest")
         layout.operator(UMBILICS_OT_lines.bl_idname, icon="CURVE_DATA")
         automatic(layout, group, "length_limit")

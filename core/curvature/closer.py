@@ -79,7 +79,9 @@ def look_closer(
     closer: Scale | None = None
     for _ in range(ROUNDS):
         vertices = _around_umbilics(surface, field, seen, progress.quiet())
-        if closer is None and len(vertices):
+        if closer is None:
+            if len(vertices) == 0:
+                break
             closer = _closer_scale(surface, scale, vertices, progress.quiet())
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)

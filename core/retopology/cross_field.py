@@ -163,6 +163,14 @@ def smoothing_length(surface: Surface, smoothness: float) -> float:
     return float(np.median(_length(surface, area, smoothness)))
 
 
+def smoothness_of(surface: Surface, length: float) -> float:
+    """The smoothness, 0 to 1, that smooths over a length: the inverse of `smoothing_length`."""
+    shortest = smoothing_length(surface, 0.0)
+    if length <= shortest:
+        return 0.0
+    return min(float(np.log(length / shortest) / np.log(LONGEST / SHORTEST)), 1.0)
+
+
 def smoothed_lines(
     surface: Surface,
     field: CurvatureField,

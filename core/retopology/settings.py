@@ -100,14 +100,17 @@ class GuidanceSettings:
         minimum=0.1,
         maximum=0.95,
     )
-    line_smoothness: float = setting(
-        0.0,
+    line_smoothness: float | str = setting(
+        AUTO,
         label="Line Smoothness",
         help="0 draws lines and separatrices as they are; more smooths their directions first, "
-        "for bumpy surfaces and scans",
+        "for bumpy surfaces and scans; automatic goes by the noise of the directions, and is 0 "
+        "on clean meshes",
         kind="number",
         minimum=0.0,
         maximum=1.0,
+        automatic=True,
+        manual=0.0,
     )
     families: str = setting(
         "both",

@@ -203,8 +203,8 @@ def _at_border(
     """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
 
     Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
-    those whose place is `vague`, twice as far in if they are `unclear` too; and within two or three rings those that cancel with one of
-    these: the two come and go together.
+    those whose place is `vague`, twice as far in if they are `unclear` too; and within two or
+    three rings those that cancel with one of these: the two come and go together.
     """
     if surface.closed.all():
         return np.zeros(len(triangle), bool)

@@ -125,6 +125,8 @@ def refine(
         found=np.zeros(k, bool),
     )
     neighbourhood, normals = fitted.neighbourhood, fitted.field.normal
+    if neighbourhood is None:  # nothing was fitted
+        return places
     if fitted.closer is None:
         degree, more_rings = CLEAN if neighbourhood.focused else NOISY
         rings, factor = neighbourhood.rings + more_rings, 1.0

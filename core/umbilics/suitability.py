@@ -5,9 +5,9 @@ in r/R that converges for r < R only: where the neighbourhoods are wider than th
 curvature, no polynomial in r describes the surface, however well it fits its few vertices.
 
 On a smooth surface, sampled as densely as a fit needs, hardly any edge is sharp, and there are
-many more edges that bend a little. Where most edges are flat and the sharp ones outnumber those that
-only bend, the surface is made of smooth parts that meet at creases, and no fit should reach across
-them; where most edges are sharp there are no smooth parts, but too few triangles.
+many more edges that bend a little. Where most edges are flat and the sharp ones outnumber those
+that only bend, the surface is made of smooth parts that meet at creases, and no fit should reach
+across them; where most edges are sharp there are no smooth parts, but too few triangles.
 """
 
 from __future__ import annotations

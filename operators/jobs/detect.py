@@ -190,7 +190,8 @@ def _describe(
     kept.analysed = inputs.analysed
     suits = results.suitability
     # Creases that were not fitted across smear nothing.
-    is_hard = suits.is_hard and inputs.settings.crease_angle > core.SHARP
+    angle = inputs.settings.crease_angle
+    is_hard = suits.is_hard and angle != core.AUTO and angle > core.SHARP
     kept.is_coarse, kept.is_hard = suits.is_coarse, is_hard
     record.store(obj, results.record)
     return pins.carry_over(obj, chosen, before, results.record.record)

@@ -68,12 +68,12 @@ def test_resolved_pairs_stay_together():
     found = core.detect(mesh.vertices, mesh.triangles)
     every = found.candidates
     paired = every.partner >= 0
-    np.testing.assert_array_equal(
-        every.resolved[paired], every.resolved[every.partner[paired]]
-    )
+    np.testing.assert_array_equal(every.resolved[paired], every.resolved[every.partner[paired]])
     assert every.resolved[~paired].all()
     assert found.index_sum == 2.0
-    assert set(map(tuple, found.umbilics.position)) == set(map(tuple, every.position[every.resolved]))
+    assert set(map(tuple, found.umbilics.position)) == set(
+        map(tuple, every.position[every.resolved])
+    )
 
 
 def test_the_firm_one_of_two_stays():

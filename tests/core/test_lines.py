@@ -1,5 +1,7 @@
 """Lines of curvature and separatrices against closed forms."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from fields import exact_field, field_on_plane, flat_surface, surface_of
@@ -334,3 +336,23 @@ def test_a_line_without_end_is_cut_where_it_winds():
     assert 0.75 < wide.travelled[-1] * surface.unit / (2 * np.pi * 0.5) < 1.1
     narrow = unwound(surface, planes, spiral, 0.01 / surface.unit)
     assert len(narrow.travelled) == len(spiral.travelled) and narrow.end == LIMIT
+
+
+def test_automatic_smoothness_goes_by_the_noise_of_the_directions():
+    mesh = ellipsoid(subdivisions=4)
+    clean, exact = guided(mesh), core.GuidanceSettings(line_smoothness=0.0)
+    assert np.array_equal(clean.lines().position, clean.lines(exact).position)
+    unknown = np.full_like(clean.detection.curvature.noise, np.nan)
+    curvature = dataclasses.replace(clean.detection.curvature, noise=unknown)
+    blind = dataclasses.replace(clean.detection, curvature=curvature)
+    lines = core.Guide(mesh.vertices, mesh.triangles, blind).lines()
+    assert np.array_equal(lines.position, clean.lines(exact).position)
+    rough = noisy(mesh, 0.05)
+    # Fits over two rings follow the noise.
+    detection = core.detect(rough.vertices, rough.triangles, core.Settings(scale=2.0))
+    guide = core.Guide(rough.vertices, rough.triangles, detection)
+    found, wild = (
+        turning(guide.separatrices(one, both_ways=True), 2 * mesh.edge_length)
+        for one in (core.GuidanceSettings(), exact)
+    )
+    assert found < 0.9 * wild

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scene_building import add_ellipsoid, empty_scene
 
+GUIDANCE, PENCIL = "scene.retopology.guidance_objects", "scene.retopology.grease_pencil"
 OURS = ("umbilics", "umbilics_plan")
 
 
@@ -141,10 +142,10 @@ DETECTING = [
 ]
 PLANNING = [
     ("jobs.retopology", "home_of_plan"),
-    ("scene.retopology.guidance_objects", "write_attributes"),
-    ("scene.retopology.guidance_objects", "_discard"),
-    ("scene.retopology.guidance_objects", "_upright"),
-    ("scene.retopology.guidance_objects", "_adopt"),
+    (GUIDANCE, "write_attributes"),
+    (GUIDANCE, "_discard"),
+    (GUIDANCE, "_upright"),
+    (GUIDANCE, "_adopt"),
     ("data.plans", "store"),
     ("scene.homes", "settle"),
 ]
@@ -253,10 +254,10 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
 WORKS = {
     "lines": (
         "lines",
-        [("scene.retopology.guidance_objects", "_adopt"), ("scene.retopology.guidance_objects", "_discard")],
+        [(GUIDANCE, "_adopt"), (GUIDANCE, "_discard")],
     ),
-    "draw_guides": ("guides", [("scene.retopology.grease_pencil", "make"), ("scene.retopology.grease_pencil", "_draw")]),
-    "symmetry": ("mirror", [("scene.retopology.guidance_objects", "_adopt")]),
+    "draw_guides": ("guides", [(PENCIL, "make"), (PENCIL, "_draw")]),
+    "symmetry": ("mirror", [(GUIDANCE, "_adopt")]),
 }
 
 
@@ -289,7 +290,7 @@ def test_marks_that_cannot_be_written(addon, monkeypatch):
     bpy.context.view_layer.update()
     before = everything()
     for path, name in (
-        ("scene.retopology.guidance_objects", "unmark"),
+        (GUIDANCE, "unmark"),
         ("mesh.attributes", "write_attributes"),
     ):
         with monkeypatch.context() as patch:
@@ -308,7 +309,7 @@ def test_a_clear_that_fails(addon, monkeypatch, name):
     module = {
         "forget": "data.summary",
         "leave": "scene.homes",
-        "remove_all": "scene.retopology.guidance_objects",
+        "remove_all": GUIDANCE,
     }
     with monkeypatch.context() as patch:
         fails(patch, part(addon, module[name]), name, after=True)

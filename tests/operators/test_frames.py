@@ -27,7 +27,7 @@ def stretched(frame):
 
 def posed_ellipsoid():
     """An ellipsoid on an armature whose one bone, along x, grows and turns from frame 1 to 10."""
-    obj = add_ellipsoid(subdivisions=4, name="Egg")
+    obj = add_ellipsoid(subdivisions=5, name="Egg")
     bpy.ops.object.armature_add()
     rig = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")

@@ -43,7 +43,8 @@ def box():
 
 
 def test_a_box_is_a_hard_surface_until_creases_are_heeded(judged):
-    obj = box()
+    obj, settings = box(), bpy.context.scene.umbilics
+    settings.crease_angle_auto, settings.crease_angle = False, np.pi
     bpy.ops.umbilics.detect()
     assert judged(obj).remedy == "CREASES"
     assert bpy.ops.umbilics.mend(way="CREASES") == {"FINISHED"}

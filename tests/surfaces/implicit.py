@@ -305,9 +305,7 @@ def metaballs(seed: int, count: int = 4) -> ImplicitSurface:
             ball = (-1.0 / (s * s) * square).exp()
             total = ball if total is None else total + ball
         # The logarithm keeps the gradient from vanishing far away.
-        return -1.0 * total.of(
-            np.log(total.value / 0.6), 1.0 / total.value, -1.0 / total.value**2
-        )
+        return -1.0 * total.of(np.log(total.value / 0.6), 1.0 / total.value, -1.0 / total.value**2)
 
     return ImplicitSurface(f"metaballs {seed}", function, 2.0)
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...base.errors import RemeshError
-from ...base.options import AUTO
 from ...base.progress import Progress
 from ...mesh.repair import clean
 from ...mesh.surface import Surface
@@ -156,7 +155,7 @@ def _finished(
     laid: LaidOut, grid: Grids, scale: float, settings: RemeshSettings, progress: Progress
 ) -> _Finished:
     """A piece evened out; where quads stay folded it is laid out anew with fewer wishes."""
-    best = None
+    tries: list[_Finished] = []
     for attempt in range(ATTEMPTS):
         placed = place(laid.map_, laid.layout, grid)
         _check(placed, laid)
@@ -168,8 +167,7 @@ def _finished(
             position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
         folds = oriented_quality(position, placed.quads, guides) <= 0.0
         folded = int(np.count_nonzero(folds))
-        if best is None or folded < best.folded:
-            best = _Finished(laid, grid, placed, position, triangle, folded)
+        tries.append(_Finished(laid, grid, placed, position, triangle, folded))
         if not folded or attempt == ATTEMPTS - 1:
             break
         working = laid.working
@@ -179,11 +177,11 @@ def _finished(
         near = grown(working.surface.triangles, near, RINGS * (1 + attempt))
         wishes = gentler(working, laid.wishes, near, None, attempt)
         try:
-            laid = laid_out(working, wishes, progress)
+            laid = laid_out(working, wishes, progress, ATTEMPTS)
         except RemeshError:
             break
         grid = whole_grids(laid, scale, first_cuts(laid), progress)
-    return best
+    return min(tries, key=lambda one: one.folded)
 
 
 def _on_fine(
@@ -218,7 +216,7 @@ def _area(whole: Surface) -> float:
 
 def _size(whole: Surface, settings: RemeshSettings) -> float:
     """Length of a quad's edge in the coordinates of the input."""
-    if settings.edge_length != AUTO and settings.edge_length > 0:
+    if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
         return float(settings.edge_length)
     area = _area(whole)
     if not area > 0:
@@ -227,7 +225,7 @@ def _size(whole: Surface, settings: RemeshSettings) -> float:
 
 
 def _asked(whole: Surface, settings: RemeshSettings, size: float) -> int:
-    if settings.edge_length == AUTO or settings.edge_length <= 0:
+    if not isinstance(settings.edge_length, float | int) or settings.edge_length <= 0:
         return settings.quads
     return max(1, round(_area(whole) / size**2))
 

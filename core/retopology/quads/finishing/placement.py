@@ -59,11 +59,14 @@ def place(map_: SeamlessMap, layout: Layout, made: Grids) -> Placement:
     places = _Places(made.count)
     track = np.full(made.count, -1)
     vertex = np.full(made.count, -1)
-    for number, node in enumerate(layout.nodes):
-        places.put(number, node.triangle, complex(*node.place))
-        vertex[number] = node.vertex
-        if node.features:
-            track[number] = node.features[0]
+    nodes = np.arange(len(layout.nodes))
+    places.put(
+        nodes,
+        np.array([node.triangle for node in layout.nodes]),
+        np.array([complex(*node.place) for node in layout.nodes]),
+    )
+    vertex[nodes] = [node.vertex for node in layout.nodes]
+    track[nodes] = [node.features[0] if node.features else -1 for node in layout.nodes]
     for arc, number in enumerate(layout.arc_track.tolist()):
         between = made.arc_vertices[arc][1:-1]
         if len(between):
@@ -103,7 +106,9 @@ def _coordinates(
     layout: Layout, made: Grids, side: list[int]
 ) -> tuple[np.ndarray, list[tuple[int, float]], float]:
     """Real coordinates of a side's vertices, the half-arc and place on it of each, its length."""
-    at, along, passed = [], [], 0.0
+    at: list[float] = []
+    along: list[tuple[int, float]] = []
+    passed = 0.0
     for half in side:
         arc = half // 2
         length = layout.arc_end[arc] - layout.arc_start[arc]
@@ -119,8 +124,10 @@ def _coordinates(
 
 def _inside(map_: SeamlessMap, layout: Layout, made: Grids, places: _Places) -> None:
     """Place the insides of all rectangles, by walks from their left sides."""
-    vertex, column, row_of, goal = [], [], [], []
-    start_half, start_offset, start_y = [], [], []
+    vertices, columns, rows, goals = ([] for _ in range(4))
+    start_half: list[int] = []
+    start_offset: list[float] = []
+    start_y: list[float] = []
     for number, rectangle in enumerate(layout.rectangles):
         width, height = len(made.sides[number][0]) - 1, len(made.sides[number][1]) - 1
         if width < 2 or height < 2:
@@ -138,17 +145,16 @@ def _inside(map_: SeamlessMap, layout: Layout, made: Grids, places: _Places) -> 
         start_half += [along[item][0] for item in j]
         start_offset += [along[item][1] for item in j]
         start_y += left[j].tolist()
-        vertex.append(made.inside[number] + np.arange(x.size))
-        column.append(np.tile(i, height - 1))
-        row_of.append(np.repeat(first_row + np.arange(height - 1), width - 1))
-        goal.append((x + 1j * y).ravel())
-    if not vertex:
+        vertices.append(made.inside[number] + np.arange(x.size))
+        columns.append(np.tile(i, height - 1))
+        rows.append(np.repeat(first_row + np.arange(height - 1), width - 1))
+        goals.append((x + 1j * y).ravel())
+    if not vertices:
         return
-    vertex, column = np.concatenate(vertex), np.concatenate(column)
-    row_of, goal = np.concatenate(row_of), np.concatenate(goal)
+    vertex, column, row_of, goal = map(np.concatenate, (vertices, columns, rows, goals))
     triangle, at, turn = _row_starts(layout, np.array(start_half), np.array(start_offset))
     origin = 1j * np.array(start_y)
-    reached = np.zeros(len(vertex), np.int64), np.zeros(len(vertex), complex)
+    reached, reached_at = np.zeros(len(vertex), np.int64), np.zeros(len(vertex), complex)
     turned = np.zeros(len(vertex), np.int64)
     arrived = np.ones(len(vertex), bool)
     # A column is reached from the one whose number has its lowest bit cleared: walks are short,
@@ -162,15 +168,15 @@ def _inside(map_: SeamlessMap, layout: Layout, made: Grids, places: _Places) -> 
         edge = from_column[now] == 0
         parent = np.where(edge, 0, parent)
         row = row_of[now]
-        begin = np.where(edge, triangle[row], reached[0][parent])
-        begin_at = np.where(edge, at[row], reached[1][parent])
+        begin = np.where(edge, triangle[row], reached[parent])
+        begin_at = np.where(edge, at[row], reached_at[parent])
         by = np.where(edge, turn[row], turned[parent])
         step = goal[now] - np.where(edge, origin[row], goal[parent])
         end, end_at, more, fine = walk(map_, begin, begin_at, TURNS[by % 4] * step, most)
-        reached[0][now], reached[1][now] = end, end_at
+        reached[now], reached_at[now] = end, end_at
         turned[now] = by + more
         arrived[now] = fine & (edge | arrived[parent])
-    places.put(vertex[arrived], reached[0][arrived], reached[1][arrived])
+    places.put(vertex[arrived], reached[arrived], reached_at[arrived])
 
 
 def _row_starts(

@@ -18,7 +18,8 @@ MOST_CUTS = 12
 
 def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float, list[Grids]]:
     """Grids with about as many quads as asked for, and what lengths were multiplied with."""
-    scale, best = 1.0, None
+    scale = 1.0
+    best: tuple[float, float, list[Grids]] = np.inf, scale, []
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
     for attempt in range(ROUNDS):
         progress.step(attempt / ROUNDS)
@@ -26,8 +27,8 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float
             whole_grids(laid, scale, cut, progress) for laid, cut in zip(parts, cuts, strict=True)
         ]
         total = sum(len(grid.quads) for grid in made)
-        off = abs(np.log(max(total, 1) / asked))
-        if best is None or off < best[0]:
+        off = float(abs(np.log(max(total, 1) / asked)))
+        if off < best[0]:
             best = off, scale, made
         if off <= CLOSE:
             break

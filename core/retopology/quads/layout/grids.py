@@ -86,7 +86,9 @@ def grids(layout: Layout, lengths: np.ndarray) -> Grids:
         between = max(length - 1, 0)
         arc_vertices.append(np.concatenate([[start], np.arange(count, count + between), [end]]))
         count += between
-    pairs, reasons, causes = [], [], []
+    pairs: list[np.ndarray] = []
+    reasons: list[np.ndarray] = []
+    causes: list[tuple[int, ...]] = []
 
     def join(one: np.ndarray, two: np.ndarray, cause: tuple[int, ...]) -> None:
         pairs.append(np.column_stack([one, two]))
@@ -94,7 +96,7 @@ def grids(layout: Layout, lengths: np.ndarray) -> Grids:
         causes.append(cause)
 
     for arc in np.flatnonzero(lengths == 0).tolist():
-        join(*arc_vertices[arc][:, None], (arc,))
+        join(arc_vertices[arc][:1], arc_vertices[arc][1:], (arc,))
     sides, inside, quads, patch = [], [], [], []
     for number, rectangle in enumerate(layout.rectangles):
         around = [_side(side, lengths, arc_vertices) for side in rectangle]

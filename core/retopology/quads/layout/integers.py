@@ -73,12 +73,9 @@ def whole_lengths(
 def _program(layout: Layout, scale: float, least: int) -> _Program:
     length = layout.length * scale
     arcs, count = len(length), len(layout.rectangles)
-    row, column = [], []
-    for number, sides in enumerate(layout.rectangles):
-        for place, side in enumerate(sides):
-            row += [4 * number + place] * len(side)
-            column += [half // 2 for half in side]
-    row, column = np.array(row), np.array(column)
+    every = [side for rectangle in layout.rectangles for side in rectangle]
+    row = np.repeat(np.arange(len(every)), [len(side) for side in every])
+    column = np.array([half // 2 for side in every for half in side])
     sides = sparse.coo_array((np.ones(len(row)), (row, column)), shape=(4 * count, arcs)).tocsr()
     # Width and height of each rectangle, by the first two of its sides.
     extent = (sides @ length).reshape(-1, 4)[:, :2]

@@ -76,16 +76,18 @@ class LaidOut:
     layout: Layout
 
 
-def laid_out(working: WorkingSurface, wishes: Wishes, progress: Progress) -> LaidOut:
-    """A layout of the surface.
+def laid_out(
+    working: WorkingSurface, wishes: Wishes, progress: Progress, attempts: int = ATTEMPTS
+) -> LaidOut:
+    """A layout of the surface, in so many attempts at most.
 
     Raises
     ------
     RemeshError
         There is none.
     """
-    for attempt in range(ATTEMPTS):
-        part = progress.part("Mapping the surface", attempt / ATTEMPTS, (attempt + 1) / ATTEMPTS)
+    for attempt in range(attempts):
+        part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
         cross, crossed, wishes = _crossed(working, wishes, part)
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))

@@ -14,18 +14,20 @@ import math
 import numpy as np
 
 from ....base.progress import Progress
-from ....mesh.half_edges import previous
 from ..field.crosses import QUARTER, fans
 from ..mapping.seamless_map import SeamlessMap
-from .rectangles import Layout, Node, Track, rectangles_of
+from .feature_chains import Around, FeatureChains
+from .rectangles import Layout, Node, Place, Segment, Track, Visit, rectangles_of
 
 DX, DY = (1.0, 0.0, -1.0, 0.0), (0.0, 1.0, 0.0, -1.0)
 # Tracks keep off vertices by this part of an edge.
 OFF_VERTEX = 1e-12
-# A sector between features must make whole right angles within this.
-WHOLE = 1e-3
 # Steps from triangle to triangle that the tracks may take, for each triangle and port.
 MOST_STEPS = 200
+Span = tuple[float, float]
+# The places on the perimeter of a triangle where a track enters and leaves it, the track and its
+# segment; for one that ended here the chord it ended on, and whether it came from within that.
+Chord = tuple[float, float, int, int, tuple[float, float, bool] | None]
 # How often closed features without a track are given one.
 ROUNDS = 20
 
@@ -38,7 +40,7 @@ def motorcycle_graph(map_: SeamlessMap, progress: Progress) -> Layout | None:
         if not tracks.sound or not tracks.run(progress):
             return None
         crosses = map_.crosses
-        edges = (len(crosses.twin) + np.count_nonzero(crosses.twin < 0)) // 2
+        edges = (len(crosses.twin) + int(np.count_nonzero(crosses.twin < 0))) // 2
         characteristic = len(crosses.vertices) - edges + len(crosses.triangles)
         found = rectangles_of(tracks.tracks, tracks.nodes, characteristic)
         if isinstance(found, Layout):
@@ -69,10 +71,9 @@ class _Tracks:
         self.leaves_at = np.angle(out).ravel()
         self.tracks: list[Track] = []
         self.nodes: list[Node] = []
-        self.heap: list[tuple] = []
-        # Per triangle: (perimeter at entry, at exit, track, segment, limit).
-        self.chords: list[list[tuple]] = [[] for _ in range(len(crosses.triangles))]
-        self.on_feature: dict[int, tuple] = {}
+        self.heap: list[tuple[float, int, int, int, float | None, int]] = []
+        self.chords: list[list[Chord]] = [[] for _ in range(len(crosses.triangles))]
+        self.on_feature: dict[int, tuple[int, int, bool, float]] = {}
         # False where the map does not suit the features.
         self.sound = True
         self._start()
@@ -80,20 +81,17 @@ class _Tracks:
     # Nodes and first tracks ---------------------------------------------------------------
 
     def _start(self) -> None:
-        sectors = self._sectors()
-        corner_nodes = {
-            vertex
-            for vertex, around in sectors.items()
-            if not (all(turns == 2 for _, _, turns in around[0]) and around[2] == 2)
+        features = FeatureChains(self.crosses, self.angle)
+        self.sound = features.sound
+        ends = {vertex for vertex, around in features.around.items() if not around.straight}
+        loops = features.closed(ends)
+        node_of = {
+            vertex: self._node(vertex, features.around[vertex].sectors[0].edge)
+            for vertex in sorted(ends | loops)
         }
-        loops = self._closed_features(sectors, corner_nodes)
-        node_of = {}
-        for vertex in sorted(corner_nodes | loops):
-            corner = sectors[vertex][0][0][0]
-            node_of[vertex] = self._node(vertex, corner)
-        outgoing = self._feature_tracks(sectors, node_of)
+        outgoing = self._feature_tracks(features, node_of)
         for vertex, node in node_of.items():
-            self._feature_node(vertex, node, sectors[vertex], outgoing, vertex in loops)
+            self._feature_node(node, features.around[vertex], outgoing, vertex in loops)
         poles = np.flatnonzero(self.crosses.singular)
         if not node_of and not len(poles):
             # A torus without a pole: any vertex starts four tracks.
@@ -106,77 +104,20 @@ class _Tracks:
         self.nodes.append(Node(triangle, place, [], vertex))
         return len(self.nodes) - 1
 
-    def _sectors(self) -> dict[int, tuple]:
-        """For each vertex on a feature its sectors between features, anticlockwise.
-
-        Each vertex has (sectors, open, features): a sector is the half-edge it starts at, its
-        corners, and its right angles; `open` says that the last sector ends on a border.
-        """
-        crosses = self.crosses
-        first = np.flatnonzero(crosses.feature)
-        corner, start = fans(crosses.twin, crosses.feature, first)
-        total = np.add.reduceat(self.angle[corner], start[:-1]) if len(first) else np.zeros(0)
-        turns = np.rint(total / QUARTER).astype(np.int64)
-        if (np.abs(total / QUARTER - turns) > WHOLE).any() or (turns < 1).any():
-            self.sound = False
-        sector = {
-            edge: (edge, corner[start[i] : start[i + 1]], int(turns[i]))
-            for i, edge in enumerate(first.tolist())
-        }
-        last = {edge: int(previous(sector[edge][1][-1])) for edge in sector}
-        leaving: dict[int, list[int]] = {}
-        for edge in first.tolist():
-            leaving.setdefault(int(self.tail[edge]), []).append(edge)
-        result = {}
-        for vertex, edges in leaving.items():
-            # A border's own half-edge is the first anticlockwise.
-            begin = next((edge for edge in edges if self.twin[edge] < 0), edges[0])
-            around, edge = [sector[begin]], begin
-            while len(around) <= len(edges):
-                edge = self.twin[last[edge]]
-                if edge < 0 or edge == begin:
-                    break
-                around.append(sector[edge])
-            opened = edge < 0
-            result[vertex] = around, opened, len(around) + opened
-        return result
-
-    def _closed_features(self, sectors: dict[int, tuple], nodes: set[int]) -> set[int]:
-        """One vertex of each closed feature that has no node."""
-        seen: set[int] = set()
-        for vertex in nodes:
-            for edge, _, _ in sectors[vertex][0]:
-                seen.update(self._chain(edge, sectors, nodes))
-        loops = set()
-        for edge in np.flatnonzero(self.crosses.feature).tolist():
-            if edge in seen or self.twin[edge] in seen:
-                continue
-            vertex = int(self.tail[edge])
-            loops.add(vertex)
-            seen.update(self._chain(edge, sectors, nodes | loops))
-        return loops
-
-    def _chain(self, edge: int, sectors: dict[int, tuple], nodes: set[int]) -> list[int]:
-        """Feature half-edges from one on, up to a node."""
-        chain = [edge]
-        while int(self.head[edge]) not in nodes:
-            around = sectors[int(self.head[edge])][0]
-            onward = [item[0] for item in around if item[0] != self.twin[edge]]
-            edge = onward[0]
-            chain.append(edge)
-        return chain
-
-    def _feature_tracks(self, sectors: dict[int, tuple], node_of: dict[int, int]) -> dict:
+    def _feature_tracks(
+        self, features: FeatureChains, node_of: dict[int, int]
+    ) -> dict[int, tuple[int, bool]]:
         """Lay the features as tracks; (track, forwards) for each half-edge that leaves a node,
         and for -1 - (half-edge) that reaches one along a border."""
         outgoing: dict[int, tuple[int, bool]] = {}
         done: set[int] = set()
         nodes = set(node_of)
         for vertex in node_of:
-            for edge, _, _ in sectors[vertex][0]:
+            for sector in features.around[vertex].sectors:
+                edge = sector.edge
                 if edge in done:
                     continue
-                chain = self._chain(edge, sectors, nodes)
+                chain = features.chain(edge, nodes)
                 number = len(self.tracks)
                 track = Track(feature=True, border=self.twin[edge] < 0, chain=chain)
                 for place, half in enumerate(chain):
@@ -184,16 +125,16 @@ class _Tracks:
                     start, end = self._side(triangle, side)
                     length = abs(end[0] - start[0]) + abs(end[1] - start[1])
                     stretch = track.length, track.length + length
-                    track.segments.append((triangle, start, end, *stretch, _axis(start, end)))
+                    track.segments.append(
+                        Segment(triangle, start, end, *stretch, _axis(start, end))
+                    )
                     self.on_feature[half] = number, place, True, length
                     other = self.twin[half]
                     if other >= 0:
                         beyond, side = divmod(other, 3)
                         end, start = self._side(beyond, side)
-                        track.back.append((beyond, start, end, *stretch, _axis(start, end)))
+                        track.back.append(Segment(beyond, start, end, *stretch, _axis(start, end)))
                         self.on_feature[other] = number, place, False, length
-                    else:
-                        track.back.append(None)
                     track.length += length
                     done.add(half)
                     done.add(other)
@@ -203,15 +144,15 @@ class _Tracks:
                 outgoing[last if last >= 0 else -1 - chain[-1]] = number, False
         return outgoing
 
-    def _side(self, triangle: int, side: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    def _side(self, triangle: int, side: int) -> tuple[Place, Place]:
         x, y, end = self.x[triangle], self.y[triangle], (side + 1) % 3
         return (x[side], y[side]), (x[end], y[end])
 
     def _feature_node(
-        self, vertex: int, node: int, around: tuple, outgoing: dict, loop: bool
+        self, node: int, around: Around, outgoing: dict[int, tuple[int, bool]], loop: bool
     ) -> None:
         """Ports and quadrants of a node on features, and the tracks that leave it."""
-        sectors, opened, _ = around
+        vertex = self.nodes[node].vertex
         quadrants = self.nodes[node].quadrants
         touched = []
 
@@ -222,23 +163,23 @@ class _Tracks:
             last = len(track.segments) - 1
             port = len(quadrants)
             if forwards:
-                track.visits.append(((0, 0.0, -1), node, port, -1))
+                track.visits.append(Visit((0, 0.0, -1), node, port, -1))
             else:
-                length = track.segments[last][4] - track.segments[last][3]
-                track.visits.append(((last, length, 1), node, -1, port))
+                length = track.segments[last].far - track.segments[last].near
+                track.visits.append(Visit((last, length, 1), node, -1, port))
 
-        for edge, corners, turns in sectors:
-            along(edge)
+        for sector in around.sectors:
+            along(sector.edge)
+            turns = sector.turns
             shoots = turns > 2 or (turns == 2 and (loop or (vertex, len(quadrants)) in self.forced))
             if not shoots:
                 quadrants.append(turns)
                 continue
             quadrants.append(1)
             at = np.arange(1, turns) * QUARTER
-            self._shoot(node, corners, at, quadrants)
-        if opened:
-            last = int(previous(sectors[-1][1][-1]))
-            along(-1 - last)
+            self._shoot(node, sector.corners, at, quadrants)
+        if around.opened:
+            along(-1 - around.sectors[-1].last)
             quadrants.append(-1)
         self.nodes[node].features = tuple(touched)
 
@@ -269,7 +210,7 @@ class _Tracks:
             within = angle - (passed[item] - self.angle[corner])
             direction = int(np.rint((self.leaves_at[corner] + within) / QUARTER)) % 4
             track = Track(feature=False)
-            track.visits.append(((0, 0.0, -1), node, len(quadrants), -1))
+            track.visits.append(Visit((0, 0.0, -1), node, len(quadrants), -1))
             quadrants.append(1)
             number = len(self.tracks)
             self.tracks.append(track)
@@ -326,12 +267,16 @@ class _Tracks:
             within = span[0] < entry < span[1]
             self.chords[triangle].append((entry, exit_, number, place, (*span, within)))
             track.length += way
-            track.segments.append((triangle, (px, py), end_at, before, track.length, direction))
+            track.segments.append(
+                Segment(triangle, (px, py), end_at, before, track.length, direction)
+            )
             self._end_on_track(number, host, segment, (px, py), direction, end_at)
             return
         self.chords[triangle].append((entry, exit_, number, place, None))
         track.length += length
-        track.segments.append((triangle, (px, py), (qx, qy), before, track.length, direction))
+        track.segments.append(
+            Segment(triangle, (px, py), (qx, qy), before, track.length, direction)
+        )
         edge = 3 * triangle + leaves
         if self.feature[edge]:
             self._end_on_feature(number, edge, at, (qx, qy))
@@ -346,10 +291,10 @@ class _Tracks:
         triangle: int,
         entry: float,
         exit_: float,
-        start: tuple[float, float],
+        start: Place,
         direction: int,
         length: float,
-    ) -> tuple | None:
+    ) -> tuple[float, int, int, Span] | None:
         """The first chord of the triangle that is crossed: way to it, track, segment, its ends."""
         low, high = min(entry, exit_), max(entry, exit_)
         best = None
@@ -362,7 +307,7 @@ class _Tracks:
             if limit is not None and (limit[0] < entry < limit[1]) != limit[2]:
                 continue
             other = self.tracks[host].segments[segment]
-            if (other[5] - direction) % 2 == 0:
+            if (other.direction - direction) % 2 == 0:
                 # Parallel tracks cannot cross: round-off has put them in the wrong order.
                 self.sound = False
                 continue
@@ -379,9 +324,9 @@ class _Tracks:
         number: int,
         host: int,
         segment: int,
-        start: tuple[float, float],
+        start: Place,
         direction: int,
-        place: tuple[float, float],
+        place: Place,
     ) -> None:
         triangle, begin, _, near, far, heading = self.tracks[host].segments[segment]
         along = (start[0] - begin[0]) * DX[heading] + (start[1] - begin[1]) * DY[heading]
@@ -389,9 +334,7 @@ class _Tracks:
         from_right = DX[heading] * DY[direction] - DY[heading] * DX[direction] > 0
         self._tee(number, host, (segment, along, 0), from_right, triangle, place, 2)
 
-    def _end_on_feature(
-        self, number: int, edge: int, share: float, place: tuple[float, float]
-    ) -> None:
+    def _end_on_feature(self, number: int, edge: int, share: float, place: Place) -> None:
         host, segment, forwards, length = self.on_feature[edge]
         along = (share if forwards else 1.0 - share) * length
         beyond = -1 if self.tracks[host].border else 2
@@ -401,10 +344,10 @@ class _Tracks:
         self,
         number: int,
         host: int,
-        key: tuple,
+        key: tuple[int, float, int],
         from_right: bool,
         triangle: int,
-        place: tuple[float, float],
+        place: Place,
         beyond: int,
     ) -> None:
         """A node where a track ends on another; `beyond` are the quadrants across from it."""
@@ -413,13 +356,13 @@ class _Tracks:
         back, own = (1, 2) if from_right else (2, 1)
         feature = (host,) if self.tracks[host].feature else ()
         self.nodes.append(Node(triangle, place, quadrants, -1, feature))
-        self.tracks[host].visits.append((key, node, 0, back))
+        self.tracks[host].visits.append(Visit(key, node, 0, back))
         track = self.tracks[number]
         last = len(track.segments) - 1
-        length = track.segments[last][4] - track.segments[last][3]
-        track.visits.append(((last, length, 1), node, -1, own))
+        length = track.segments[last].far - track.segments[last].near
+        track.visits.append(Visit((last, length, 1), node, -1, own))
 
 
-def _axis(start: tuple[float, float], end: tuple[float, float]) -> int:
+def _axis(start: Place, end: Place) -> int:
     """The direction of a stretch along an axis, in quarter turns."""
     return round(math.atan2(end[1] - start[1], end[0] - start[0]) / QUARTER) % 4

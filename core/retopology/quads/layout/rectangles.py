@@ -8,27 +8,47 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
+
+Place = tuple[float, float]
+
+
+class Segment(NamedTuple):
+    """A stretch of a track in one triangle: places in its coordinates, distances along the track
+    at its ends, and its direction in quarter turns."""
+
+    triangle: int
+    start: Place
+    end: Place
+    near: float
+    far: float
+    direction: int
+
+
+class Visit(NamedTuple):
+    """A node on a track. `key` orders them: the segment, the distance on it, and -1 for the
+    track's start, 1 for its end. The ports lead forwards and backwards, -1 for none."""
+
+    key: tuple[int, float, int]
+    node: int
+    forwards: int
+    backwards: int
 
 
 @dataclass
 class Track:
-    """A polyline in the map, straight and along an axis, through the triangles it crosses.
-
-    A segment is (triangle, start, end, distance at its start, at its end, direction in quarter
-    turns), with places as pairs of coordinates.
-    """
+    """A polyline in the map, straight and along an axis, through the triangles it crosses."""
 
     feature: bool
     border: bool = False
-    segments: list[tuple] = field(default_factory=list)
-    # The same on the other side of a feature, None on borders.
-    back: list[tuple | None] = field(default_factory=list)
+    segments: list[Segment] = field(default_factory=list)
+    # The same on the other side of a feature; nothing on borders.
+    back: list[Segment] = field(default_factory=list)
     # Half-edges of the surface that a feature runs along.
     chain: list[int] = field(default_factory=list)
-    # ((segment, place on it, order), node, port forwards, port backwards), -1 for no port.
-    visits: list[tuple] = field(default_factory=list)
+    visits: list[Visit] = field(default_factory=list)
     length: float = 0.0
 
 
@@ -38,7 +58,7 @@ class Node:
     between ports i and i + 1, -1 outside of the surface."""
 
     triangle: int
-    place: tuple[float, float]
+    place: Place
     quadrants: list[int]
     # The vertex of the surface, -1 for a T.
     vertex: int
@@ -88,19 +108,21 @@ class Fault:
 
 def rectangles_of(tracks: list[Track], nodes: list[Node], characteristic: int) -> Layout | Fault:
     """The layout of finished tracks on a connected surface of this Euler characteristic."""
-    owner, start, end, ends = [], [], [], []
+    owner: list[int] = []
+    start: list[float] = []
+    end: list[float] = []
+    ends: list[tuple[int, int]] = []
     # Half-arc that leaves each node by each port.
     leaving = [[-1] * len(node.quadrants) for node in nodes]
     for number, track in enumerate(tracks):
-        visits = sorted(track.visits, key=lambda visit: visit[0])
-        for one, two in pairwise(visits):
+        for one, two in pairwise(sorted(track.visits, key=lambda visit: visit.key)):
             arc = len(owner)
             owner.append(number)
-            start.append(_distance(track, one[0]))
-            end.append(_distance(track, two[0]))
-            ends.append((one[1], two[1]))
-            leaving[one[1]][one[2]] = 2 * arc
-            leaving[two[1]][two[3]] = 2 * arc + 1
+            start.append(_distance(track, one))
+            end.append(_distance(track, two))
+            ends.append((one.node, two.node))
+            leaving[one.node][one.forwards] = 2 * arc
+            leaving[two.node][two.backwards] = 2 * arc + 1
     if any(-1 in ports for ports in leaving):
         return Fault()
     at = {}
@@ -146,9 +168,9 @@ def rectangles_of(tracks: list[Track], nodes: list[Node], characteristic: int) -
     )
 
 
-def _distance(track: Track, key: tuple) -> float:
-    segment, place = key[:2]
-    return track.segments[segment][3] + place
+def _distance(track: Track, visit: Visit) -> float:
+    segment, way, _ = visit.key
+    return track.segments[segment].near + way
 
 
 def _sides(cycle: list[int], corners: list[int]) -> list[list[int]]:

@@ -178,9 +178,9 @@ def least_squares(
         A solution of which only the unknowns `free` (f,) int64 change, and the triangles (t,)
         that they touch; all of them without.
     """
-    if x is None:
-        x, free = np.zeros(problem.count), np.arange(problem.count)
-        triangles = np.arange(len(weight))
+    x = np.zeros(problem.count) if x is None else x
+    free = np.arange(problem.count) if free is None else free
+    triangles = np.arange(len(weight)) if triangles is None else triangles
     derivative = problem.derivative[triangles]
     value = x[problem.unknown[triangles]]
     rest = problem.target[triangles] - np.einsum("mij,mj->mi", derivative, value)

@@ -57,10 +57,10 @@ def injective_map(problem: SeamlessProblem, progress: Progress) -> tuple[np.ndar
     progress.step(0.4)
     x = _stiffened(problem, x)
     progress.step(0.6)
-    rings, least, idle = FIRST_RINGS, np.inf, 0
+    rings, least, idle = FIRST_RINGS, len(problem.weight), 0
     while rings <= MOST_RINGS and idle < PATIENCE:
         flipped = _flipped(problem, x)
-        count = np.count_nonzero(flipped)
+        count = int(np.count_nonzero(flipped))
         if not count:
             break
         idle = 0 if count < least else idle + 1

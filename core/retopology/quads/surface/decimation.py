@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
+from ....base.errors import RemeshError
 from ....base.progress import Progress
-from ....mesh.half_edges import link
+from ....mesh.half_edges import HalfEdges, link
 from .subdivision import Triangles, chosen
 
 # An equilateral triangle of side s has the area 0.433 s^2.
@@ -42,14 +43,21 @@ def coarsened(mesh: Triangles, most: int, progress: Progress) -> Triangles:
         mesh = _round(mesh, aim, lots)
         idle = idle + 1 if len(mesh.triangles) > (1.0 - LITTLE) * count else 0
     # Where an edge has come to lie on a feature only one of its sides knows.
-    twin = link(mesh.triangles.astype(np.int32), len(mesh.vertices)).twin
+    twin = _linked(mesh).twin
     return replace(mesh, feature=mesh.feature | (mesh.feature[twin] & (twin >= 0)))
+
+
+def _linked(mesh: Triangles) -> HalfEdges:
+    links = link(mesh.triangles.astype(np.int32), len(mesh.vertices))
+    if links is None:
+        raise RemeshError("A piece of the mesh crosses itself where it was coarsened. Repair it.")
+    return links
 
 
 def _round(mesh: Triangles, aim: float, lots: np.random.Generator) -> Triangles:
     """The mesh after one round of collapses."""
     n = len(mesh.vertices)
-    links = link(mesh.triangles.astype(np.int32), n)
+    links = _linked(mesh)
     twin = links.twin
     mesh = replace(mesh, feature=mesh.feature | (mesh.feature[twin] & (twin >= 0)))
     tail, head = mesh.ends

@@ -58,15 +58,15 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     one, two = edge // n, edge % n
     part = np.full((len(edge), 1), 0.5)
     if share is not None:
-        part = share[half[first], None]
-        part = np.where(tail[half[first], None] == one[:, None], part, 1.0 - part)
+        from_tail = share[half[first]]
+        part[:, 0] = np.where(tail[half[first]] == one, from_tail, 1.0 - from_tail)
     middle = np.full(len(marked), -1)
     middle[half] = n + number
     vertices, values = (
         np.concatenate([of, (1.0 - part) * of[one] + part * of[two]])
         for of in (mesh.vertices, mesh.values)
     )
-    marks, middle = marked.reshape(-1, 3), middle.reshape(-1, 3)
+    marks, middles = marked.reshape(-1, 3), middle.reshape(-1, 3)
     feature = mesh.feature.reshape(-1, 3)
     number_marked = marks.sum(axis=1)
     pieces, origin, edges = [mesh.triangles[number_marked == 0]], [], []
@@ -86,7 +86,7 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
         turned = (first[:, None] + np.arange(3)) % 3
         row = rows[:, None]
         a, b, c = mesh.triangles[row, turned].T
-        p, q, r = middle[row, turned].T
+        p, q, r = middles[row, turned].T
         f, g, h = feature[row, turned].T
         no = np.zeros(len(rows), bool)
         if count == 1:

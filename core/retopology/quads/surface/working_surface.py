@@ -99,8 +99,8 @@ def working_surface(
     if len(mesh.triangles) > SLACK * most:
         fine = mesh
         mesh = coarsened(mesh, most, progress)
-    longest = 1.5 * np.sqrt(area / SHARE / np.array([FEWEST, LIMIT]))
-    longest = max(min(LONGEST * size, longest[0]), longest[1])
+    coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
+    longest = max(min(LONGEST * size, coarsest), finest)
     mesh = refined(mesh, longest, ROUNDS)
     surface, _ = clean(mesh.vertices, mesh.triangles)
     mesh = freed(replace(mesh, feature=mesh.feature | (surface.twin < 0)), surface.border)
