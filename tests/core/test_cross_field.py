@@ -5,6 +5,7 @@ import pytest
 from fields import exact_field, surface_of
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
+from shapes import cube
 from surfaces import cylinder, ellipsoid, icosphere, noisy, plane, quartic, sphere, torus
 
 import core
@@ -96,27 +97,6 @@ def test_cylinder_and_torus_have_no_singularity():
         _, field, cross = made(mesh)
         assert not cross.triangle_index.any()
         assert np.median(away_from(cross.direction, field.d1)) < 0.5
-
-
-def cube(cells=8):
-    """A cube with sharp edges, each face a grid."""
-    points, triangles = [], []
-    t = np.linspace(-1, 1, cells + 1)
-    u, v = (side.ravel() for side in np.meshgrid(t, t))
-    i, j = (side.ravel() for side in np.meshgrid(np.arange(cells), np.arange(cells)))
-    a = j * (cells + 1) + i
-    quads = np.stack([a, a + 1, a + cells + 2, a + cells + 1], axis=1)
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            face = np.zeros((len(u), 3))
-            face[:, axis], face[:, (axis + 1) % 3], face[:, (axis + 2) % 3] = sign, u, v
-            corners = quads if sign > 0 else quads[:, ::-1]
-            first = sum(map(len, points))
-            triangles += [first + corners[:, [0, 1, 2]], first + corners[:, [0, 2, 3]]]
-            points.append(face)
-    points = np.concatenate(points)
-    _, keep, new = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
-    return points[keep], new.ravel()[np.concatenate(triangles)]
 
 
 def test_cube_is_aligned_to_its_edges_with_a_pole_at_each_corner():

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from fields import surface_of
+from shapes import cube, rounded_box
 from surfaces import ellipsoid, noisy, plane, random_ellipsoid
-from test_cross_field import cube
-from test_ridges import rounded_box
 
 import core
 from core.base.progress import Progress

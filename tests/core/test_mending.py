@@ -173,9 +173,7 @@ def test_t_junctions_are_mended_and_said(pieces, apart):
 
 
 def test_what_only_touches_an_edge_is_no_junction():
-    vertices = np.array(
-        [[0.0, 0, 0], [2, 0, 0], [1, 1, 0], [1, 0, 0], [0.5, -1, 0], [1.5, -1, 0]]
-    )
+    vertices = np.array([[0.0, 0, 0], [2, 0, 0], [1, 1, 0], [1, 0, 0], [0.5, -1, 0], [1.5, -1, 0]])
     _, warnings = clean(vertices, np.array([[0, 1, 2], [3, 4, 5]]))
     assert not warnings
 

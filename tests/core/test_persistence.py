@@ -164,7 +164,7 @@ def test_umbilics_meet_through_a_region():
 def test_components_never_meet():
     one, two = _strip(4), _strip(5)
     surface = _surface(
-        np.concatenate([one.vertices, two.vertices]),
+        np.concatenate([one.vertices, two.vertices + np.array([0.0, 0.0, 5.0])]),
         np.concatenate([one.triangles, two.triangles + 8]),
     )
     gap = np.ones(18)

@@ -7,6 +7,7 @@ import pytest
 from fields import exact_field, surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from shapes import rounded_box
 from surfaces import (
     cylinder,
     ellipsoid,
@@ -140,13 +141,6 @@ def test_a_trough_has_its_crest_in_the_hollow():
     assert set(lines.kind) == {"crest"} and set(lines.family) == {1}
     # z = x^2 / 4 + y^2 / 2 bends most across the x axis.
     assert np.abs(lines.position[:, 1]).max() < 0.1
-
-
-def rounded_box(subdivisions, power=6):
-    points, triangles = icosphere(subdivisions)
-    turn, _ = np.linalg.qr(np.array([[2.0, 0.3, 0.5], [-0.2, 3.0, 0.7], [0.4, -0.6, 1.5]]))
-    points = points @ turn
-    return points / ((points**power).sum(axis=1) ** (1 / power))[:, None], triangles
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])

@@ -122,4 +122,3 @@ def test_the_exit_codes_are_those_of_the_manual():
     assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.M)} == codes
     (end,) = (one for one in schema("event").schema["oneOf"] if "exit_code" in one["properties"])
     assert set(end["properties"]["exit_code"]["enum"]) == codes
-
