@@ -12,8 +12,9 @@ from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 import core
 from core.base.progress import Progress
 from core.fields.planes import lay_out
+from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.polylines import points_of
-from core.retopology.lines.separatrices import unwound
+from core.retopology.lines.separatrices import BUNDLED, unwound
 from core.retopology.lines.streamlines import AUTO_SPACING
 from core.retopology.lines.tracing import BORDER, LIMIT, Starts, trace
 
@@ -356,3 +357,50 @@ def test_automatic_smoothness_goes_by_the_noise_of_the_directions():
         for one in (core.GuidanceSettings(), exact)
     )
     assert found < 0.9 * wild
+
+
+def beside_others(lines, apart):
+    """Share of the length of lines on which they run beside others of their family."""
+    line = np.repeat(np.arange(len(lines)), np.diff(lines.start))
+    point = lines.position
+    place = np.hstack([point, 2 * apart * lines.normal, 10 * apart * lines.family[line][:, None]])
+    pairs = cKDTree(place).query_pairs(apart, output_type="ndarray")
+    pairs = pairs[line[pairs[:, 0]] != line[pairs[:, 1]]]
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    # Where two lines share their points they are one.
+    other = pairs[:, 0] * len(lines) + line[pairs[:, 1]]
+    shared = np.linalg.norm(point[pairs[:, 0]] - point[pairs[:, 1]], axis=1) < 1e-9
+    near = np.zeros(len(point), bool)
+    near[pairs[~np.isin(other, other[shared]), 0]] = True
+    step = np.linalg.norm(np.diff(point, axis=0), axis=1)
+    inner = line[1:] == line[:-1]
+    return step[inner & near[1:] & near[:-1]].sum() / step[inner].sum()
+
+
+@pytest.mark.parametrize("name", ["hand_closed_os.obj", "bunny_hr_os.obj"])
+def test_separatrices_do_not_run_in_bundles(name, meshes_folder):
+    """As traced, 0.28 and 0.51 of their length on these meshes did."""
+    vertices, triangles = read_mesh(meshes_folder / name)
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    area = guide.surface.face_normal_area[1].sum() * guide.surface.unit**2
+    found = guide.separatrices(both_ways=True)
+    assert beside_others(found, BUNDLED * AUTO_SPACING * np.sqrt(area)) < 0.15
+
+
+def test_lines_that_meet_go_on_as_one():
+    """Three from the left, two of which come together; one back from where they end."""
+    x = np.linspace(0.0, 1.0, 101)
+    high = np.where(x < 0.5, 0.5 - x, 0.0)
+    ways = [(x, 0 * x), (x, 0.02 + high), (x, 1.0 + 0 * x), (1.0 - 1.2 * x, 0.01 + 0 * x)]
+    points = np.concatenate([np.c_[a, b, 0 * a] for a, b in ways])
+    line = np.repeat(np.arange(4), 101)
+    source, target = np.array([0, 1, 2, 9]), np.array([9, 8, 7, 5])
+    normal = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    joined = joined_bundles(points, normal, line, np.zeros(4), source, target, 0.05, 0.2)
+    assert joined.target.tolist() == [9, 9, 7, 0]
+    first, second, third, fourth = (joined.row[joined.line == number] for number in range(4))
+    assert np.array_equal(first, np.arange(101)) and np.array_equal(third, 202 + np.arange(101))
+    # Its own points up to where it comes near, then those of the first.
+    assert (second[:40] == 101 + np.arange(40)).all() and second[-1] == 100
+    assert np.abs(points[second][60:, 1]).max() == 0.0
+    assert fourth[-1] == 0 and (np.diff(fourth[1:]) == -1).all()

@@ -19,9 +19,9 @@ LEAST_COSINE = 0.5
 # right angles to its own and ends, instead of turning into the other's way.
 RESOLVED = 1.0
 # A steady line ends where it would turn by more than this from its mean direction over about so
-# many edges. Chosen on r = 2 + cos z: at four resolutions none of 1,005 lines turns from meridian to
-# parallel, at a fifth, where the detection keeps 108 umbilics on the circles, 15 of 240 do; with
-# random vertices it is 3 of 226. Lines that pass an umbilic within 1.5 edges end, too.
+# many edges. Chosen on r = 2 + cos z: at four resolutions none of 1,005 lines turns from meridian
+# to parallel, at a fifth, where the detection keeps 108 umbilics on the circles, 15 of 240 do;
+# with random vertices it is 3 of 226. Lines that pass an umbilic within 1.5 edges end, too.
 MEMORY, STEADY_COSINE = 1.5, 0.6
 # Lines keep this share of an edge away from its ends, where there would be no triangle beyond.
 MARGIN = 1e-6

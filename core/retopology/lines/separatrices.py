@@ -15,6 +15,7 @@ from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..settings import GuidanceSettings
+from .bundles import joined_bundles
 from .polylines import Lines, lines_from, points_of, sparse_rows
 from .streamlines import spacing_of
 from .tracing import LIMIT, MET, OBSTACLE, Starts, Traces, trace
@@ -31,6 +32,9 @@ AUTO_LIMIT = 4.0
 # A separatrix without end is cut where it comes back beside itself nearer than this many spacings
 # of the lines of curvature.
 BESIDE = 0.5
+# Separatrices that run beside each other nearer than this many spacings, over so many times that,
+# go on as one; or nearer than two edges, over four, where these are longer.
+BUNDLED, RUN = 0.25, 4.0
 # Points are left out as long as this many edges lie between two.
 DETAIL = 1.0
 
@@ -96,7 +100,8 @@ def separatrices(
     target = np.where(
         (traces.end == OBSTACLE) & (traces.obstacle < len(umbilics)), traces.obstacle, -1
     )
-    return _lines(surface, planes, umbilics, inner, traces, family, point, target)
+    apart = BUNDLED * spacing_of(surface, settings)
+    return _lines(surface, planes, umbilics, inner, traces, family, point, target, apart)
 
 
 def unwound(surface: Surface, planes: FaceFrames, traces: Traces, apart: float) -> Traces:
@@ -188,11 +193,23 @@ def _lines(
     family: np.ndarray,
     point: np.ndarray,
     target: np.ndarray,
+    apart: float,
 ) -> Lines:
     count = len(family)
     detail = DETAIL * float(np.median(_edge_lengths(surface, inner))) if len(inner) else 1.0
     rows = sparse_rows(traces, detail)
     line = np.repeat(np.arange(count), np.diff(traces.start))[rows]
+    joined = joined_bundles(
+        points_of(surface, planes, traces.triangle[rows], traces.z[rows]),
+        surface.face_normal_area[0][traces.triangle[rows]],
+        line,
+        family,
+        point,
+        target,
+        max(apart, 2.0 * detail),
+        max(RUN * apart, 4.0 * detail),
+    )
+    rows, line, target = rows[joined.row], joined.line, joined.target
     # One more point for each line that reaches an umbilic: the umbilic itself.
     reached = np.flatnonzero(target >= 0)
     at = inner[target[reached]]
