@@ -23,7 +23,7 @@ DETECT, STRENGTH, FIRST_ROW, ROW = 100, 246, 512, 21
 # In parts of its width and in pixels below its top.
 SHOW_MAP = 0.75, 679
 # Heights of a line and of a button of the verdict.
-_LINE, _BUTTON = 16, 23
+_LINE, _BUTTON = 15, 29
 
 
 def part(name: str) -> ModuleType:
