@@ -128,6 +128,7 @@ class Guide:
                 self._field,
                 self.detection.umbilics,
                 self.detection.candidates,
+                self._regions,
                 self.undirected,
                 progress,
             )
@@ -148,6 +149,12 @@ class Guide:
         row = np.full(self._counts[1], -1)
         row[self.surface.source_triangle] = np.arange(len(self.surface.source_triangle))
         return row
+
+    @property
+    def _regions(self) -> list[np.ndarray]:
+        """For each region the rows of its triangles of the surface."""
+        row = self._row
+        return [row[region.triangles] for region in self.detection.regions]
 
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
@@ -370,12 +377,11 @@ class Guide:
             smoothness = self._smoothness_by_noise()
         if smoothness == 0.0:
             return self.planes(progress), self._singular
-        regions = [self._row[region.triangles] for region in self.detection.regions]
         smooth = smoothed_field(
             self.surface,
             self.simplified(progress.part("Simplifying the field", 0.0, 0.3)),
             smoothness,
-            regions,
+            self._regions,
             progress.part("Smoothing the lines", 0.3, 1.0),
             held,
         )
