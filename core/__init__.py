@@ -27,6 +27,7 @@ from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
@@ -85,11 +86,13 @@ __all__ = [
     "RidgeLines",
     "Selection",
     "Settings",
+    "Strokes",
     "Suitability",
     "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
+    "WantedPoles",
     "Written",
     "check",
     "check_topology",

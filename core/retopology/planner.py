@@ -12,11 +12,12 @@ from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
 from ..mesh.creases import is_convex
-from ..mesh.input_map import at_triangles, at_vertices, sums_at_triangles
+from ..mesh.input_map import at_triangles, at_vertices, places_on_surface, sums_at_triangles
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
+from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
 from .cross_field import CrossField, cross_field, smoothing_length, smoothness_of
 from .features import Features, find_features
 from .field.planned import with_poles
@@ -144,17 +145,13 @@ class Guide:
         return inside[self.surface.source_triangle]
 
     @property
-    def _row(self) -> np.ndarray:
-        """(input triangles,) row of the surface that each became, -1 for none."""
-        row = np.full(self._counts[1], -1)
-        row[self.surface.source_triangle] = np.arange(len(self.surface.source_triangle))
-        return row
-
-    @property
     def _regions(self) -> list[np.ndarray]:
         """For each region the rows of its triangles of the surface."""
-        row = self._row
-        return [row[region.triangles] for region in self.detection.regions]
+        number = np.full(self._counts[1], -1)
+        for row, region in enumerate(self.detection.regions):
+            number[region.triangles] = row
+        mine = number[self.surface.source_triangle]
+        return [np.flatnonzero(mine == row) for row in range(len(self.detection.regions))]
 
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
@@ -171,6 +168,8 @@ class Guide:
         *,
         sharp: np.ndarray | None = None,
         zone: np.ndarray | None = None,
+        strokes: Strokes | None = None,
+        wanted: WantedPoles | None = None,
     ) -> Guidance:
         """Cross field and pole plan.
 
@@ -180,6 +179,10 @@ class Guide:
             (s, 2) vertex pairs of the edges marked as sharp.
         zone:
             (n,) bool vertices where no pole is wanted.
+        strokes:
+            Lines that the field is to run along, less than along hard features.
+        wanted:
+            All the poles that there are to be, in place of those that would be planned.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         surface = self.surface
@@ -187,32 +190,38 @@ class Guide:
         simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.15))
         part = progress.part("Finding features", 0.15, 0.25)
         features = self.features(settings, part, sharp=sharp)
+        pull = None if strokes is None else pull_of(surface, strokes)
+        if pull is not None:
+            features = with_strokes(surface, features, pull)
         part = progress.part("Smoothing the cross field", 0.25, 0.8)
         cross = cross_field(
             surface, simple.curvature, settings, part, undirected=self.undirected, features=features
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
-        poles = plan_poles(
-            surface,
-            planes,
-            cross,
-            self.detection.umbilics,
-            list(self.detection.regions),
-            zone,
-            settings.plan,
-        )
+        regions = list(self.detection.regions)
+        umbilics = self.detection.umbilics
+        if wanted is not None:
+            poles = planned_by_hand(surface, regions, wanted)
+        else:
+            poles = plan_poles(surface, planes, cross, umbilics, regions, zone, settings.plan)
         cross = with_poles(
             surface,
             planes,
             cross,
-            self._row[poles.triangle],
+            places_on_surface(surface, poles.triangle, poles.barycentric)[0],
             4 - poles.valence,
             progress.part("Moving poles", 0.95, 1.0),
         )
         end = time.perf_counter()
         progress.step(1.0)
-        return self._collected(cross, poles, features, middle - begin, end - middle)
+        warnings = self._warnings(cross, poles)
+        if strokes is not None and pull is not None:
+            warnings += strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
+        return replace(
+            self._collected(cross, poles, features, middle - begin, end - middle),
+            warnings=warnings,
+        )
 
     def _collected(
         self,
@@ -241,7 +250,6 @@ class Guide:
             feature_side=edges % 3,
             feature_convex=is_convex(surface, edges),
             timings={"cross field": field_seconds, "poles": pole_seconds},
-            warnings=self._warnings(cross, poles),
         )
 
     def _warnings(self, cross: CrossField, poles: Poles) -> tuple[str, ...]:
@@ -253,7 +261,8 @@ class Guide:
                 "they have nothing opposite left to cancel with."
             )
         planned = np.zeros(len(cross.triangle_index))
-        np.add.at(planned, self._row[poles.triangle], 4 - poles.valence)
+        at, _ = places_on_surface(self.surface, poles.triangle, poles.barycentric)
+        np.add.at(planned, at, 4 - poles.valence)
         differing = int(np.count_nonzero(planned != np.rint(4.0 * cross.triangle_index)))
         if differing:
             found.append(
