@@ -29,7 +29,7 @@ SAMPLED = 1000
 # The change falls where it is below this share of the change one ring before. The true error of
 # the scale chosen so is 1.00 to 1.17 times the least on average, at most 1.5 times, over clean,
 # coarse, noisy, decimated and marching cubes meshes of 14 surfaces (seeds 0 to 2 of
-# benchmarks.generic); 0.75 to 0.9 hardly differ.
+# benchmarks.people); 0.75 to 0.9 hardly differ.
 FALLING = 0.85
 # Least share of its variance that a fit is taken to lose to the next ring.
 LEAST_FALL = 0.3

@@ -21,7 +21,13 @@ def exported():
     guide = core.Guide(mesh.vertices, mesh.triangles, detection)
     guidance = guide.guidance()
     return core.Exported(
-        mesh.vertices, mesh.triangles, guide, guidance, guide.lines(), guide.separatrices()
+        mesh.vertices,
+        mesh.triangles,
+        guide,
+        guidance,
+        lines=guide.lines(),
+        separatrices=guide.separatrices(),
+        ridges=guide.ridges(),
     )
 
 
