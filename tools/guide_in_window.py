@@ -18,7 +18,7 @@ from hands import View, click, drag, open_tab, play, point  # noqa: E402
 from mathutils import Euler, Vector  # noqa: E402
 from new_user import NewUser  # noqa: E402
 from shot import shot  # noqa: E402
-from stage import FIRST_ROW, NAME, ROW, STRENGTH, clear_scene, monkey, part, settled  # noqa: E402
+from stage import FIRST_ROW, NAME, ROW, STRENGTH, clear_scene, in_tab, monkey, part, settled  # noqa: E402
 
 FOLDER, ZIP, *MESH = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 # The preferences on the screen, and the 3D view with its sidebar.
@@ -136,7 +136,7 @@ def framed(user):
     rows = [item.row for item in sorted(items, key=lambda item: -item.persistence)[:5]]
     normals = [Vector(kept.place_now(obj, kept.of(obj), row)[1]) for row in rows]
     place = next((at for at, normal in enumerate(normals) if towards.dot(normal) > 0.5), 0)
-    click(*view.in_sidebar(0.3, FIRST_ROW + place * ROW), count=2)
+    click(*in_tab(view, 0.3, FIRST_ROW + place * ROW), count=2)
     yield 2.0
     point(*view.middle())
     yield from settled()
@@ -229,7 +229,7 @@ def scan():
     look_from(84, 78, 8.5)
     yield from settled()
     picture("guide/scan_all", *VIEW)
-    yield from drag(view.in_sidebar(0.45, STRENGTH), view.in_sidebar(1.12, STRENGTH))
+    yield from drag(in_tab(view, 0.45, STRENGTH), in_tab(view, 1.12, STRENGTH))
     point(*view.middle())
     yield from settled()
     picture("guide/scan_thinned", *VIEW)

@@ -70,8 +70,13 @@ def explained(layout, number: str, text: str, icon_value: int = 0, alignment: st
 
 def paragraph(layout, context, text: str, icon: str = "INFO") -> None:
     """Text broken into lines: a label of Blender's does not break by itself."""
-    width = context.region.width / context.preferences.system.ui_scale - _MARGIN
+    width = context.region.width / context.preferences.system.ui_scale
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, words in enumerate(textwrap.wrap(text, max(int(width / _LETTER), 20))):
+    for number, words in enumerate(broken(text, width)):
         column.label(text=words, icon="BLANK1" if number else icon)
+
+
+def broken(text: str, width: float) -> list[str]:
+    """The text in lines that fit a region so many pixels wide at a scale of one."""
+    return textwrap.wrap(text, max(int((width - _MARGIN) / _LETTER), 20))

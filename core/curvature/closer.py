@@ -29,7 +29,7 @@ AROUND = 2
 # Rounds of looking at what the last one has left.
 ROUNDS = 4
 # Vertices whose fits choose the scale.
-SAMPLED = 300
+SAMPLED = 100
 # Vertices that are fitted anew at most, as a share of the mesh and in any case: where noise makes
 # umbilics everywhere a closer look costs much and does not help.
 MOST_SHARE = 0.2

@@ -25,7 +25,7 @@ from ..mesh.surface import Surface
 from .jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
 
 # Vertices that are fitted at every scale to choose one; medians over them are steady.
-SAMPLED = 1000
+SAMPLED = 500
 # The change falls where it is below this share of the change one ring before. The true error of
 # the scale chosen so is 1.00 to 1.17 times the least on average, at most 1.5 times, over clean,
 # coarse, noisy, decimated and marching cubes meshes of 14 surfaces (seeds 0 to 2 of

@@ -20,6 +20,7 @@ from stage import (
     SHOW_MAP,
     STRENGTH,
     Report,
+    in_tab,
     monkey,
     running,
     settled,
@@ -116,8 +117,8 @@ def detection():
 
 def slider():
     before = shown()
-    left = view.in_sidebar(0.45, STRENGTH)
-    right = view.in_sidebar(0.93, STRENGTH)
+    left = in_tab(view, 0.45, STRENGTH)
+    right = in_tab(view, 0.93, STRENGTH)
     found["strength_before"] = bpy.context.scene.umbilics_display.strength
     found["shown_before"] = before
     yield from drag(left, right)
@@ -148,14 +149,14 @@ def listed():
         row = mine.items[mine.active].row
         return any(o.get("umbilics_row") == row and o.select_get() for o in bpy.data.objects)
 
-    yield from insist(selected, view.in_sidebar(0.3, FIRST_ROW + ROW))
+    yield from insist(selected, in_tab(view, 0.3, FIRST_ROW + ROW))
     found["list_click_selects"] = selected()
     distance = view.space.region_3d.view_distance
 
     def framed():
         return view.space.region_3d.view_distance < distance
 
-    yield from insist(framed, view.in_sidebar(0.3, FIRST_ROW), count=2)
+    yield from insist(framed, in_tab(view, 0.3, FIRST_ROW), count=2)
     found["double_click_frames"] = framed()
     report.picture("framed")
     with view.inside():
@@ -169,7 +170,7 @@ def mapped():
     mesh = bpy.data.objects["Suzanne"].data
     with view.inside():
         bpy.ops.view3d.view_all()
-    yield from insist(lambda: "umbilics_map" in mesh.color_attributes, view.in_sidebar(*SHOW_MAP))
+    yield from insist(lambda: "umbilics_map" in mesh.color_attributes, in_tab(view, *SHOW_MAP))
     found["map_by_button"] = "umbilics_map" in mesh.color_attributes
     found["shading_with_map"] = view.space.shading.color_type
     report.picture("map")

@@ -32,7 +32,7 @@ from hands import (
     point,
     press,
 )
-from stage import DETECT, FIRST_ROW, NAME, ROW, SHOW_MAP, STRENGTH, Report
+from stage import DETECT, FIRST_ROW, NAME, ROW, SHOW_MAP, STRENGTH, Report, in_tab
 
 # Where things are in the preferences and on the screen, in pixels from the left and the top.
 GET_EXTENSIONS, ARROW, INSTALL_FROM_DISK = (80, 195), (857, 18), (747, 140)
@@ -134,7 +134,7 @@ class NewUser:
 
     def thin_out(self) -> Iterator[float]:
         """Drag Strength a little to the right."""
-        yield from drag(self.view.in_sidebar(0.6, STRENGTH), self.view.in_sidebar(0.627, STRENGTH))
+        yield from drag(in_tab(self.view, 0.6, STRENGTH), in_tab(self.view, 0.627, STRENGTH))
         point(*self.view.middle())
         yield 1.0
         self.found["thinned"] = self.shown
@@ -143,7 +143,7 @@ class NewUser:
     def choose(self) -> Iterator[float]:
         """Click a row of the list."""
         yield from insist(
-            lambda: self.mesh.umbilics.active >= 0, self.view.in_sidebar(0.3, FIRST_ROW + ROW)
+            lambda: self.mesh.umbilics.active >= 0, in_tab(self.view, 0.3, FIRST_ROW + ROW)
         )
         chosen = [obj.name for obj in bpy.context.selected_objects if obj.type == "EMPTY"]
         self.found["chosen"] = chosen
@@ -152,7 +152,7 @@ class NewUser:
     def show_map(self) -> Iterator[float]:
         """Show the gap."""
         shown = self.mesh.data.color_attributes
-        yield from insist(lambda: "umbilics_map" in shown, self.view.in_sidebar(*SHOW_MAP))
+        yield from insist(lambda: "umbilics_map" in shown, in_tab(self.view, *SHOW_MAP))
         point(*self.view.middle())
         yield 1.5
         self.found["map"] = "umbilics_map" in shown

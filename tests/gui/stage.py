@@ -17,15 +17,28 @@ import bpy
 from hands import PATIENCE, View, picture
 
 NAME = "bl_ext.user_default.umbilics"
-# Where things are in the tab after a detection, in pixels below its top; the same in every run.
+# Where things are in the tab after a detection, in pixels below its top, if the verdict under
+# Detect takes two lines and has no button; else see `in_tab`.
 DETECT, STRENGTH, FIRST_ROW, ROW = 100, 246, 512, 21
 # In parts of its width and in pixels below its top.
 SHOW_MAP = 0.75, 679
+# Heights of a line and of a button of the verdict.
+_LINE, _BUTTON = 16, 23
 
 
 def part(name: str) -> ModuleType:
     """A module of the installed add-on, such as "operators.jobs.worker"."""
     return sys.modules[f"{NAME}.{name}"]
+
+
+def in_tab(view: View, x: float, y: float) -> tuple[int, int]:
+    """Screen pixels of a place below the verdict on the active object's results."""
+    found = bpy.context.view_layer.objects.active.umbilics
+    judged = part("operators.base.verdict").verdict(found)
+    width = view.region("UI").width / bpy.context.preferences.system.ui_scale
+    texts = (f"{judged.found}: {judged.trust}", found.analysed)
+    lines = sum(len(part("ui.parts").broken(text, width)) for text in texts)
+    return view.in_sidebar(x, y + _LINE * (lines - 2) + (_BUTTON if judged.remedy else 0))
 
 
 def running():
