@@ -27,11 +27,13 @@ from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
+from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
-from .retopology.planner import Guidance, Guide
+from .retopology.planner import Guide
 from .retopology.poles import Poles
 from .retopology.quads.remesh import remesh
 from .retopology.quads.result import QuadMesh
@@ -85,11 +87,13 @@ __all__ = [
     "RidgeLines",
     "Selection",
     "Settings",
+    "Strokes",
     "Suitability",
     "TopologyCheck",
     "Umbilics",
     "UmbilicsError",
     "UsdMesh",
+    "WantedPoles",
     "Written",
     "check",
     "check_topology",

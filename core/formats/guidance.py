@@ -10,8 +10,9 @@ import numpy as np
 
 from ..base.errors import FormatError, GuidanceError
 from ..base.progress import Progress
+from ..retopology.guidance import Guidance
 from ..retopology.lines.polylines import Lines
-from ..retopology.planner import Guidance, Guide
+from ..retopology.planner import Guide
 from ..retopology.ridges.ridge_lines import RidgeLines
 from ..retopology.settings import GuidanceSettings
 from .curves import write_curves

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -11,22 +11,23 @@ from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.face_index import face_field_singularities
 from ..fields.planes import FaceFrames, lay_out
-from ..mesh.creases import is_convex
-from ..mesh.input_map import at_triangles, at_vertices, sums_at_triangles
+from ..mesh.input_map import places_on_surface
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
-from .cross_field import CrossField, cross_field, smoothing_length, smoothness_of
+from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
+from .cross_field import cross_field, smoothing_length
 from .features import Features, find_features
 from .field.planned import with_poles
 from .field.simplified import SimplifiedField, simplify_field
-from .field.smoothed import smoothed_field
+from .field.smoothed import smoothed_field, smoothness_by_noise
+from .guidance import Guidance, disagreements, guidance_of
 from .lines.polylines import Lines
 from .lines.separatrices import discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
 from .mirror import MirrorPlane, find_mirror_plane
-from .poles import Poles, plan_poles
+from .poles import plan_poles
 from .ridges.find import find_ridges, measure_slopes
 from .ridges.ridge_lines import RidgeLines, ridge_lines
 from .ridges.slopes import Slopes
@@ -35,53 +36,6 @@ from .settings import GuidanceSettings
 # A crest that draws the cross field to it is longer than this many lengths over which the field is
 # smoothed: shorter ones are bumps, and their ends would be poles.
 CREST_LENGTHS = 8.0
-# Degrees by which directions may err without their lines being smoothed. With it a scanned bunny is
-# smoothed by 0.52 and a rocker arm by 0.46, where 0.5 and 0.4 were chosen by eye before; clean
-# meshes, a hand and a cow not at all.
-STEADY = 1.0
-
-
-@dataclass(frozen=True)
-class Guidance:
-    """The cross field of an input mesh of n vertices and m triangles, and its poles.
-
-    Attributes
-    ----------
-    direction, normal:
-        (n, 3) float64 one unit direction of the cross at each vertex and the unit normal; NaN at
-        vertices without a face.
-    confidence:
-        (n,) float64 how much the curvature says there, 0 to 1.
-    face_direction:
-        (m, 3) float64 one unit direction in each triangle; NaN for triangles left out.
-    triangle_index:
-        (m,) float64 index of the cross field, a multiple of one quarter.
-    index_sum, expected_index_sum:
-        Sum of the indices, and the Euler characteristic (NaN where the surface is open).
-    poles:
-        The pole plan.
-    feature_triangle, feature_side, feature_convex:
-        (e,) the edges that the field runs along: input triangle, side k (from corner k to the
-        next), and whether the surface is convex there.
-    timings:
-        Seconds spent in each stage, by name.
-    warnings:
-        Sentences for the user, each saying what of the plan the surface does not allow.
-    """
-
-    direction: np.ndarray
-    normal: np.ndarray
-    confidence: np.ndarray
-    face_direction: np.ndarray
-    triangle_index: np.ndarray
-    index_sum: float
-    expected_index_sum: float
-    poles: Poles
-    feature_triangle: np.ndarray
-    feature_side: np.ndarray
-    feature_convex: np.ndarray
-    timings: dict[str, float] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
 
 
 class Guide:
@@ -128,6 +82,7 @@ class Guide:
                 self._field,
                 self.detection.umbilics,
                 self.detection.candidates,
+                self._regions,
                 self.undirected,
                 progress,
             )
@@ -143,11 +98,13 @@ class Guide:
         return inside[self.surface.source_triangle]
 
     @property
-    def _row(self) -> np.ndarray:
-        """(input triangles,) row of the surface that each became, -1 for none."""
-        row = np.full(self._counts[1], -1)
-        row[self.surface.source_triangle] = np.arange(len(self.surface.source_triangle))
-        return row
+    def _regions(self) -> list[np.ndarray]:
+        """For each region the rows of its triangles of the surface."""
+        number = np.full(self._counts[1], -1)
+        for row, region in enumerate(self.detection.regions):
+            number[region.triangles] = row
+        mine = number[self.surface.source_triangle]
+        return [np.flatnonzero(mine == row) for row in range(len(self.detection.regions))]
 
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
@@ -164,6 +121,8 @@ class Guide:
         *,
         sharp: np.ndarray | None = None,
         zone: np.ndarray | None = None,
+        strokes: Strokes | None = None,
+        wanted: WantedPoles | None = None,
     ) -> Guidance:
         """Cross field and pole plan.
 
@@ -173,6 +132,10 @@ class Guide:
             (s, 2) vertex pairs of the edges marked as sharp.
         zone:
             (n,) bool vertices where no pole is wanted.
+        strokes:
+            Lines that the field is to run along, less than along hard features.
+        wanted:
+            All the poles that there are to be, in place of those that would be planned.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         surface = self.surface
@@ -180,80 +143,36 @@ class Guide:
         simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.15))
         part = progress.part("Finding features", 0.15, 0.25)
         features = self.features(settings, part, sharp=sharp)
+        pull = None if strokes is None else pull_of(surface, strokes)
+        if pull is not None:
+            features = with_strokes(surface, features, pull)
         part = progress.part("Smoothing the cross field", 0.25, 0.8)
         cross = cross_field(
             surface, simple.curvature, settings, part, undirected=self.undirected, features=features
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
-        poles = plan_poles(
-            surface,
-            planes,
-            cross,
-            self.detection.umbilics,
-            list(self.detection.regions),
-            zone,
-            settings.plan,
-        )
+        regions = list(self.detection.regions)
+        umbilics = self.detection.umbilics
+        if wanted is not None:
+            poles = planned_by_hand(surface, regions, wanted)
+        else:
+            poles = plan_poles(surface, planes, cross, umbilics, regions, zone, settings.plan)
         cross = with_poles(
             surface,
             planes,
             cross,
-            self._row[poles.triangle],
+            places_on_surface(surface, poles.triangle, poles.barycentric)[0],
             4 - poles.valence,
             progress.part("Moving poles", 0.95, 1.0),
         )
         end = time.perf_counter()
         progress.step(1.0)
-        return self._collected(cross, poles, features, middle - begin, end - middle)
-
-    def _collected(
-        self,
-        cross: CrossField,
-        poles: Poles,
-        features: Features,
-        field_seconds: float,
-        pole_seconds: float,
-    ) -> Guidance:
-        surface = self.surface
-        edges = features.half_edge
-        n, m = self._counts
-        closed = bool(surface.closed.all())
-        return Guidance(
-            direction=at_vertices(surface, cross.direction, n, np.nan),
-            normal=at_vertices(surface, cross.normal, n, np.nan),
-            confidence=at_vertices(surface, cross.confidence, n, 0.0),
-            face_direction=at_triangles(surface, cross.face_direction, m, np.nan),
-            triangle_index=sums_at_triangles(surface, cross.triangle_index, m),
-            index_sum=float(cross.triangle_index.sum()),
-            expected_index_sum=(
-                float(surface.euler_characteristic.sum()) if closed else float("nan")
-            ),
-            poles=poles,
-            feature_triangle=surface.source_triangle[edges // 3],
-            feature_side=edges % 3,
-            feature_convex=is_convex(surface, edges),
-            timings={"cross field": field_seconds, "poles": pole_seconds},
-            warnings=self._warnings(cross, poles),
-        )
-
-    def _warnings(self, cross: CrossField, poles: Poles) -> tuple[str, ...]:
-        found = []
-        stayed = len(self.simplified(Progress()).stayed)
-        if stayed:
-            found.append(
-                f"{stayed} umbilic{'s' if stayed > 1 else ''} that should go stay in the field: "
-                "they have nothing opposite left to cancel with."
-            )
-        planned = np.zeros(len(cross.triangle_index))
-        np.add.at(planned, self._row[poles.triangle], 4 - poles.valence)
-        differing = int(np.count_nonzero(planned != np.rint(4.0 * cross.triangle_index)))
-        if differing:
-            found.append(
-                f"The cross field has other poles than planned in {differing} places: the sum of "
-                "the planned ones, or the room between them, does not allow them."
-            )
-        return tuple(found)
+        warnings = disagreements(surface, len(simple.stayed), cross.triangle_index, poles)
+        if strokes is not None and pull is not None:
+            warnings += strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
+        timings = {"cross field": middle - begin, "poles": end - middle}
+        return guidance_of(surface, self._counts, cross, poles, features, timings, warnings)
 
     def features(
         self,
@@ -367,34 +286,20 @@ class Guide:
         a singularity of these."""
         smoothness = settings.line_smoothness
         if isinstance(smoothness, str):
-            smoothness = self._smoothness_by_noise()
+            smoothness = smoothness_by_noise(
+                self.surface, self._field, self.detection.scale / self.surface.unit
+            )
         if smoothness == 0.0:
             return self.planes(progress), self._singular
-        regions = [self._row[region.triangles] for region in self.detection.regions]
         smooth = smoothed_field(
             self.surface,
             self.simplified(progress.part("Simplifying the field", 0.0, 0.3)),
             smoothness,
-            regions,
+            self._regions,
             progress.part("Smoothing the lines", 0.3, 1.0),
             held,
         )
         return lay_out(self.surface, smooth.field, Progress()), smooth.index != 0.0
-
-    def _smoothness_by_noise(self) -> float:
-        """Smoothness that brings the median error of the directions down to `STEADY`.
-
-        Fits apart by their radius err independently, so that over a length of so many radii the
-        error falls in proportion.
-        """
-        gap, noise = self._field.gap, self._field.noise
-        known = np.isfinite(noise) & np.isfinite(gap) & (gap > 0.0)
-        scale = self.detection.scale / self.surface.unit
-        if not known.any() or not np.isfinite(scale):
-            return 0.0
-        # The angle is half the deviator's.
-        error = float(np.degrees(np.median(0.5 * noise[known] / gap[known])))
-        return smoothness_of(self.surface, scale * (error / STEADY - 1.0))
 
     @property
     def _singular(self) -> np.ndarray:

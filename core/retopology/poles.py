@@ -145,6 +145,21 @@ def plan_poles(
     triangle, barycentric = triangle[order], barycentric[order]
     sign, umbilic = sign[order], umbilic[order]
     triangle, barycentric, moved = _outside(surface, zone, triangle, barycentric)
+    confidence = _confidence(umbilics, umbilic)
+    return poles_at(surface, regions, triangle, barycentric, sign, umbilic, moved, confidence)
+
+
+def poles_at(
+    surface: Surface,
+    regions: list[Region],
+    triangle: np.ndarray,
+    barycentric: np.ndarray,
+    sign: np.ndarray,
+    umbilic: np.ndarray,
+    moved: np.ndarray,
+    confidence: np.ndarray,
+) -> Poles:
+    """Poles (k,) from their places on the surface, 4 - valence and what `Poles` says of them."""
     position = np.einsum("kc,kcx->kx", barycentric, surface.vertices[surface.triangles[triangle]])
     whose = np.full(int(surface.source_triangle.max()) + 1, -1)
     for number, found in enumerate(regions):
@@ -161,7 +176,7 @@ def plan_poles(
         umbilic=umbilic,
         region=region[triangle],
         moved=moved,
-        confidence=_confidence(umbilics, umbilic),
+        confidence=confidence,
         total=int(sign.sum()),
         expected=4.0 * float(surface.euler_characteristic.sum()) if closed else float("nan"),
     )

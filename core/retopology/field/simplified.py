@@ -6,6 +6,7 @@ Here they leave: the field's certified singularities are then the kept umbilics 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,6 +56,7 @@ def simplify_field(
     field: CurvatureField,
     umbilics: Umbilics,
     candidates: Umbilics,
+    regions: Sequence[np.ndarray],
     undirected: np.ndarray,
     progress: Progress,
 ) -> SimplifiedField:
@@ -66,19 +68,27 @@ def simplify_field(
         Shape operators at the vertices of the surface, in its coordinates.
     umbilics, candidates:
         The kept ones and all, in input rows and coordinates.
+    regions:
+        For each region the rows of its triangles.
     undirected:
-        (m,) bool triangles of regions, whose index stays.
+        (m,) bool triangles of those without directions, where every index stays; of the others the
+        sum does.
     """
     index = certified_index(surface, field.d1, field.d2, progress.part("Counting", 0.0, 0.1))
     # Methods that pair nothing find other points than these.
-    if np.isnan(candidates.persistence).all():
+    if len(candidates) and np.isnan(candidates.persistence).all():
         return SimplifiedField(field, index, np.zeros(0, np.int64))
-    single = np.flatnonzero((index != 0.0) & ~undirected)
+    inside = np.zeros(len(index), bool)
+    for rows in regions:
+        inside[rows] = True
+    single = np.flatnonzero((index != 0.0) & ~inside)
     candidate = _candidates_at(surface, single, index[single], candidates)
     kept = (candidate >= 0) & np.isin(candidate, _nearest(umbilics, candidates))
     wanted = np.zeros(len(index))
     wanted[single[kept]] = index[single[kept]]
-    wanted[undirected] = index[undirected]
+    for rows in regions:
+        undecided = bool(undirected[rows].any())
+        wanted[rows] = index[rows] if undecided else _least(index[rows])
     priority = np.zeros(len(index))
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
@@ -88,6 +98,16 @@ def simplify_field(
     found = with_index(surface, field.lines, wanted, priority, stiffness, part)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
+
+
+def _least(index: np.ndarray) -> np.ndarray:
+    """(r,) as few of the indices (r,) of a region as make up their sum."""
+    left = np.zeros(len(index))
+    total = float(index.sum())
+    same = np.flatnonzero(index * total > 0.0)
+    size = np.abs(index[same])
+    left[same] = np.sign(total) * np.clip(abs(total) - (np.cumsum(size) - size), 0.0, size)
+    return left
 
 
 def _certainty(field: CurvatureField) -> np.ndarray:

@@ -1,0 +1,183 @@
+"""What a user draws and moves, for the next plan: guide strokes and poles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..mesh.normals import vertex_normals
+from ..mesh.surface import Surface
+from ..umbilics.result import Region
+from .features import Features
+from .poles import Poles, poles_at
+
+# Weight of a stroke at its line, in that of a sure crest: as a hard feature's.
+STROKE_WEIGHT = 300.0
+# A stroke holds at a vertex where the cross is this near to it, and is said not to if that is less
+# of it than this share; vertices in the inner half of its influence count.
+HELD, ENOUGH, INNER = 15.0, 0.9, 0.5
+# Triangles tried for a wanted pole, so that no two of them are in one.
+NEAREST = 8
+
+
+@dataclass(frozen=True)
+class Strokes:
+    """Lines that the cross field is to run along, l of them with p points in all.
+
+    Attributes
+    ----------
+    start:
+        (l + 1,) int: the points of stroke i are rows start[i]:start[i + 1].
+    position:
+        (p, 3) float64 points, on the mesh or near it, in its coordinates.
+    influence:
+        (l,) float64 length to both sides over which a stroke counts, less and less.
+    """
+
+    start: np.ndarray
+    position: np.ndarray
+    influence: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.influence)
+
+
+@dataclass(frozen=True)
+class WantedPoles:
+    """Poles where a user wants them, all that there are to be.
+
+    Attributes
+    ----------
+    position:
+        (k, 3) float64 points on the mesh or near it, in its coordinates.
+    valence:
+        (k,) int 3 or 5.
+    """
+
+    position: np.ndarray
+    valence: np.ndarray
+
+
+@dataclass(frozen=True)
+class Pull:
+    """Where strokes pull at the vertices of a surface, c of them, ascending.
+
+    Attributes
+    ----------
+    vertex, stroke:
+        (c,) int64 vertices, each once, and the stroke nearest to each.
+    direction:
+        (c, 3) float64 unit direction of the stroke there.
+    share:
+        (c,) float64 how much it counts, 1 at the line to 0 where its influence ends.
+    """
+
+    vertex: np.ndarray
+    stroke: np.ndarray
+    direction: np.ndarray
+    share: np.ndarray
+
+
+def pull_of(surface: Surface, strokes: Strokes) -> Pull:
+    """The vertices that strokes reach. A stroke reaches as far as the mesh has a vertex at least,
+    and not through a sheet to its other side."""
+    edge = float(np.sqrt(2.0 * np.median(surface.face_normal_area[1])))
+    influence = np.maximum(np.asarray(strokes.influence, float) / surface.unit, edge)
+    place, ahead, number = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+    for stroke in range(len(strokes)):
+        points = np.asarray(strokes.position[strokes.start[stroke] : strokes.start[stroke + 1]])
+        points = (points - surface.origin) / surface.unit
+        chord = np.diff(points, axis=0)
+        length = np.linalg.norm(chord, axis=1)
+        chord, points, length = chord[length > 0], points[:-1][length > 0], length[length > 0]
+        count = np.ceil(2.0 * length / edge).astype(np.int64)
+        part = np.repeat(np.arange(len(chord)), count)
+        step = np.arange(len(part)) - np.repeat(np.cumsum(count) - count, count)
+        share = (step + 0.5) / count[part]
+        place.append(points[part] + share[:, None] * chord[part])
+        ahead.append((chord / length[:, None])[part])
+        number.append(np.full(len(part), stroke))
+    points, direction, owner = (np.concatenate(some) for some in (place, ahead, number))
+    if not len(points):
+        none = np.zeros(0, np.int64)
+        return Pull(none, none, points, np.zeros(0))
+    normal = vertex_normals(surface)
+    _, at = cKDTree(surface.vertices).query(points)
+    distance, near = cKDTree(points).query(surface.vertices)
+    same_side = np.einsum("nc,nc->n", normal, normal[at[near]]) > 0.0
+    share = np.where(same_side, 1.0 - distance / influence[owner[near]], 0.0)
+    vertex = np.flatnonzero(share > 0.0)
+    return Pull(vertex, owner[near[vertex]], direction[near[vertex]], share[vertex])
+
+
+def with_strokes(surface: Surface, features: Features, pull: Pull) -> Features:
+    """Features of which the strokes are part, in place of crests beside them; hard ones stay."""
+    hard = np.zeros(len(surface.vertices), bool)
+    for corner in (surface.triangles, surface.triangles[:, [1, 2, 0]]):
+        hard[corner.ravel()[features.half_edge]] = True
+    mine = ~hard[pull.vertex]
+    rest = ~np.isin(features.crest_vertex, pull.vertex)
+    vertex = np.concatenate([features.crest_vertex[rest], pull.vertex[mine]])
+    direction = np.concatenate([features.crest_direction[rest], pull.direction[mine]])
+    weight = np.concatenate([features.crest_weight[rest], STROKE_WEIGHT * pull.share[mine] ** 2])
+    order = np.argsort(vertex)
+    return replace(
+        features,
+        crest_vertex=vertex[order],
+        crest_direction=direction[order],
+        crest_weight=weight[order],
+    )
+
+
+def strokes_not_held(
+    pull: Pull, strokes: int, direction: np.ndarray, normal: np.ndarray
+) -> tuple[str, ...]:
+    """Sentences on the strokes that a cross field (n, 3) with normals (n, 3) does not follow."""
+    inner = pull.share >= INNER
+    vertex, wanted = pull.vertex[inner], pull.direction[inner]
+    one = direction[vertex]
+    two = np.cross(normal[vertex], one)
+    x, y = np.einsum("nc,nc->n", wanted, one), np.einsum("nc,nc->n", wanted, two)
+    # To the nearest of the four directions.
+    off = np.degrees(np.abs(np.angle((x + 1j * y) ** 4))) / 4.0
+    count = np.bincount(pull.stroke[inner], minlength=strokes)
+    held = np.bincount(pull.stroke[inner], weights=off <= HELD, minlength=strokes)
+    found = []
+    for stroke in range(strokes):
+        if not count[stroke]:
+            found.append(f"Guide stroke {stroke + 1} is too far from the surface to count.")
+        elif held[stroke] < ENOUGH * count[stroke]:
+            share = 100.0 * (1.0 - held[stroke] / count[stroke])
+            found.append(
+                f"Guide stroke {stroke + 1} could not be followed over {share:.0f} % of it: a hard "
+                "feature, a pole or another stroke is there."
+            )
+    return tuple(found)
+
+
+def planned_by_hand(surface: Surface, regions: list[Region], wanted: WantedPoles) -> Poles:
+    """The wanted poles in the middles of the nearest triangles, each in one of its own."""
+    place = (np.asarray(wanted.position, float) - surface.origin) / surface.unit
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    most = min(len(middle), NEAREST)
+    _, near = cKDTree(middle).query(place, k=most)
+    near = near.reshape(len(place), most)
+    triangle = near[:, 0].copy()
+    taken: set[int] = set()
+    for row, choices in enumerate(near):
+        free = [int(choice) for choice in choices if int(choice) not in taken]
+        triangle[row] = free[0] if free else choices[0]
+        taken.add(int(triangle[row]))
+    count = len(place)
+    return poles_at(
+        surface,
+        regions,
+        triangle,
+        np.full((count, 3), 1.0 / 3.0),
+        4 - np.asarray(wanted.valence, np.int64),
+        np.full(count, -1),
+        np.ones(count, bool),
+        np.ones(count),
+    )

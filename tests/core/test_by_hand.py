@@ -1,0 +1,104 @@
+"""Guide strokes and poles of the user's own bend the field of the next plan."""
+
+import numpy as np
+import pytest
+from surfaces import ellipsoid, torus
+
+import core
+
+
+@pytest.fixture(scope="module")
+def plain():
+    mesh = ellipsoid(subdivisions=5)
+    guide = core.Guide(mesh.vertices, mesh.triangles, core.detect(mesh.vertices, mesh.triangles))
+    return mesh, guide, guide.guidance()
+
+
+def stroke_over(mesh, influence=0.3, slope=1.0):
+    """A stroke over the top of the ellipsoid, across both families."""
+    x = np.linspace(-0.5, 0.5, 20)
+    y = slope * x
+    z = np.sqrt(1.0 - x**2 / 9 - y**2 / 4)
+    return core.Strokes(np.array([0, 20]), np.stack([x, y, z], axis=1), np.array([influence]))
+
+
+def degrees_off(guidance, rows, wanted):
+    """Angles between crosses and directions (r, 3)."""
+    one, normal = guidance.direction[rows], guidance.normal[rows]
+    two = np.cross(normal, one)
+    x, y = (np.einsum("rc,rc->r", wanted, some) for some in (one, two))
+    return np.degrees(np.abs(np.angle((x + 1j * y) ** 4))) / 4
+
+
+def test_the_field_runs_along_a_stroke_and_stays_elsewhere(plain):
+    mesh, guide, before = plain
+    after = guide.guidance(strokes=stroke_over(mesh))
+    x, y, z = mesh.vertices.T
+    beside = (z > 0) & (np.abs(x - y) < 0.15) & (np.abs(x + y) < 0.8)
+    wanted = np.tile([1.0, 1.0, 0.0] / np.sqrt(2), (beside.sum(), 1))
+    assert np.median(degrees_off(before, beside, wanted)) > 35
+    assert degrees_off(after, beside, wanted).max() < 12
+    below = z < -0.3
+    assert degrees_off(after, below, before.direction[below]).max() < 5
+    assert not after.warnings and after.poles.total == 8
+
+
+def test_a_stroke_far_away_or_against_another_is_said(plain):
+    mesh, guide, _ = plain
+    stroke = stroke_over(mesh)
+    away = core.Strokes(stroke.start, stroke.position + np.array([0, 0, 5]), stroke.influence)
+    assert "stroke 1 is too far" in guide.guidance(strokes=away).warnings[0]
+    other = stroke_over(mesh, slope=0.0)
+    both = core.Strokes(
+        np.array([0, 20, 40]),
+        np.concatenate([stroke.position, other.position]),
+        np.array([0.3, 0.3]),
+    )
+    said = guide.guidance(strokes=both).warnings
+    assert said and all("could not be followed over" in text for text in said)
+
+
+def test_no_strokes_change_nothing(plain):
+    _, guide, before = plain
+    none = core.Strokes(np.zeros(1, int), np.zeros((0, 3)), np.zeros(0))
+    assert np.array_equal(guide.guidance(strokes=none).direction, before.direction)
+
+
+def wanted_like(poles, position=None, rows=slice(None)):
+    place = poles.position if position is None else position
+    return core.WantedPoles(place[rows], poles.valence[rows])
+
+
+def test_a_moved_pole_takes_the_field_along(plain):
+    mesh, guide, before = plain
+    place = before.poles.position.copy()
+    place[0] = mesh.vertices[np.linalg.norm(mesh.vertices - (1.0, 1.5, 0.55), axis=1).argmin()]
+    after = guide.guidance(wanted=wanted_like(before.poles, place))
+    assert np.linalg.norm(after.poles.position - place, axis=1).max() < mesh.edge_length
+    quarters = np.bincount(after.poles.triangle, minlength=len(mesh.triangles))
+    assert np.array_equal(4 * after.triangle_index, quarters)
+    assert not after.warnings
+    vertex, number = guide.singular_vertices(after)
+    assert (number == 1).all() and len(vertex) == 8
+    middle = mesh.vertices[mesh.triangles[after.poles.triangle]].mean(axis=1)
+    apart = np.linalg.norm(mesh.vertices[vertex][:, None] - middle[None], axis=2)
+    assert apart.min(axis=0).max() < mesh.edge_length
+
+
+def test_poles_that_the_sum_forbids_are_said(plain):
+    _, guide, before = plain
+    after = guide.guidance(wanted=wanted_like(before.poles, rows=slice(1, None)))
+    assert len(after.poles) == 7
+    assert 4 * after.triangle_index.sum() == 8
+    assert "other poles than planned" in after.warnings[0]
+
+
+def test_a_pair_may_be_added_where_there_is_none():
+    mesh = torus(columns=80, rows=32)
+    guide = core.Guide(mesh.vertices, mesh.triangles, core.detect(mesh.vertices, mesh.triangles))
+    rows = [100, 1400]
+    after = guide.guidance(wanted=core.WantedPoles(mesh.vertices[rows], np.array([3, 5])))
+    assert not after.warnings and after.poles.total == 0
+    assert np.sort(4 * after.triangle_index[after.triangle_index != 0]).tolist() == [-1, 1]
+    none = core.WantedPoles(np.zeros((0, 3)), np.zeros(0, int))
+    assert not guide.guidance(wanted=none).triangle_index.any()
