@@ -64,8 +64,8 @@ def add(
         "umbilics_valence": valence,
         "umbilics_patch": quads.patch,
         "umbilics_angle": quads.angle,
-        # Face sets count from one.
-        ".sculpt_face_set": quads.patch + 1,
+        # Face sets count from one; rectangles without quads are none.
+        ".sculpt_face_set": np.unique(quads.patch, return_inverse=True)[1].reshape(-1) + 1,
     }
     write_attributes(mesh, values, ATTRIBUTES)
     made = transaction.made(bpy.data.objects.new(name, mesh))
