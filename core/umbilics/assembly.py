@@ -170,6 +170,9 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     resolved = ~made_by_noise(persistence, partner, above)
     certain = located & fitted.determined[corners].all(axis=1) & ~at_border
     certain &= ~(clarity < significant(fits, CERTAIN)) & resolved
+    if not exact:
+        # What a border cuts off from a fit its error does not tell.
+        certain &= ~surface.near_border(BORDER_RINGS)[corners].any(axis=1)
     input_triangle, input_barycentric = places_in_input(surface, triangle, barycentric)
     return Umbilics(
         position=position * surface.unit + surface.origin,
