@@ -109,6 +109,7 @@ class Tests:
         self.failed = []
         self._installed = None
         self._installing = threading.Lock()
+        self._counting = threading.Lock()
         # Where a suite beside another puts what it prints, by thread.
         self._aside = threading.local()
 
@@ -136,34 +137,46 @@ class Tests:
             print(path.read_text(errors="replace"), end="", flush=True)
 
     def run_matrix(self) -> None:
-        """Every Blender module in turn; one that must be there and is not fails."""
+        """Every Blender module, two at a time; one that must be there and is not fails."""
         paths = paths_of("matrix", self.given)
         if not paths:
             return
         isolated_blender.describe()  # sets up the Blender that builds the zip, and says so
         zip_file = build_extension.build(self.folder / "matrix", "linux-x64")
-        for module in blender_modules.MODULES:
-            name = f"Blender {module.name}, Python {module.python}"
-            try:
-                command = blender_modules.command_of(module)
-            except blender_modules.UnavailableError as reason:
-                say(f"{name}: NOT TESTED, {reason}.")
-                if module.required:
-                    self.failed.append(name)
-                continue
-            environment = isolated_blender.environment(self.folder / module.bpy)
-            say(f"{name}: {blender_modules.install(command, zip_file, environment)}")
+        with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
+            running = [
+                pool.submit(self._module, module, zip_file, paths)
+                for module in blender_modules.MODULES
+            ]
+            for one in running:
+                one.result()
+
+    def _module(self, module: blender_modules.Module, zip_file: Path, paths: list[str]) -> None:
+        name = f"Blender {module.name}, Python {module.python}"
+        try:
+            command = blender_modules.command_of(module)
+        except blender_modules.UnavailableError as reason:
+            say(f"{name}: NOT TESTED, {reason}.")
+            if module.required:
+                self.failed.append(name)
+            return
+        environment = isolated_blender.environment(self.folder / module.bpy)
+        say(f"{name}: {blender_modules.install(command, zip_file, environment)}")
+        path = self.folder / f"{module.bpy}.txt"
+        with path.open("w") as self._aside.output:
             self._counted(name, partial(self._inside, command, environment), paths)
+        print(path.read_text(errors="replace"), end="", flush=True)
 
     def _counted(self, name: str, run: Callable[[list[str]], int], paths: list[str]) -> None:
         report = self.folder / f"{name}.xml"
         start = time.monotonic()
         code = run([f"--junitxml={report}", *self.options, *paths])
         counts = counts_in(report)
-        self.counts += counts
         say(f"{name}: {in_words(counts)} in {time.monotonic() - start:.0f} s")
-        if code not in (0, NO_TESTS):
-            self.failed.append(name)
+        with self._counting:
+            self.counts += counts
+            if code not in (0, NO_TESTS):
+                self.failed.append(name)
 
     def _core(self, arguments: list[str]) -> int:
         return self._pytest([test_python(), "-m", "pytest"], arguments, dict(os.environ))
