@@ -17,9 +17,18 @@ def threads() -> int:
 
 
 def run(work: Callable[[int], None], firsts: Sequence[int], progress: Progress) -> None:
-    """Call `work` with each of `firsts`; the first error ends the run and is raised here."""
+    """Call `work` with each of `firsts`; the first error ends the run and is raised here.
+
+    Raises
+    ------
+    MemoryError
+        There is not enough for the threads, which Python would call a `RuntimeError`.
+    """
     with ThreadPoolExecutor(threads()) as pool:
-        tasks = [pool.submit(work, first) for first in firsts]
+        try:
+            tasks = [pool.submit(work, first) for first in firsts]
+        except RuntimeError as error:
+            raise MemoryError("There is no memory for another thread.") from error
         try:
             for task in progress.track(as_completed(tasks), len(tasks)):
                 task.result()

@@ -1,0 +1,29 @@
+"""Blocks of work in threads."""
+
+import threading
+
+import pytest
+
+from core.base.parallel import run
+from core.base.progress import Progress
+
+
+def test_every_block_is_done_and_the_first_error_is_raised():
+    done = []
+    run(done.append, range(100), Progress())
+    assert sorted(done) == list(range(100))
+
+    def fails(first):
+        raise ValueError(first)
+
+    with pytest.raises(ValueError, match="3"):
+        run(fails, [3], Progress())
+
+
+def test_a_thread_that_cannot_start_is_a_lack_of_memory(monkeypatch):
+    def start(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    with pytest.raises(MemoryError, match="thread"):
+        run(print, [1, 2], Progress())
