@@ -35,7 +35,8 @@ from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
-from .retopology.quads.remesh import remesh
+from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
+from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
@@ -55,6 +56,7 @@ __all__ = [
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "LINE_KINDS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
@@ -80,6 +82,7 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadLayout",
     "QuadMesh",
     "Region",
     "RemeshError",
@@ -110,6 +113,7 @@ __all__ = [
     "options",
     "pack",
     "read_off",
+    "quad_layout",
     "remesh",
     "select",
     "setting",

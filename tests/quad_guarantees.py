@@ -8,7 +8,7 @@ import core
 from core.mesh.repair import clean
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing.crossings import crossings
-from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
 
 # Vertices lie on the surface within this part of its size.
 ON_SURFACE = 1e-6
@@ -53,6 +53,12 @@ def broken_guarantees(
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     place = (made.vertices - surface.origin) / surface.unit
     _, on = closest(place)
+    far = np.flatnonzero(np.abs(place - on).max(axis=1) > ON_SURFACE)
+    corner = surface.vertices[surface.triangles]
+    # What the quick search has missed is looked for everywhere.
+    for row in far.tolist():
+        every = closest_on(np.broadcast_to(place[row], (len(corner), 3)), corner)
+        on[row] = every[((every - place[row]) ** 2).sum(axis=1).argmin()]
     off = float(np.abs(place - on).max())
     expect(off < ON_SURFACE, f"{off:.1e} off the surface")
     if surface.border.any() and topology.border.any():
