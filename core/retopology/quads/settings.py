@@ -61,7 +61,7 @@ class RemeshSettings:
         ),
     )
     relaxation: int = setting(
-        20,
+        40,
         label="Relaxation",
         help="Steps in which the quads are evened out and turned to the curvature on the surface",
         kind="count",

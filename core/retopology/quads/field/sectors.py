@@ -7,6 +7,9 @@ import numpy as np
 from ....mesh.half_edges import previous
 from .crosses import QUARTER, Crosses, fans
 
+# Least sine of the angle that quads have in a corner between features: so much a good quad has.
+FLAT = 0.6
+
 
 def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     """Feature half-edges, each the start of a sector anticlockwise around its tail up to the next
@@ -26,6 +29,24 @@ def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     # Both ends turn to the axes that they count as.
     total += _off_axis(crosses, first) - _off_axis(crosses, last)
     return first, np.rint(total / QUARTER).astype(np.int64)
+
+
+def sector_angles(crosses: Crosses, first: np.ndarray) -> np.ndarray:
+    """(f,) angles on the surface of the sectors that start at feature half-edges (f,)."""
+    if not len(first):
+        return np.zeros(0)
+    corner, start = fans(crosses.twin, crosses.feature, first)
+    total = np.add.reduceat(crosses.corner_angle[corner], start[:-1])
+    return np.asarray(total)
+
+
+def fitting_turns(angle: np.ndarray, turns: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """(f,) int64 the quarter turns that sectors of such angles should have: those that they have
+    unless their quads would be flat or pointed there."""
+    share = angle / np.maximum(turns, 1)
+    unfit = (share >= np.pi) | (np.sin(np.minimum(share, np.pi)) < FLAT) | (turns < least)
+    best = np.maximum(np.rint(angle / QUARTER).astype(np.int64), 1)
+    return np.maximum(np.where(unfit, best, turns), least)
 
 
 def _off_axis(crosses: Crosses, edge: np.ndarray) -> np.ndarray:
