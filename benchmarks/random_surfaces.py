@@ -1,5 +1,5 @@
-"""Random closed surfaces as people have them: waves on a sphere, metaballs, chains of rings of genus
-1 to 5, out of a grid or decimated, some with noise.
+"""Random closed surfaces as people have them: waves on a sphere, metaballs, chains of rings of
+genus 1 to 5, out of a grid or decimated, some with noise.
 
 Decimated ones need fast-simplification (tools/benchmark_requirements.txt).
 """

@@ -38,7 +38,8 @@ def broken_guarantees(
         f"Euler characteristic {topology.characteristic}, not {euler}",
     )
     expect(
-        surface.closed.all() == (not topology.border.any()), "open where the input is closed, or not"
+        surface.closed.all() == (not topology.border.any()),
+        "open where the input is closed, or not",
     )
     inner = ~topology.border
     lack = (4 - topology.valence)[inner].sum() + (3 - topology.valence)[topology.border].sum()

@@ -91,9 +91,7 @@ def remesh(
     prepared = prepare(guide, given, settings, part)
     clock.lap("map and layout")
     parts, warnings = prepared.parts, prepared.warnings
-    scale, whole_numbers = counted(
-        parts, prepared.asked, progress.part("Whole numbers", 0.7, 0.8)
-    )
+    scale, whole_numbers = counted(parts, prepared.asked, progress.part("Whole numbers", 0.7, 0.8))
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.8, 0.98)
     finished = [

@@ -9,7 +9,14 @@ import numpy as np
 from ....base.progress import Progress
 from ....fields.planes import FaceFrames, lay_out
 from ....umbilics.result import Umbilics
-from ...by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
+from ...by_hand import (
+    Strokes,
+    WantedPoles,
+    planned_by_hand,
+    pull_of,
+    strokes_not_held,
+    with_strokes,
+)
 from ...cross_field import CrossField, cross_field
 from ...features import BORDER, CREASE, MARK, Features
 from ...field.planned import with_poles

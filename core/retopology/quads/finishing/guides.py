@@ -92,8 +92,8 @@ def moved_along(
     quads: np.ndarray,
     guides: Guides,
 ) -> np.ndarray:
-    """Where the vertices `rows` (r,) at `start` (r, 3) come by a step (r, 3): on the surface, and on
-    its curve who slides along one, without coming too near to the next."""
+    """Where the vertices `rows` (r,) at `start` (r, 3) come by a step (r, 3): on the surface, and
+    on its curve who slides along one, without coming too near to the next."""
     held = guides.curve[rows] >= 0
     step = step.copy()
     if held.any():

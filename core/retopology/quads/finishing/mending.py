@@ -2,9 +2,9 @@
 is well open.
 
 What the sines of the corners miss, squared, is summed over the neighbourhoods of bad quads and
-minimized over the tangent planes of their vertices, those on features along them (optimization-based
-smoothing: Freitag & Ollivier-Gooch 1997, 10.1002/(SICI)1097-0207(19971115)40:21<3979::AID-
-NME251>3.0.CO;2-9; all vertices at once, by limited-memory quasi-Newton steps).
+minimized over the tangent planes of their vertices, those on features along them
+(optimization-based smoothing: Freitag & Ollivier-Gooch 1997, 10.1002/(SICI)1097-0207(19971115)
+40:21<3979::AID-NME251>3.0.CO;2-9; all vertices at once, by limited-memory quasi-Newton steps).
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ....base.progress import Progress
-from ....fields.planes import lay_out
 from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..field.crosses import QUARTER
