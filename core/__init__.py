@@ -44,6 +44,7 @@ from .retopology.topology_check import TopologyCheck, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.numbering import numbers
 from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
@@ -107,6 +108,7 @@ __all__ = [
     "guidance_paths",
     "kept_rows",
     "noise_multiple",
+    "numbers",
     "options",
     "pack",
     "read_off",

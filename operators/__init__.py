@@ -11,6 +11,7 @@ _MODULES = (
     "data.summary",
     "data.clicks",
     "scene.filters",
+    "scene.choosing",
     "scene.view.maps",
     "scene.view.view_shading",
     "scene.staleness",

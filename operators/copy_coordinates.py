@@ -3,7 +3,7 @@
 import bpy
 
 from .data import record
-from .scene import chosen_umbilic
+from .scene import chosen_umbilic, selection
 
 
 class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
@@ -17,7 +17,7 @@ class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
         return chosen_umbilic.is_chosen(cls, context)
 
     def execute(self, context):
-        obj = context.view_layer.objects.active
+        obj = selection.shown(context)
         row = chosen_umbilic.chosen_row(context)
         position, _ = record.place_now(obj, record.of(obj), row)
         text = ", ".join(f"{value:.6g}" for value in position)

@@ -2,7 +2,7 @@
 
 import bpy
 
-from .scene import chosen_umbilic
+from .scene import chosen_umbilic, selection
 from .scene.view import framing
 
 
@@ -17,7 +17,8 @@ class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
         return chosen_umbilic.is_chosen(cls, context)
 
     def execute(self, context):
-        framing.frame(context, chosen_umbilic.chosen_row(context))
+        obj = selection.shown(context)
+        framing.frame(context, obj, chosen_umbilic.chosen_row(context))
         return {"FINISHED"}
 
 

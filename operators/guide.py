@@ -6,6 +6,7 @@ import bpy
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -18,15 +19,15 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.plan)
+        return retopology.gather(context, selection.shown(context), retopology.plan)
 
     def done(self, context, job, found):
-        guidance, umbilics = found
+        guidance, kept = found
         with retopology.written(context, job) as (_, transaction):
             home = retopology.home_of_plan(context, job, transaction)
-            origin = job.origin(umbilics)
+            origin = job.origin(kept.umbilics)
             guidance_objects.write_plan(
-                context, home, job.inputs.arrays, guidance, umbilics, origin, transaction
+                context, home, job.inputs.arrays, guidance, kept, origin, transaction
             )
         poles = guidance.poles
         three = int((poles.valence == 3).sum())

@@ -4,6 +4,7 @@ import bpy
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -15,7 +16,7 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.lines)
+        return retopology.gather(context, selection.shown(context), retopology.lines)
 
     def done(self, context, job, found):
         with retopology.written(context, job) as (obj, transaction):

@@ -7,7 +7,7 @@ from .. import core
 from .data import remeshing
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
-from .scene import targets
+from .scene import selection, targets
 from .scene.retopology import quad_meshes
 
 
@@ -42,7 +42,7 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
                 zone=job.zone,
             )
 
-        return retopology.gather(context, context.active_object, work)
+        return retopology.gather(context, selection.shown(context), work)
 
     def done(self, context, job, found):
         with retopology.written(context, job) as (_, transaction):

@@ -4,6 +4,7 @@ import bpy
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -16,7 +17,7 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.separatrices)
+        return retopology.gather(context, selection.shown(context), retopology.separatrices)
 
     def done(self, context, job, found):
         with retopology.written(context, job) as (obj, transaction):

@@ -7,6 +7,7 @@ from bpy.props import StringProperty
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 
 
 class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
@@ -22,7 +23,7 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
     def job(self, context):
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
         work = retopology.exported(stem, self.kinds.split())
-        return retopology.gather(context, context.active_object, work)
+        return retopology.gather(context, selection.shown(context), work)
 
     def done(self, context, job, found):
         wrote = f"Wrote {', '.join(path.name for path in found.paths)}."

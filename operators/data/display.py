@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ... import core
 from ..base.changes import notify
 from . import reading, record
+from .belonging import mesh_behind
 
 KIND_ITEMS = [
     (core.KINDS[0], "Stars", "Index -1/2, three separatrices", 1),
@@ -72,7 +73,7 @@ def _top(obj) -> float:
 
 def _active() -> bpy.types.Object | None:
     # Not every context that a property is read in has an active object.
-    return getattr(bpy.context, "active_object", None)
+    return mesh_behind(getattr(bpy.context, "active_object", None))
 
 
 def _get_strength(self) -> float:

@@ -118,14 +118,20 @@ class Job:
             kept=filters.digest_of(umbilics),
         )
 
+    def kept_rows(self, detection: core.Detection) -> np.ndarray:
+        """(k,) rows of the candidates of a detection of the inputs that are kept."""
+        if self.choice is None:
+            return core.kept_rows(detection, self.inputs.settings)
+        return self.choice.rows_in(self.inputs, detection)
+
     def _prepared(self, progress: core.Progress) -> core.Guide:
         """The mesh with its detection and the umbilics that are kept; that of the step before if
         it is the very same."""
         arrays = self.inputs.arrays
         detection = detect.known_or_computed(self.inputs, progress)
-        rows = None if self.choice is None else self.choice.rows_in(self.inputs, detection)
+        rows = self.kept_rows(detection)
         return caches.GUIDES.of(
-            (detect.content(self.inputs), None if rows is None else rows.tobytes()),
+            (detect.content(self.inputs), rows.tobytes()),
             lambda: core.Guide(arrays.vertices, arrays.triangles, detection, rows),
         )
 
@@ -234,10 +240,12 @@ def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction)
 
 def plan(
     job: Job, guide: core.Guide, progress: core.Progress
-) -> tuple[core.Guidance, core.Umbilics]:
+) -> tuple[core.Guidance, guidance_objects.Kept]:
     """Cross field and poles, and the umbilics they come from."""
     guidance = guide.guidance(job.settings, progress, sharp=job.inputs.arrays.sharp, zone=job.zone)
-    return guidance, guide.detection.umbilics
+    found = guide.detection
+    numbers = core.numbers(found.candidates)[job.kept_rows(found)]
+    return guidance, guidance_objects.Kept(found.umbilics, numbers)
 
 
 def lines(job: Job, guide: core.Guide, progress: core.Progress) -> core.Lines:

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import bpy
 
+from ..data.belonging import OWNER_TAG, mesh_behind
 from ..mesh.fingerprint import mesh_signature
-from .empties import OWNER_TAG, local_views
+from .empties import local_views
 from .targets import is_local
 from .transaction import Transaction
 
@@ -30,7 +31,8 @@ def is_ours(obj: bpy.types.Object | None) -> bool:
 
 
 def source_of(obj: bpy.types.Object | None) -> bpy.types.Object | None:
-    """The object that one of ours stands for; any other object itself."""
+    """The object that one of ours stands for or belongs to; any other object itself."""
+    obj = mesh_behind(obj)
     return obj.parent if is_ours(obj) and obj.parent is not None else obj
 
 

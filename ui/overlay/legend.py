@@ -8,6 +8,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from ...operators.scene import selection
 from ...operators.scene.view import maps
 
 _FONT = 0
@@ -21,7 +22,7 @@ def draw(context: bpy.types.Context) -> None:
     """Draw the legend of the active object's map, else of any map that is seen: they share it."""
     if context.space_data.shading.color_type != "VERTEX":
         return
-    candidates = [context.active_object, *context.visible_objects]
+    candidates = [selection.shown(context), *context.visible_objects]
     obj = next((obj for obj in candidates if maps.is_shown_on(obj)), None)
     if obj is None:
         return

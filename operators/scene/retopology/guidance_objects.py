@@ -4,14 +4,15 @@ Objects are children of the mesh, carry the custom property `umbilics_guidance` 
 `PARTS`) and lie in a collection with the same property. They follow the mesh. A part that is made
 again replaces its own objects only.
 
-Custom properties: of a pole `umbilics_valence`, `umbilics_confidence` and `umbilics_umbilic`
-(row among the kept umbilics, -1 for none); of a curve `umbilics_family` (0 larger, 1 smaller
+Custom properties: of a pole `umbilics_valence`, `umbilics_confidence`, `umbilics_umbilic`
+(row among the kept umbilics, -1 for none) and `umbilics_number` (its number, 0 for none); of a curve `umbilics_family` (0 larger, 1 smaller
 curvature) and `umbilics_lengths`, a length for each spline; of ridges also `umbilics_kinds` and
 `umbilics_bends`, the mean bend in degrees of each.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import bpy
@@ -20,11 +21,12 @@ from mathutils import Matrix
 
 from .... import core
 from ...data import plans
+from ...data.belonging import OWNER_TAG
 from ...mesh.attributes import remove_results, write_attributes
 from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
 from ...mesh.read import MeshArrays, unit_vectors
 from .. import homes
-from ..empties import OWNER_TAG
+from ..empties import name_of
 from ..targets import is_local
 from ..transaction import Transaction, empty_without
 from . import grease_pencil
@@ -65,12 +67,20 @@ def pole_sum(obj: bpy.types.Object) -> int:
     return sum(4 - valence for valence in valences if isinstance(valence, int))
 
 
+@dataclass(frozen=True)
+class Kept:
+    """The umbilics that poles come from, and the number (k,) of each."""
+
+    umbilics: core.Umbilics
+    numbers: np.ndarray
+
+
 def write_plan(
     context: bpy.types.Context,
     home: homes.Home,
     arrays: MeshArrays,
     guidance: core.Guidance,
-    umbilics: core.Umbilics,
+    kept: Kept,
     origin: plans.Origin,
     transaction: Transaction,
 ) -> None:
@@ -104,22 +114,24 @@ def write_plan(
         empty.color = _POLE_COLOUR[valence]
         empty["umbilics_valence"] = valence
         empty["umbilics_confidence"] = float(poles.confidence[row])
-        empty["umbilics_umbilic"] = int(poles.umbilic[row])
+        umbilic = int(poles.umbilic[row])
+        empty["umbilics_umbilic"] = umbilic
+        empty["umbilics_number"] = int(kept.numbers[umbilic]) if umbilic >= 0 else 0
         matrix = Matrix.Translation(poles.position[row].tolist())
         rotation = _upright(poles.normal[row])
         place = arrays, matrix @ rotation
         collection = _adopt(context, obj, empty, POLES, collection, transaction, place)
         empties.append(empty)
-        origins.append(_origin(poles, umbilics, row))
+        origins.append(_origin(poles, kept, row))
     transaction.keep_properties(obj, homes.PLAN)
     plans.store(obj, origin, poles, empties, origins)
     homes.settle(home, homes.PLAN, transaction)
 
 
-def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:
+def _origin(poles: core.Poles, kept: Kept, row: int) -> str:
     umbilic = int(poles.umbilic[row])
     if umbilic >= 0:
-        return f"{str(umbilics.kind[umbilic]).capitalize()} {umbilic + 1}"
+        return name_of(str(kept.umbilics.kind[umbilic]), int(kept.numbers[umbilic]))
     return f"Region {int(poles.region[row]) + 1}" if poles.region[row] >= 0 else "Field"
 
 
