@@ -57,8 +57,11 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
             strokes.prop(display, "density")
         marks = layout.column(heading="Umbilics")
         marks.prop(display, "glyphs")
+        marks.prop(display, "numbers")
         marks.prop(display, "rays")
         marks.prop(display, "discs")
+        plan = layout.column(heading="Plan")
+        plan.prop(display, "poles")
 
 
 _CLASSES = (UMBILICS_PT_map, UMBILICS_PT_overlay)

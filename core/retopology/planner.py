@@ -14,7 +14,6 @@ from ..fields.planes import FaceFrames, lay_out
 from ..mesh.input_map import places_on_surface
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
-from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
 from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
 from .cross_field import cross_field, smoothing_length
@@ -93,8 +92,7 @@ class Guide:
         """(m,) bool over the surface's triangles: those in a region without directions."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
-            # Cylinders and cones have directions, exact ones.
-            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL)
+            inside[region.triangles] |= not region.has_directions
         return inside[self.surface.source_triangle]
 
     @property

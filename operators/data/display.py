@@ -185,6 +185,20 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         default=True,
         update=_glyphs_changed,
     )
+    poles: BoolProperty(
+        name="Poles",
+        description="The poles of the last plan: a triangle with a 3 where three edges should "
+        "meet, a pentagon with a 5 where five should",
+        default=True,
+        update=_glyphs_changed,
+    )
+    numbers: BoolProperty(
+        name="Numbers",
+        description="The number of each umbilic, which it has in the list, the outliner and the "
+        "table of poles as well. Without them that of the active one is drawn",
+        default=False,
+        update=_view_changed,
+    )
     rays: BoolProperty(
         name="Separatrices",
         description="Rays along which a line of curvature runs into the umbilic: three at stars "
