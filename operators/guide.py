@@ -29,6 +29,7 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
             guidance_objects.write_plan(
                 context, home, job.inputs.arrays, guidance, kept, origin, transaction
             )
+        context.scene.umbilics_display.field = "CROSS"
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "

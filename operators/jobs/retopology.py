@@ -29,6 +29,7 @@ from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
+from ..scene.view import dashed_lines
 from . import detect
 
 
@@ -229,6 +230,7 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Ob
         if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
             homes.home_for(context, obj, depsgraph, transaction)
         yield homes.owner_of(obj), transaction
+    dashed_lines.settle()
 
 
 def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:

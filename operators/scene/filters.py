@@ -151,16 +151,9 @@ def _filter_changed(context: bpy.types.Context) -> None:
     changes.notify("view", context)
 
 
-def _glyphs_changed(context: bpy.types.Context) -> None:
-    for obj in with_results(context):
-        empties.dress_all(context, obj)
-
-
 def register() -> None:
     changes.listen("filter", _filter_changed)
-    changes.listen("glyphs", _glyphs_changed)
 
 
 def unregister() -> None:
     changes.forget("filter", _filter_changed)
-    changes.forget("glyphs", _glyphs_changed)

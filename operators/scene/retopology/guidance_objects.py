@@ -22,6 +22,7 @@ from mathutils import Matrix
 from .... import core
 from ...data import plans
 from ...data.belonging import OWNER_TAG
+from ...drawing.poles import COLOURS as POLE_COLOURS
 from ...mesh.attributes import remove_results, write_attributes
 from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
 from ...mesh.read import MeshArrays, unit_vectors
@@ -29,7 +30,7 @@ from .. import homes
 from ..empties import name_of
 from ..targets import is_local
 from ..transaction import Transaction, empty_without
-from . import grease_pencil
+from . import grease_pencil, pole_shapes
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "ridges", "guides", "mirror")
@@ -45,13 +46,11 @@ MARKS = {"umbilics_marked": ("EDGE", "INT")}
 _BIT = {"seam": 1, "edge_sharp": 2, "crease": 4}
 
 _FAMILY_NAME = ("Larger Curvature", "Smaller Curvature")
-_FAMILY_COLOUR = ((0.85, 0.2, 0.1, 1.0), (0.1, 0.35, 0.85, 1.0))
+_FAMILY_COLOUR = ((1.0, 0.15, 0.08, 1.0), (0.08, 0.35, 1.0, 1.0))
 _RIDGE_NAME = ("Ridges", "Ravines")
 _RIDGE_COLOUR = ((0.95, 0.55, 0.05, 1.0), (0.05, 0.6, 0.55, 1.0))
-_POLE_COLOUR = {3: (1.0, 0.62, 0.0, 1.0), 5: (0.05, 0.25, 0.85, 1.0)}
-_POLE_SHAPE = {3: "SPHERE", 5: "CUBE"}
 # Sizes as fractions of the mesh's extent.
-_POLE_SIZE, _LIFT, _BEVEL = 0.008, 0.0005, 0.0008
+_POLE_SIZE, _LIFT, _BEVEL = 0.008, 0.0005, 0.0014
 
 
 def parts_of(obj: bpy.types.Object, part: str | None = None) -> list[bpy.types.Object]:
@@ -109,10 +108,9 @@ def write_plan(
     for row in range(len(poles)):
         valence = int(poles.valence[row])
         empty = transaction.made(bpy.data.objects.new(f"Pole {valence}", None))
-        empty.empty_display_type = _POLE_SHAPE[valence]
-        empty.empty_display_size = _POLE_SIZE * extent
-        empty.color = _POLE_COLOUR[valence]
         empty["umbilics_valence"] = valence
+        pole_shapes.dress(empty, pole_shapes.is_overlaid(context), _POLE_SIZE * extent)
+        empty.color = POLE_COLOURS[valence]
         empty["umbilics_confidence"] = float(poles.confidence[row])
         umbilic = int(poles.umbilic[row])
         empty["umbilics_umbilic"] = umbilic
@@ -176,7 +174,9 @@ def write_lines(
             spline.points.foreach_set("co", co.ravel())
             spline.use_cyclic_u = bool(lines.closed[row])
         curve_object = transaction.made(bpy.data.objects.new(curve.name, curve))
-        curve_object.color = (_FAMILY_COLOUR if ridges is None else _RIDGE_COLOUR)[family]
+        colour = (_FAMILY_COLOUR if ridges is None else _RIDGE_COLOUR)[family]
+        curve.materials.append(_coloured(title, colour, transaction))
+        curve_object.color = colour
         curve_object["umbilics_family"] = family
         curve_object["umbilics_lengths"] = lines.length[rows].tolist()
         if ridges is not None:
@@ -184,6 +184,16 @@ def write_lines(
             bends = np.add.reduceat(ridges.bend, ridges.start[:-1]) / np.diff(ridges.start)
             curve_object["umbilics_bends"] = bends[rows].tolist()
         collection = _adopt(context, obj, curve_object, part, collection, transaction)
+
+
+def _coloured(
+    name: str, colour: tuple[float, ...], transaction: Transaction
+) -> bpy.types.Material:
+    """A material of that colour, which Solid view shows as it is set up from the start."""
+    material = transaction.made(bpy.data.materials.new(name))
+    material.diffuse_color = colour
+    material[TAG] = True
+    return material
 
 
 def write_guides(
@@ -218,7 +228,7 @@ def _thickness(arrays: MeshArrays, part: str) -> float:
     """Radius of lines in the object's space."""
     extent = float(np.ptp(arrays.vertices, axis=0).max())
     scale = float(np.cbrt(abs(np.linalg.det(arrays.matrix[:3, :3]))))
-    return (1.0 if part == LINES else 2.0) * _BEVEL * extent / scale
+    return (1.0 if part == LINES else 1.5) * _BEVEL * extent / scale
 
 
 def write_mirror(
@@ -301,7 +311,8 @@ def discard(child: bpy.types.Object, transaction: Transaction) -> None:
         return
     transaction.discard([child])
     if child.type in ("CURVE", "MESH") and child.data.users == 1:
-        transaction.discard([child.data])
+        ours = [one for one in child.data.materials if one is not None and TAG in one]
+        transaction.discard([child.data, *(one for one in ours if one.users == 1)])
 
 
 def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
@@ -333,6 +344,8 @@ def _adopt(
     answer; `place` is where it stands in the world of the arrays."""
     child[TAG] = part
     child[OWNER_TAG] = obj.name_full
+    # Guides are to be worked with, not to be in a picture.
+    child.hide_render = True
     child.parent = obj
     if place is not None:
         arrays, matrix = place
