@@ -91,7 +91,9 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         if settings.method == "S":
             layout.prop(settings, "parametrization")
             layout.prop(settings, "triangles")
-        if settings.method == "C":
+        if settings.method == "C" or (
+            settings.method == "S" and settings.parametrization == "charts"
+        ):
             layout.prop(settings, "charts")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
@@ -108,6 +110,9 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         automatic(layout, settings, "crease_angle")
         layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
+        row = layout.row()
+        row.active = settings.normal_smoothing > 0
+        row.prop(settings, "normal_filter", text="By")
 
 
 def _source(layout, context) -> None:
