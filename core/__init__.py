@@ -41,7 +41,14 @@ from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_topology
-from .umbilics.compare import MethodResult, compare, comparison_table
+from .umbilics.compare import (
+    BASELINES,
+    METHODS,
+    MethodResult,
+    compare,
+    comparison_rows,
+    comparison_table,
+)
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.pairing.persistence import noise_multiple
@@ -51,10 +58,12 @@ from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "BASELINES",
     "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "METHODS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
@@ -98,6 +107,7 @@ __all__ = [
     "check",
     "check_topology",
     "compare",
+    "comparison_rows",
     "comparison_table",
     "defaults",
     "detect",

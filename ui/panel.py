@@ -8,6 +8,7 @@ from ..operators.base import verdict
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
+from ..operators.compare import UMBILICS_OT_compare
 from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
@@ -95,6 +96,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
             settings.method == "S" and settings.parametrization == "charts"
         ):
             layout.prop(settings, "charts")
+        layout.operator(UMBILICS_OT_compare.bl_idname, icon="SPREADSHEET")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
         layout.prop(settings, "join_borders")

@@ -19,15 +19,13 @@ from scipy.sparse.linalg import splu
 
 from ..base.progress import Progress
 from .charts import Charts, cut_along
-from .lscm import flattened
+from .cotangents import angles_and_cotangents
 from .surface import Surface
 
 # Lengths that a map with isometric border scales more than so many times have the cut led to them.
 MOST_SCALING = 3.0
 # Each round leads the cut to the worst places at once; a hand needs two, a bunny four.
 ROUNDS = 12
-# Cotangents beyond this are of slivers, whose round-off must not rule the equation.
-_STEEPEST = 1e4
 
 
 @dataclass(frozen=True)
@@ -233,13 +231,7 @@ def _without_tails(
 
 def _scaling(surface: Surface, charts: Charts, border: np.ndarray) -> np.ndarray:
     """(c,) logarithm of the scale of a conformal map that keeps the lengths of the border."""
-    flat = flattened(surface.vertices, surface.triangles)
-    to_next = np.roll(flat, -1, axis=1) - flat
-    to_last = np.roll(flat, 1, axis=1) - flat
-    spanned = np.conj(to_next) * to_last
-    angle = np.abs(np.angle(spanned))
-    across = np.maximum(spanned.imag, np.finfo(float).tiny)
-    cotangent = np.clip(spanned.real / across, -_STEEPEST, _STEEPEST)
+    angle, cotangent = angles_and_cotangents(surface.vertices, surface.triangles)
     count = len(charts.vertex)
     corners = charts.corners
     # The edge from corner k + 1 to k + 2 by the angle at k.

@@ -27,7 +27,7 @@ def with_holes():
 
 def two_parts():
     one, two = torus(), sphere(subdivisions=2)
-    vertices = np.concatenate([one.vertices, two.vertices + (10.0, 0.0, 0.0)])
+    vertices = np.concatenate([one.vertices, two.vertices + np.array([10.0, 0, 0])])
     return clean(vertices, np.concatenate([one.triangles, two.triangles + len(one.vertices)]))[0]
 
 
