@@ -19,6 +19,7 @@ _MODULES = (
     "scene.staleness",
     "jobs.worker",
     "detect",
+    "compare",
     "cancel",
     "clear",
     "clear_file",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .shapes import SOFT, Places, Shape, repeated
+from .shapes import SOFT, Places, Shape, repeated, strips
 
 # Width of a digit and way from one to the next, in its height; half the width of its line.
 _WIDTH, _ADVANCE, _HALF = 0.56, 0.76, 0.075
@@ -28,15 +28,27 @@ _UP, _LOW, _BOWL = (0.0, 0.26), (0.0, -0.22), (_X, 0.28)
 _LINES = {
     "0": [_arc((0.0, 0.0), (_X, 0.5), 90.0, 270.0), _arc((0.0, 0.0), (_X, 0.5), 270.0, 450.0)],
     "1": [np.array([(-0.18, 0.3), (0.04, 0.5), (0.04, -0.5)])],
-    "2": [_arc((0.0, 0.22), _BOWL, 165.0, -35.0), np.array([(0.23, 0.06), (-_X, -0.5), (_X, -0.5)])],
+    "2": [
+        _arc((0.0, 0.22), _BOWL, 165.0, -35.0),
+        np.array([(0.23, 0.06), (-_X, -0.5), (_X, -0.5)]),
+    ],
     "3": [_arc(_UP, (0.24, 0.24), 150.0, -90.0), _arc(_LOW, _BOWL, 90.0, -150.0)],
     "4": [np.array([(0.12, -0.5), (0.12, 0.5), (-_X, -0.2), (_X, -0.2)])],
-    "5": [np.array([(0.24, 0.5), (-0.2, 0.5), (-0.23, 0.02)]), _arc((0.0, -0.2), (_X, 0.3), 140.0, -145.0)],
-    "6": [_arc((0.0, -0.2), (_X, 0.3), 90.0, 450.0), np.array([(-_X, -0.18), (-0.2, 0.2), (0.14, 0.5)])],
+    "5": [
+        np.array([(0.24, 0.5), (-0.2, 0.5), (-0.23, 0.02)]),
+        _arc((0.0, -0.2), (_X, 0.3), 140.0, -145.0),
+    ],
+    "6": [
+        _arc((0.0, -0.2), (_X, 0.3), 90.0, 450.0),
+        np.array([(-_X, -0.18), (-0.2, 0.2), (0.14, 0.5)]),
+    ],
     "7": [np.array([(-_X, 0.5), (_X, 0.5), (-0.08, -0.5)])],
     "8": [_arc(_UP, (0.23, 0.24), 90.0, 450.0), _arc((0.0, -0.24), (_X, 0.26), 90.0, 450.0)],
-    "9": [_arc((0.0, 0.2), (_X, 0.3), 90.0, 450.0), np.array([(_X, 0.18), (0.2, -0.2), (-0.14, -0.5)])],
-}  # fmt: skip
+    "9": [
+        _arc((0.0, 0.2), (_X, 0.3), 90.0, 450.0),
+        np.array([(_X, 0.18), (0.2, -0.2), (-0.14, -0.5)]),
+    ],
+}
 
 
 @dataclass(frozen=True)
@@ -70,29 +82,19 @@ def written(places: Places, numbers: Sequence[int], how: Writing) -> list[Shape]
 def _digit(digit: str, height: float, wider: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners (c, 4) in pixels, triangles (t, 3) and opacities (c,) of one digit."""
     half = _HALF * height + wider
-    corners, triangles = [], []
+    edges = (-half - SOFT, -half + SOFT, half - SOFT, half + SOFT)
+    pieces = []
     for line in _LINES[digit]:
         points = line * height
         along = np.diff(points, axis=0)
         along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
         across = np.column_stack([-along[:, 1], along[:, 0]])
         # Each piece goes on by half its width: so the bends are closed.
-        first, last = points[:-1] - 0.7 * half * along, points[1:] + 0.7 * half * along
-        for begin, end, side in zip(first, last, across, strict=True):
-            number = 8 * len(corners)
-            corners.append(
-                [
-                    end_point + reach * side
-                    for reach in (-half - SOFT, -half + SOFT, half - SOFT, half + SOFT)
-                    for end_point in (begin, end)
-                ]
-            )
-            triangles += [
-                (number + a, number + b, number + c)
-                for strip in (0, 2, 4)
-                for a, b, c in ((strip, strip + 1, strip + 2), (strip + 1, strip + 3, strip + 2))
-            ]
-    flat = np.concatenate(corners)
-    found = np.zeros((len(flat), 4), np.float32)
-    found[:, 2:] = flat
-    return found, np.array(triangles), np.tile((0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0), len(corners))
+        ends = points[:-1] - 0.7 * half * along, points[1:] + 0.7 * half * along
+        pieces.append(np.stack([end + far * across for far in edges for end in ends], axis=1))
+    flat = np.concatenate(pieces)
+    corners = np.zeros((8 * len(flat), 4), np.float32)
+    corners[:, 2:] = flat.reshape(-1, 2)
+    first = 8 * np.arange(len(flat))[:, None, None]
+    triangles = (first + strips(4, 2)).reshape(-1, 3)
+    return corners, triangles, np.tile(np.repeat((0.0, 1.0, 1.0, 0.0), 2), len(flat))

@@ -85,10 +85,8 @@ def capsule():
     z = np.concatenate([z[top] + 1.0, side, z[z < -1e-9] - 1.0])
     radius = np.concatenate([radius[top], np.ones(len(side)), radius[::-1][top][::-1]])
     around = 2.0 * np.pi * np.arange(96) / 96
-    rings = np.stack(
-        [radius[:, None] * np.cos(around), radius[:, None] * np.sin(around), z[:, None] + 0 * around],
-        axis=2,
-    )
+    circle = np.column_stack([np.cos(around), np.sin(around), np.zeros(96)])
+    rings = radius[:, None, None] * circle + z[:, None, None] * (0.0, 0.0, 1.0)
     number = np.arange(len(z) * 96).reshape(len(z), 96)
     here, after = number, np.roll(number, -1, axis=1)
     faces = np.stack([here[:-1], here[1:], after[1:], after[:-1]], axis=2).reshape(-1, 4).tolist()

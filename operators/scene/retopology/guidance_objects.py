@@ -4,10 +4,10 @@ Objects are children of the mesh, carry the custom property `umbilics_guidance` 
 `PARTS`) and lie in a collection with the same property. They follow the mesh. A part that is made
 again replaces its own objects only.
 
-Custom properties: of a pole `umbilics_valence`, `umbilics_confidence`, `umbilics_umbilic`
-(row among the kept umbilics, -1 for none) and `umbilics_number` (its number, 0 for none); of a curve `umbilics_family` (0 larger, 1 smaller
-curvature) and `umbilics_lengths`, a length for each spline; of ridges also `umbilics_kinds` and
-`umbilics_bends`, the mean bend in degrees of each.
+Custom properties: of a pole `umbilics_valence`, `umbilics_confidence`, `umbilics_umbilic` (row
+among the kept umbilics, -1 for none) and `umbilics_number` (its number, 0 for none); of a curve
+`umbilics_family` (0 larger, 1 smaller curvature) and `umbilics_lengths`, a length for each
+spline; of ridges also `umbilics_kinds` and `umbilics_bends`, the mean bend in degrees of each.
 """
 
 from __future__ import annotations

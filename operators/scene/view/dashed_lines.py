@@ -25,16 +25,19 @@ def settle() -> None:
 
 def _turn(has_results: bool) -> None:
     for screen in bpy.data.screens:
-        views = [area.spaces.active.overlay if area.type == "VIEW_3D" else None for area in screen.areas]
+        views = {
+            str(place): area.spaces.active.overlay
+            for place, area in enumerate(screen.areas)
+            if area.type == "VIEW_3D"
+        }
         if has_results and _TAG not in screen:
-            on = [n for n, one in enumerate(views) if one is not None and one.show_relationship_lines]
-            screen[_TAG] = " ".join(map(str, on))
+            on = [place for place, one in views.items() if one.show_relationship_lines]
+            screen[_TAG] = " ".join(on)
             for place in on:
                 views[place].show_relationship_lines = False
         elif not has_results and _TAG in screen:
-            for place, one in enumerate(views):
-                if one is not None and str(place) in str(screen[_TAG]).split():
-                    one.show_relationship_lines = True
+            for place in views.keys() & set(str(screen[_TAG]).split()):
+                views[place].show_relationship_lines = True
             del screen[_TAG]
 
 
