@@ -12,14 +12,16 @@ class UMBILICS_OT_cancel(bpy.types.Operator):
     bl_options = {"INTERNAL"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         if worker.current() is None:
             cls.poll_message_set("No detection is running.")
             return False
         return True
 
-    def execute(self, context):
-        worker.current().cancel()
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        task = worker.current()
+        if task is not None:
+            task.cancel()
         return {"FINISHED"}
 
 

@@ -4,6 +4,7 @@ import math
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
@@ -17,10 +18,15 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         "follows it needs a vertex of three or five edges"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, context.active_object, retopology.plan)
 
-    def done(self, context, job, found):
+    def done(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: tuple[core.Guidance, core.Umbilics],
+    ) -> str:
         guidance, umbilics = found
         with retopology.written(context, job) as (_, transaction):
             home = retopology.home_of_plan(context, job, transaction)

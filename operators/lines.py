@@ -2,6 +2,7 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
@@ -14,10 +15,10 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
         "Draw evenly spaced lines of curvature on the active mesh, a curve object for each family"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, context.active_object, retopology.lines)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction

@@ -12,11 +12,11 @@ class UMBILICS_OT_pin(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return chosen_umbilic.can_be_changed(cls, context)
 
-    def execute(self, context):
-        chosen_umbilic.toggle(context, "pinned", chosen_umbilic.chosen_row(context))
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen_umbilic.toggle(context, "pinned")
         return {"FINISHED"}
 
 

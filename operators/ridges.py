@@ -2,6 +2,7 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
@@ -15,10 +16,10 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
         "or sharp: a curve object for each"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, context.active_object, retopology.ridges)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.RidgeLines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)

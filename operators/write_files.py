@@ -5,6 +5,7 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 
@@ -19,12 +20,12 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     kinds: StringProperty(description="Kinds of files, between blanks", options={"SKIP_SAVE"})
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
         work = retopology.exported(stem, self.kinds.split())
         return retopology.gather(context, context.active_object, work)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Written) -> str:
         wrote = f"Wrote {', '.join(path.name for path in found.paths)}."
         return " ".join((wrote, *found.left_out))
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,10 @@ class GuidanceRequest:
                     guard.writes(path)
 
 
-def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
+def add_arguments(
+    parser: argparse.ArgumentParser,
+    add_setting: Callable[[argparse._ArgumentGroup, str, core.Option, Any], None],
+) -> None:
     """Add the options; `add_setting` adds one to a group by name, option and default."""
     group = parser.add_argument_group(
         "retopology", "With --guide a cross field, its poles and lines are written for remeshers."

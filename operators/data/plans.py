@@ -104,7 +104,7 @@ class UMBILICS_PG_pole(bpy.types.PropertyGroup):
     place: FloatVectorProperty(description="Where the plan put its empty", size=3)
 
 
-def _pole_chosen(self, context):
+def _pole_chosen(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """Select the empty of the pole that was clicked in the table."""
     obj = self.id_data
     if obj.mode != "OBJECT" or not self.active < len(self.poles):

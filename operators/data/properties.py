@@ -5,6 +5,7 @@ number `<name>`, which counts when the switch is off.
 """
 
 import math
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -22,12 +23,12 @@ class UMBILICS_PG_settings(bpy.types.PropertyGroup):
     """How to detect; one for each scene."""
 
 
-def _filter_changed(self, context):
+def _filter_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("filter", context)
 
 
-def _property(name: str, option: core.Option, default):
-    text = {"name": option.label, "description": option.help}
+def _property(name: str, option: core.Option, default: Any) -> Any:
+    text: dict[str, Any] = {"name": option.label, "description": option.help}
     if name in LIVE:
         text["update"] = _filter_changed
     if option.kind == "choice":
@@ -54,7 +55,7 @@ def _property(name: str, option: core.Option, default):
     return FloatProperty(default=default, precision=4, **bounds, **text)
 
 
-def annotations_of(settings: type) -> dict:
+def annotations_of(settings: type) -> dict[str, Any]:
     """Blender properties for the options of a class of settings."""
     made = {}
     for name, option in core.options(settings).items():
@@ -70,7 +71,7 @@ def annotations_of(settings: type) -> dict:
     return made
 
 
-def _properties() -> dict:
+def _properties() -> dict[str, Any]:
     made = annotations_of(core.Settings)
     for name in GIVEN_NAMES:
         made[f"given_{name}"] = StringProperty(
@@ -95,7 +96,7 @@ def to_settings(group: UMBILICS_PG_settings) -> core.Settings:
     return core.Settings(**values_of(group, core.Settings))
 
 
-def values_of(group: bpy.types.PropertyGroup, settings: type) -> dict:
+def values_of(group: bpy.types.PropertyGroup, settings: type) -> dict[str, Any]:
     """The values of a property group that `annotations_of` made, as the core wants them."""
     values = {}
     for name, option in core.options(settings).items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 from bpy.props import PointerProperty
@@ -35,7 +36,7 @@ class Delivery:
     )
 
 
-def annotations() -> dict:
+def properties() -> dict[str, Any]:
     """Blender properties for all of it: the scene's group and the operator have the same."""
     return annotations_of(core.RemeshSettings) | annotations_of(Delivery)
 
@@ -44,7 +45,7 @@ class UMBILICS_PG_remesh(bpy.types.PropertyGroup):
     """How to remesh; one for each scene."""
 
 
-UMBILICS_PG_remesh.__annotations__ = annotations()
+UMBILICS_PG_remesh.__annotations__ = properties()
 
 
 def to_remesh_settings(values: bpy.types.PropertyGroup | bpy.types.Operator) -> core.RemeshSettings:

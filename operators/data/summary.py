@@ -25,7 +25,7 @@ MOST_ITEMS = 1000
 _MOST_DIGITS = 12
 
 
-def _active_changed(self, context):
+def _active_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("active", context)
 
 

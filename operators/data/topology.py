@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty,
 from ... import core
 
 
-def _is_mesh(_, obj: bpy.types.Object) -> bool:
+def _is_mesh(_: bpy.types.Object, obj: bpy.types.Object) -> bool:
     return obj.type == "MESH"
 
 
