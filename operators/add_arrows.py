@@ -46,9 +46,4 @@ def is_ours(modifier: bpy.types.Modifier) -> bool:
     return modifier.node_group is not None and GROUP_TAG in modifier.node_group
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_add_arrows)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_add_arrows)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_add_arrows,))

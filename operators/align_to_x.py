@@ -38,9 +38,4 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_align_to_x)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_align_to_x)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_align_to_x,))

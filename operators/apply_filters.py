@@ -29,9 +29,4 @@ class UMBILICS_OT_apply_filters(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_apply_filters)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_apply_filters)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_apply_filters,))

@@ -25,9 +25,4 @@ class UMBILICS_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_cancel)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_cancel)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_cancel,))

@@ -96,9 +96,4 @@ def _surface_of(context: bpy.types.Context, checked: bpy.types.Object | None) ->
     return others[0]
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_check_topology)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_check_topology)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_check_topology,))

@@ -46,9 +46,4 @@ def clear(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     return old_copies.let_go(context, obj) or found
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_clear)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_clear)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_clear,))

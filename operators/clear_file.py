@@ -42,9 +42,4 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         return finished(self.execute(context), edited)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_clear_file)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_clear_file)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_clear_file,))

@@ -24,9 +24,4 @@ class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_copy_coordinates)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_copy_coordinates)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_copy_coordinates,))

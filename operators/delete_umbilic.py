@@ -20,9 +20,4 @@ class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_delete_umbilic)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_delete_umbilic)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_delete_umbilic,))

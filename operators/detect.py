@@ -61,9 +61,4 @@ def _with_modifiers(context: bpy.types.Context) -> bool:
     return context.scene.umbilics_display.source == "EVALUATED"
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_detect)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_detect)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_detect,))

@@ -36,9 +36,4 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
         )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_draw_guides)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_draw_guides)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_draw_guides,))

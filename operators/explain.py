@@ -25,9 +25,4 @@ class UMBILICS_OT_explain(bpy.types.Operator):
         return bpy.ops.wm.doc_view_manual(doc_id=f"UMBILICS_PG_summary.{self.number}")
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_explain)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_explain)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_explain,))

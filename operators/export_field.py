@@ -86,9 +86,4 @@ for _kind, _about in core.FILE_KINDS.items():
     )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_export_field)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_export_field)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_export_field,))

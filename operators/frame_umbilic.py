@@ -22,9 +22,4 @@ class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_frame_umbilic)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_frame_umbilic)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_frame_umbilic,))

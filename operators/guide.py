@@ -43,9 +43,4 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         return f"{text} on an open surface."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_guide)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_guide)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_guide,))

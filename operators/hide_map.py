@@ -41,9 +41,4 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_hide_map)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_hide_map)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_hide_map,))

@@ -26,9 +26,4 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
         return f"{len(found)} lines of curvature."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_lines)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_lines)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_lines,))

@@ -51,9 +51,4 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
         return f"{count} edges marked."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_mark_seams)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_mark_seams)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mark_seams,))

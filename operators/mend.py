@@ -104,9 +104,4 @@ _WAYS = {
 }
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_mend)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_mend)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mend,))

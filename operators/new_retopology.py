@@ -45,9 +45,4 @@ class UMBILICS_OT_new_retopology(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_new_retopology)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_new_retopology)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_new_retopology,))

@@ -20,9 +20,4 @@ class UMBILICS_OT_pin(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_pin)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_pin)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_pin,))

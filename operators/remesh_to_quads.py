@@ -59,9 +59,4 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
 UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.properties()
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_remesh_to_quads)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_remesh_to_quads)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_remesh_to_quads,))

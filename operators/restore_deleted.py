@@ -28,9 +28,4 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_restore_deleted)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_restore_deleted)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_restore_deleted,))

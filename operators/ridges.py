@@ -29,9 +29,4 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
         return f"{len(found) - hollow} ridges and {hollow} ravines."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_ridges)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_ridges)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_ridges,))

@@ -27,9 +27,4 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_separatrices)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_separatrices)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_separatrices,))

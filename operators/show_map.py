@@ -41,9 +41,4 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_show_map)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_show_map)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_show_map,))

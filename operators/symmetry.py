@@ -28,9 +28,4 @@ class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
         )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_symmetry)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_symmetry)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_symmetry,))

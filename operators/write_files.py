@@ -30,9 +30,4 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
         return " ".join((wrote, *found.left_out))
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_write_files)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_write_files)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_write_files,))

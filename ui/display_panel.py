@@ -60,14 +60,4 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
         marks.prop(display, "discs")
 
 
-_CLASSES = (UMBILICS_PT_map, UMBILICS_PT_overlay)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_map, UMBILICS_PT_overlay))

@@ -125,14 +125,4 @@ def _persistence(value: float) -> str:
     return "–" if value < 0.0 else short(value)
 
 
-_CLASSES = (UMBILICS_UL_umbilics, UMBILICS_PT_list)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_UL_umbilics, UMBILICS_PT_list))

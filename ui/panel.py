@@ -177,14 +177,6 @@ def _freshness(
         box.operator(UMBILICS_OT_apply_filters.bl_idname, text="Apply Filters", icon="FILTER")
 
 
-_CLASSES = (UMBILICS_PT_main, UMBILICS_PT_filters, UMBILICS_PT_method)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(
+    (UMBILICS_PT_main, UMBILICS_PT_filters, UMBILICS_PT_method)
+)

@@ -191,23 +191,15 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
             layout.label(text=obj.umbilics_plan.mirror)
 
 
-_CLASSES = (
-    UMBILICS_UL_poles,
-    UMBILICS_PT_retopology,
-    UMBILICS_PT_quads,
-    UMBILICS_PT_features,
-    UMBILICS_PT_lines,
-    UMBILICS_PT_ridges,
-    UMBILICS_PT_check,
-    UMBILICS_PT_hand_over,
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        UMBILICS_UL_poles,
+        UMBILICS_PT_retopology,
+        UMBILICS_PT_quads,
+        UMBILICS_PT_features,
+        UMBILICS_PT_lines,
+        UMBILICS_PT_ridges,
+        UMBILICS_PT_check,
+        UMBILICS_PT_hand_over,
+    )
 )
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -50,9 +50,4 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
             paragraph(self.layout.box(), context, warning.text)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PT_statistics)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_PT_statistics)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_statistics,))

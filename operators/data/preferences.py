@@ -144,9 +144,4 @@ class Appearance:
         }
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_preferences)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_preferences)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_preferences,))
