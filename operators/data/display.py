@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
 from ..base.changes import notify
 from . import reading, record
 
@@ -269,11 +270,6 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
 UMBILICS_PG_display.__annotations__ |= reading.properties()
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_display)
-    bpy.types.Scene.umbilics_display = bpy.props.PointerProperty(type=UMBILICS_PG_display)
-
-
-def unregister() -> None:
-    del bpy.types.Scene.umbilics_display
-    bpy.utils.unregister_class(UMBILICS_PG_display)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_display,), (bpy.types.Scene, "umbilics_display", UMBILICS_PG_display)
+)

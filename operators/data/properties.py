@@ -11,6 +11,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
 from ..base.changes import notify
 
 # Settings that act on results at once, without a new detection.
@@ -128,11 +129,6 @@ def given_names(group: UMBILICS_PG_settings) -> tuple[str, ...]:
     return tuple(getattr(group, f"given_{name}").strip() for name in GIVEN_NAMES)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_settings)
-    bpy.types.Scene.umbilics = bpy.props.PointerProperty(type=UMBILICS_PG_settings)
-
-
-def unregister() -> None:
-    del bpy.types.Scene.umbilics
-    bpy.utils.unregister_class(UMBILICS_PG_settings)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_settings,), (bpy.types.Scene, "umbilics", UMBILICS_PG_settings)
+)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
-from bpy.props import PointerProperty
 
 from ... import core
+from ..base import property_groups
 from .properties import annotations_of, values_of
 
 
@@ -64,11 +64,6 @@ def to_delivery(values: bpy.types.PropertyGroup | bpy.types.Operator) -> Deliver
     return Delivery(**values_of(values, Delivery))
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_remesh)
-    bpy.types.Scene.umbilics_remesh = PointerProperty(type=UMBILICS_PG_remesh)
-
-
-def unregister() -> None:
-    del bpy.types.Scene.umbilics_remesh
-    bpy.utils.unregister_class(UMBILICS_PG_remesh)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_remesh,), (bpy.types.Scene, "umbilics_remesh", UMBILICS_PG_remesh)
+)

@@ -8,6 +8,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
 
 
 def _is_mesh(_: bpy.types.Object, obj: bpy.types.Object) -> bool:
@@ -62,11 +63,6 @@ def sentences(kept: UMBILICS_PG_check) -> list[str]:
     return lines
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_check)
-    bpy.types.Object.umbilics_check = PointerProperty(type=UMBILICS_PG_check)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics_check
-    bpy.utils.unregister_class(UMBILICS_PG_check)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_check,), (bpy.types.Object, "umbilics_check", UMBILICS_PG_check)
+)
