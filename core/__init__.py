@@ -15,14 +15,8 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import (
-    FILE_KINDS,
-    Exported,
-    Written,
-    export_guidance,
-    guidance_paths,
-    write_guidance,
-)
+from .formats.export import Written, export_guidance
+from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
@@ -40,7 +34,7 @@ from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
-from .retopology.topology_check import TopologyCheck, check_topology
+from .retopology.topology_check import TopologyCheck, check_quads, check_topology
 from .umbilics.compare import MethodResult, compare, comparison_table
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
@@ -55,6 +49,7 @@ __all__ = [
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "QUAD_KINDS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
@@ -96,6 +91,7 @@ __all__ = [
     "WantedPoles",
     "Written",
     "check",
+    "check_quads",
     "check_topology",
     "compare",
     "comparison_table",

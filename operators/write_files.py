@@ -6,6 +6,7 @@ import bpy
 from bpy.props import StringProperty
 
 from .. import core
+from .data import remeshing
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 
@@ -22,12 +23,14 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
-        work = retopology.exported(stem, self.kinds.split())
+        settings = remeshing.to_remesh_settings(context.scene.umbilics_remesh)
+        work = retopology.exported(stem, self.kinds.split(), settings)
         return retopology.gather(context, context.active_object, work)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Written) -> str:
+        made = () if found.quads is None else found.quads.warnings
         wrote = f"Wrote {', '.join(path.name for path in found.paths)}."
-        return " ".join((wrote, *found.left_out))
+        return " ".join((wrote, *found.left_out, *made))
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_write_files,))
