@@ -60,7 +60,11 @@ def mutation_python() -> Path:
         run_quietly([*command, *files], "install Cosmic Ray")
 
     key = _key(REQUIREMENTS, REQUIREMENTS_TO_MUTATE)
-    folder = cache_folder() / "python" / f"mutate-{sys.version_info.major}.{sys.version_info.minor}-{key}"
+    folder = (
+        cache_folder()
+        / "python"
+        / f"mutate-{sys.version_info.major}.{sys.version_info.minor}-{key}"
+    )
     return made_once(folder, make) / "bin" / "python"
 
 

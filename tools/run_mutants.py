@@ -138,7 +138,9 @@ def run(module: str, count: int, seed: int, folder: Path) -> tuple[int, int]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="tools/mutate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="tools/mutate",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("modules", nargs="*", metavar="MODULE", help=f"of {', '.join(MODULES)}")
     parser.add_argument("--sample", type=int, default=30, help="mutants of each (default: 30)")
@@ -147,7 +149,7 @@ def main() -> None:
     unknown = set(chosen.modules) - set(MODULES)
     if unknown:
         parser.error(f"{', '.join(sorted(unknown))}: not in the list; see --help")
-    os.nice(19)
+    os.nice(10)
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"
     sys.dont_write_bytecode = True
