@@ -4,6 +4,7 @@ import math
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene import selection
@@ -18,10 +19,15 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         "follows it needs a vertex of three or five edges"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, selection.shown(context), retopology.plan)
 
-    def done(self, context, job, found):
+    def done(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: tuple[core.Guidance, guidance_objects.Kept],
+    ) -> str:
         guidance, kept = found
         with retopology.written(context, job) as (_, transaction):
             home = retopology.home_of_plan(context, job, transaction)
@@ -39,9 +45,4 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         return f"{text} on an open surface."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_guide)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_guide)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_guide,))

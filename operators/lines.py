@@ -2,6 +2,7 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene import selection
@@ -15,10 +16,10 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
         "Draw evenly spaced lines of curvature on the active mesh, a curve object for each family"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, selection.shown(context), retopology.lines)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
@@ -26,9 +27,4 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
         return f"{len(found)} lines of curvature."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_lines)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_lines)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_lines,))

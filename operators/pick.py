@@ -33,9 +33,4 @@ class UMBILICS_OT_pick(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_pick)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_pick)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_pick,))

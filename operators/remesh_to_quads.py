@@ -19,18 +19,18 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
         "irregular vertices are the planned poles"
     )
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Beside the window, with the settings of the panel."""
         group = context.scene.umbilics_remesh
-        for name in remeshing.annotations():
+        for name in remeshing.properties():
             if not self.properties.is_property_set(name):
                 setattr(self, name, getattr(group, name))
         return super().invoke(context, event)
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 
-        def work(job, guide, progress):
+        def work(job: retopology.Job, guide: core.Guide, progress: core.Progress) -> core.QuadMesh:
             arrays = job.inputs.arrays
             return core.remesh(
                 arrays.vertices,
@@ -44,7 +44,7 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
 
         return retopology.gather(context, selection.shown(context), work)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.QuadMesh) -> str:
         with retopology.written(context, job) as (_, transaction):
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
@@ -56,12 +56,7 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
         return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
 
 
-UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.annotations()
+UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.properties()
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_remesh_to_quads)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_remesh_to_quads)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_remesh_to_quads,))

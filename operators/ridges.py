@@ -2,6 +2,7 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene import selection
@@ -16,10 +17,10 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
         "or sharp: a curve object for each"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, selection.shown(context), retopology.ridges)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.RidgeLines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
@@ -29,9 +30,4 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
         return f"{len(found) - hollow} ridges and {hollow} ravines."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_ridges)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_ridges)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_ridges,))

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene import selection
@@ -16,10 +17,10 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
         "of a layout of quads"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(context, selection.shown(context), retopology.separatrices)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.SEPARATRICES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
@@ -27,9 +28,4 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_separatrices)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_separatrices)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_separatrices,))

@@ -26,7 +26,16 @@ _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 class UMBILICS_UL_poles(bpy.types.UIList):
     """Poles: valence, where each comes from, how sure it is."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
         change = plans.change_of(item)
         row = layout.split(factor=0.2)
         row.active = change != "deleted"
@@ -41,7 +50,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 50
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group, obj = context.scene.umbilics_guidance, selection.shown(context)
@@ -80,7 +89,7 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
     bl_label = "Quads"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_remesh
@@ -101,7 +110,7 @@ class UMBILICS_PT_features(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         group = context.scene.umbilics_guidance
         for name in ("feature_angle", "align_sharp", "align_borders", "align_crests"):
@@ -112,7 +121,7 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
     bl_label = "Lines"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
@@ -136,7 +145,7 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
@@ -150,7 +159,7 @@ class UMBILICS_PT_check(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_new_retopology.bl_idname, icon="ADD")
@@ -170,7 +179,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
     bl_label = "Export and Symmetry"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_export_field.bl_idname, icon="EXPORT")
@@ -182,23 +191,15 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
             layout.label(text=obj.umbilics_plan.mirror)
 
 
-_CLASSES = (
-    UMBILICS_UL_poles,
-    UMBILICS_PT_retopology,
-    UMBILICS_PT_quads,
-    UMBILICS_PT_features,
-    UMBILICS_PT_lines,
-    UMBILICS_PT_ridges,
-    UMBILICS_PT_check,
-    UMBILICS_PT_hand_over,
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        UMBILICS_UL_poles,
+        UMBILICS_PT_retopology,
+        UMBILICS_PT_quads,
+        UMBILICS_PT_features,
+        UMBILICS_PT_lines,
+        UMBILICS_PT_ridges,
+        UMBILICS_PT_check,
+        UMBILICS_PT_hand_over,
+    )
 )
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -16,7 +16,9 @@ _RIM = 1.5
 _DARK = (0.008, 0.008, 0.01)
 
 
-def _arc(centre: tuple[float, float], radii: tuple[float, float], begin: float, end: float):
+def _arc(
+    centre: tuple[float, float], radii: tuple[float, float], begin: float, end: float
+) -> np.ndarray:
     """(9, 2) points of an arc of an ellipse between two angles in degrees."""
     angle = np.radians(np.linspace(begin, end, 9))
     return np.array(centre) + np.array(radii) * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -75,7 +77,7 @@ def written(places: Places, numbers: Sequence[int], how: Writing) -> list[Shape]
             corners[:, 2] += how.offset[0] + place * _ADVANCE * how.height
             corners[:, 3] += how.offset[1]
             tint = np.array([*colour, how.colour[3]])
-            shapes.append(repeated(places.at(rows), corners, tint, triangles, opacities))
+            shapes.append(repeated(places.at(np.array(rows)), corners, tint, triangles, opacities))
     return shapes
 
 

@@ -85,7 +85,7 @@ def _pole_chosen(context: bpy.types.Context) -> None:
 
 
 @persistent
-def _looked_at(scene, _depsgraph):
+def _looked_at(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
     """The active object may be another one: if it is an empty of ours, so is its row."""
     clicked = bpy.context.view_layer.objects.active
     obj = mesh_behind(clicked)

@@ -105,7 +105,9 @@ def _leave(going: set[bpy.types.ID]) -> None:
     """Make the mesh behind the active object active where that goes."""
     objects = bpy.context.view_layer.objects
     behind = mesh_behind(objects.active)
-    if objects.active in going and behind not in going and behind.name in objects:
+    if behind is None or objects.active not in going or behind in going:
+        return
+    if behind.name in objects:
         behind.select_set(True)
         objects.active = behind
 
@@ -140,7 +142,7 @@ def _remove_if_there(data: bpy.types.ID) -> None:
 
 def _values_of(group: bpy.types.PropertyGroup) -> dict[str, Any]:
     """All values of a group, those of the groups in it included."""
-    values = {}
+    values: dict[str, Any] = {}
     for item in group.bl_rna.properties:
         if item.identifier == "rna_type":
             continue

@@ -30,6 +30,9 @@ _LIFT = 0.1
 # Points that tell how far away the visible surface is; the first are the most widely spread.
 _SAMPLE = 4000
 
+# Reads the arrays that strokes are made of from an object.
+_Read = Callable[[bpy.types.Object], tuple[np.ndarray, ...] | None]
+
 _directions: OrderedDict[str, _Directions] = OrderedDict()
 
 
@@ -39,7 +42,7 @@ class _Directions:
 
     strokes: strokes.Strokes | None = None
     thread: threading.Thread | None = None
-    batches: dict[tuple, gpu.types.GPUBatch] = field(default_factory=dict)
+    batches: dict[tuple[object, ...], gpu.types.GPUBatch] = field(default_factory=dict)
 
 
 def draw(
@@ -110,7 +113,7 @@ def _arranged(
     return kept
 
 
-def content_of(obj: bpy.types.Object, crosses: bool, read: Callable) -> str:
+def content_of(obj: bpy.types.Object, crosses: bool, read: _Read) -> str:
     """A digest of what is drawn; looked at anew when Blender has said that the object was
     touched, or after a detection, a plan or a stretch of it."""
     stamp = obj.umbilics_plan.stamp if crosses else obj.umbilics.stamp
@@ -119,7 +122,7 @@ def content_of(obj: bpy.types.Object, crosses: bool, read: Callable) -> str:
     return caches.FINGERPRINTS.of(key, lambda: fingerprint.digest(*(read(obj) or ())))
 
 
-def _arrange(kept: _Directions, arrays: tuple) -> None:
+def _arrange(kept: _Directions, arrays: tuple[np.ndarray, ...]) -> None:
     """In a thread if it takes longer than a blink."""
 
     def work() -> None:

@@ -87,7 +87,7 @@ def collect() -> bool:
     return directions.collect()
 
 
-def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
+def _drawn_umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> list[_Drawn]:
     """Crowds, discs, rays and glyphs, in the order they are drawn."""
 
     def make() -> list[_Drawn]:
@@ -102,7 +102,9 @@ def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
     return _marks.of(_signature(context, obj, faint), make)
 
 
-def _signature(context, obj, faint: bool) -> tuple:
+def _signature(
+    context: bpy.types.Context, obj: bpy.types.Object, faint: bool
+) -> tuple[object, ...]:
     """All that the drawing of the umbilics hangs on."""
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
@@ -120,11 +122,12 @@ def _signature(context, obj, faint: bool) -> tuple:
     )
 
 
-def _diamonds(obj, look: Appearance) -> gpu.types.GPUVertBuf:
+def _diamonds(obj: bpy.types.Object, look: Appearance) -> gpu.types.GPUVertBuf:
     """The diamonds of all candidates of a detection."""
 
     def make() -> gpu.types.GPUVertBuf:
         found = record.of(obj)
+        assert found is not None, "only what has a record has a crowd"
         back = np.linalg.inv(found.matrix)
         candidates = found.detection.candidates
         return shader.corners(umbilics.diamonds(candidates, found.kind_codes, back, look))
@@ -132,18 +135,19 @@ def _diamonds(obj, look: Appearance) -> gpu.types.GPUVertBuf:
     return _crowds.of((obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())), make)
 
 
-def _draw_facing(context, obj, camera: Camera, program: gpu.types.GPUShader) -> None:
+def _draw_facing(
+    context: bpy.types.Context, obj: bpy.types.Object, camera: Camera, program: gpu.types.GPUShader
+) -> None:
     """Poles and numbers, which stand upright to the viewer, clear of the surface behind them."""
     display, size = context.scene.umbilics_display, Appearance(context).glyph_size
     back = np.array(obj.matrix_world.inverted_safe())[:3, :3]
     upright = camera.upright @ back.T
-    places, valence = facing_shapes.pole_places(obj) if display.poles else (np.empty((0, 3)), None)
-    if len(places):
+    places, valence = facing_shapes.pole_places(obj)
+    if display.poles and len(places):
         faint = staleness.plan_is_edited(context, obj)
         key = "poles", places.tobytes(), valence.tobytes(), upright.tobytes(), size, faint
         drawn = _marks.of(
-            key,
-            lambda: _batches(facing_shapes.shapes_of_poles(context, obj, upright, faint)),
+            key, lambda: _batches(facing_shapes.shapes_of_poles(context, obj, upright, faint))
         )
         lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
         _draw_lifted(drawn, camera, program, lift)

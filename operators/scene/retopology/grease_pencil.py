@@ -92,7 +92,7 @@ def parts_of(obj: bpy.types.Object) -> list[bpy.types.ID]:
     return found
 
 
-def _title(layer) -> str:
+def _title(layer: bpy.types.GreasePencilLayer) -> str:
     return layer.name if hasattr(layer, "name") else layer.info
 
 
@@ -103,7 +103,13 @@ def _material(title: str) -> bpy.types.Material:
     return material
 
 
-def _draw(key, lines: core.Lines, points: np.ndarray, radius: float, material: int) -> None:
+def _draw(
+    key: bpy.types.GreasePencilFrame,
+    lines: core.Lines,
+    points: np.ndarray,
+    radius: float,
+    material: int,
+) -> None:
     drawing = key.drawing
     drawing.add_strokes(np.diff(lines.start).tolist())
     values = {
@@ -119,7 +125,13 @@ def _draw(key, lines: core.Lines, points: np.ndarray, radius: float, material: i
     drawing.tag_positions_changed()
 
 
-def _draw_old(key, lines: core.Lines, points: np.ndarray, radius: float, material: int) -> None:
+def _draw_old(
+    key: bpy.types.GPencilFrame,
+    lines: core.Lines,
+    points: np.ndarray,
+    radius: float,
+    material: int,
+) -> None:
     width = max(1, math.ceil(radius * _OLD_UNIT))
     for row in range(len(lines)):
         place = points[lines.start[row] : lines.start[row + 1]]

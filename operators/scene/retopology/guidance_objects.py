@@ -25,7 +25,8 @@ from ...data.belonging import OWNER_TAG
 from ...drawing.poles import COLOURS as POLE_COLOURS
 from ...mesh.attributes import remove_results, write_attributes
 from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
-from ...mesh.read import MeshArrays, unit_vectors
+from ...mesh.fetch import unit_vectors
+from ...mesh.read import MeshArrays
 from .. import homes
 from ..empties import name_of
 from ..targets import is_local

@@ -42,7 +42,7 @@ def _turn(has_results: bool) -> None:
 
 
 @persistent
-def _after_undo(*_):
+def _after_undo(*_: object) -> None:
     settle()
 
 

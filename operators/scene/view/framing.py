@@ -14,8 +14,10 @@ _ASLANT = 0.3
 
 
 def frame(context: bpy.types.Context, obj: bpy.types.Object, row: int) -> bool:
-    """Move the 3D view to a candidate of an object; False without a 3D view."""
+    """Move the 3D view to a candidate of an object; False without a 3D view or results."""
     kept = record.of(obj)
+    if kept is None:
+        return False
     position, normal = (Vector(vector) for vector in record.place_now(obj, kept, row))
     distance = max(_EDGES * float(kept.edge[row]), _PART * kept.extent)
     return _look_at(context, position, normal, distance)
