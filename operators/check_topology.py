@@ -52,7 +52,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
             part = progress.part("Comparing", 0.6, 1.0)
             return core.check_topology(places, corners, start, guide, guidance.poles, part)
 
-        return retopology.gather(context, surface, work)
+        return retopology.gather(context, surface, work, steered=True)
 
     def done(self, context, job, found):
         checked = targets.named(self._checked)

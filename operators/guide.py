@@ -3,13 +3,16 @@
 import math
 
 import bpy
+from bpy.props import BoolProperty
 
+from .data import plans
 from .jobs import retopology
+from .jobs.adjustable import AdjustableGuidance, with_settings
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.guide"
     bl_label = "Plan Poles"
     bl_description = (
@@ -17,8 +20,23 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         "follows it needs a vertex of three or five edges"
     )
 
+    by_hand: BoolProperty(
+        name="Poles by Hand",
+        description="Poles that were moved, added or deleted by hand stay as they are, and the "
+        "field is bent after them; otherwise all are planned anew",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
+
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.plan)
+        return retopology.gather(
+            context,
+            context.active_object,
+            retopology.plan,
+            settings=self.settings(context),
+            steered=True,
+            with_poles=self.by_hand,
+        )
 
     def done(self, context, job, found):
         guidance, umbilics = found
@@ -26,8 +44,18 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
             home = retopology.home_of_plan(context, job, transaction)
             origin = job.origin(umbilics)
             guidance_objects.write_plan(
-                context, home, job.inputs.arrays, guidance, umbilics, origin, transaction
+                context,
+                home,
+                job.inputs.arrays,
+                guidance,
+                umbilics,
+                origin,
+                transaction,
+                by_hand=job.steering.wanted is not None,
             )
+        self.show_in_panel(context)
+        for warning in guidance.warnings:
+            self.report({"WARNING"}, warning)
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
@@ -35,6 +63,9 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         if math.isfinite(poles.expected):
             return f"{text}, four times the Euler characteristic is {poles.expected:g}."
         return f"{text} on an open surface."
+
+
+with_settings(UMBILICS_OT_guide, plans.OF_PLAN)
 
 
 def register() -> None:

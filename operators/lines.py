@@ -2,12 +2,14 @@
 
 import bpy
 
+from .data import plans
 from .jobs import retopology
+from .jobs.adjustable import AdjustableGuidance, with_settings
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_lines(AdjustableGuidance, GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.lines"
     bl_label = "Lines of Curvature"
     bl_description = (
@@ -15,14 +17,21 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.lines)
+        settings = self.settings(context)
+        return retopology.gather(
+            context, context.active_object, retopology.lines, settings=settings
+        )
 
     def done(self, context, job, found):
         with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
             )
+        self.show_in_panel(context)
         return f"{len(found)} lines of curvature."
+
+
+with_settings(UMBILICS_OT_lines, plans.OF_LINES)
 
 
 def register() -> None:

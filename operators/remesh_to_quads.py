@@ -6,12 +6,13 @@ import numpy as np
 from .. import core
 from .data import remeshing
 from .jobs import retopology
+from .jobs.adjustable import Adjustable
 from .jobs.modal import GuidanceOperator
 from .scene import targets
 from .scene.retopology import quad_meshes
 
 
-class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_remesh_to_quads(Adjustable, GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.remesh_to_quads"
     bl_label = "Remesh to Quads"
     bl_description = (
@@ -19,13 +20,8 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
         "irregular vertices are the planned poles"
     )
 
-    def invoke(self, context, event):
-        """Beside the window, with the settings of the panel."""
-        group = context.scene.umbilics_remesh
-        for name in remeshing.annotations():
-            if not self.properties.is_property_set(name):
-                setattr(self, name, getattr(group, name))
-        return super().invoke(context, event)
+    panel = "umbilics_remesh"
+    adjusted = tuple(remeshing.annotations())
 
     def job(self, context):
         settings = remeshing.to_remesh_settings(self)
@@ -49,6 +45,7 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
             quad_meshes.add(context, source, job.inputs.arrays, found, delivery, transaction)
+        self.show_in_panel(context)
         for warning in found.warnings:
             self.report({"WARNING"}, warning)
         angle = found.angle[np.isfinite(found.angle)]

@@ -2,12 +2,14 @@
 
 import bpy
 
+from .data import plans
 from .jobs import retopology
+from .jobs.adjustable import AdjustableGuidance, with_settings
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_ridges(AdjustableGuidance, GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.ridges"
     bl_label = "Ridges"
     bl_description = (
@@ -16,16 +18,23 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.ridges)
+        settings = self.settings(context)
+        return retopology.gather(
+            context, context.active_object, retopology.ridges, settings=settings
+        )
 
     def done(self, context, job, found):
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
+        self.show_in_panel(context)
         if not len(found):
             return "No ridges: the mesh bends nowhere far enough for a line."
         hollow = int((found.family == 1).sum())
         return f"{len(found) - hollow} ridges and {hollow} ravines."
+
+
+with_settings(UMBILICS_OT_ridges, plans.OF_RIDGES)
 
 
 def register() -> None:

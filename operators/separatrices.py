@@ -2,12 +2,14 @@
 
 import bpy
 
+from .data import plans
 from .jobs import retopology
+from .jobs.adjustable import AdjustableGuidance, with_settings
 from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_separatrices(AdjustableGuidance, GuidanceOperator, bpy.types.Operator):
     bl_idname = "umbilics.separatrices"
     bl_label = "Separatrices"
     bl_description = (
@@ -16,14 +18,21 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.separatrices)
+        settings = self.settings(context)
+        return retopology.gather(
+            context, context.active_object, retopology.separatrices, settings=settings
+        )
 
     def done(self, context, job, found):
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.SEPARATRICES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
+        self.show_in_panel(context)
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
+
+
+with_settings(UMBILICS_OT_separatrices, plans.OF_SEPARATRICES)
 
 
 def register() -> None:

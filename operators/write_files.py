@@ -24,7 +24,7 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
         settings = remeshing.to_remesh_settings(context.scene.umbilics_remesh)
         work = retopology.exported(stem, self.kinds.split(), settings)
-        return retopology.gather(context, context.active_object, work)
+        return retopology.gather(context, context.active_object, work, steered=True)
 
     def done(self, context, job, found):
         made = () if found.quads is None else found.quads.warnings
