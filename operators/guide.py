@@ -53,9 +53,6 @@ class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator
                 transaction,
                 by_hand=job.steering.wanted is not None,
             )
-        self.show_in_panel(context)
-        for warning in guidance.warnings:
-            self.report({"WARNING"}, warning)
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
@@ -63,6 +60,9 @@ class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator
         if math.isfinite(poles.expected):
             return f"{text}, four times the Euler characteristic is {poles.expected:g}."
         return f"{text} on an open surface."
+
+    def warnings(self, found):
+        return found[0].warnings
 
 
 with_settings(UMBILICS_OT_guide, plans.OF_PLAN)

@@ -27,7 +27,6 @@ class UMBILICS_OT_lines(AdjustableGuidance, GuidanceOperator, bpy.types.Operator
             guidance_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
             )
-        self.show_in_panel(context)
         return f"{len(found)} lines of curvature."
 
 

@@ -45,12 +45,12 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, GuidanceOperator, bpy.types.Operat
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
             quad_meshes.add(context, source, job.inputs.arrays, found, delivery, transaction)
-        self.show_in_panel(context)
-        for warning in found.warnings:
-            self.report({"WARNING"}, warning)
         angle = found.angle[np.isfinite(found.angle)]
         follows = f", {np.mean(angle):.1f}\N{DEGREE SIGN} from the curvature" if len(angle) else ""
         return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
+
+    def warnings(self, found):
+        return found.warnings
 
 
 UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.annotations()

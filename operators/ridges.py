@@ -27,7 +27,6 @@ class UMBILICS_OT_ridges(AdjustableGuidance, GuidanceOperator, bpy.types.Operato
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
-        self.show_in_panel(context)
         if not len(found):
             return "No ridges: the mesh bends nowhere far enough for a line."
         hollow = int((found.family == 1).sum())

@@ -27,7 +27,6 @@ class UMBILICS_OT_separatrices(AdjustableGuidance, GuidanceOperator, bpy.types.O
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.SEPARATRICES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
-        self.show_in_panel(context)
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 

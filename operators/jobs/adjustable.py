@@ -9,6 +9,8 @@ import bpy
 from ... import core
 from ..data import plans
 from ..data.properties import annotations_of
+from . import worker
+from .modal import Message
 
 
 class Adjustable:
@@ -30,12 +32,13 @@ class Adjustable:
         self._take(context)
         return super().execute(context)
 
-    def show_in_panel(self, context: bpy.types.Context) -> None:
-        """Let the panel have the settings that were used."""
+    def put(self, context: bpy.types.Context, job: worker.Job, found: Any) -> list[Message]:
+        told = super().put(context, job, found)
         group = getattr(context.scene, self.panel)
         for name in self.adjusted:
             if getattr(group, name) != getattr(self, name):
                 setattr(group, name, getattr(self, name))
+        return told
 
     def _take(self, context: bpy.types.Context) -> None:
         group = getattr(context.scene, self.panel)

@@ -140,11 +140,17 @@ class NeedsMesh:
 
 class GuidanceOperator(NeedsMesh, BackgroundOperator):
     """A mixin of operators that make one thing of the active mesh: subclasses have
-    `job(context)` and, like `put`, `done(context, job, found)`, which answers with a sentence."""
+    `job(context)` and, like `put`, `done(context, job, found)`, which answers with a sentence.
+    What `warnings(found)` says is told as well."""
 
     def jobs(self, context):
         return [self.job(context)], []
 
     def put(self, context, job, found):
         sentence = self.done(context, job, found)
-        return [("INFO", sentence), *(("WARNING", text) for text in job.notes)]
+        warnings = (*self.warnings(found), *job.notes)
+        return [("INFO", sentence), *(("WARNING", text) for text in warnings)]
+
+    def warnings(self, found: Any) -> Sequence[str]:
+        """Sentences on what of it could not be had."""
+        return ()
