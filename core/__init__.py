@@ -35,7 +35,14 @@ from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_quads, check_topology
-from .umbilics.compare import MethodResult, compare, comparison_table
+from .umbilics.compare import (
+    BASELINES,
+    METHODS,
+    MethodResult,
+    compare,
+    comparison_rows,
+    comparison_table,
+)
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.pairing.persistence import noise_multiple
@@ -45,10 +52,12 @@ from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "BASELINES",
     "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "METHODS",
     "QUAD_KINDS",
     "SHARP",
     "SMOOTH_MORE",
@@ -94,6 +103,7 @@ __all__ = [
     "check_quads",
     "check_topology",
     "compare",
+    "comparison_rows",
     "comparison_table",
     "defaults",
     "detect",
