@@ -17,7 +17,7 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         obj = context.active_object
         reason = detect.why_not(obj)
         if not reason and not obj.umbilics.detected:
@@ -31,7 +31,7 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         obj = context.active_object
         if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
             self.report({"INFO"}, f"{obj.name} has arrows already.")
@@ -46,9 +46,4 @@ def is_ours(modifier: bpy.types.Modifier) -> bool:
     return modifier.node_group is not None and GROUP_TAG in modifier.node_group
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_add_arrows)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_add_arrows)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_add_arrows,))

@@ -16,14 +16,14 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         obj = context.active_object
         if obj is None or not guidance_objects.parts_of(obj, guidance_objects.MIRROR):
             cls.poll_message_set("Find the mirror plane first.")
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         context.view_layer.update()
         obj = context.active_object
         plane = guidance_objects.parts_of(obj, guidance_objects.MIRROR)[0].matrix_world
@@ -38,9 +38,4 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_align_to_x)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_align_to_x)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_align_to_x,))

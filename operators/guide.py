@@ -5,14 +5,14 @@ import math
 import bpy
 from bpy.props import BoolProperty
 
+from .. import core
 from .data import plans
 from .jobs import retopology
 from .jobs.adjustable import AdjustableGuidance, with_settings
-from .jobs.modal import GuidanceOperator
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.guide"
     bl_label = "Plan Poles"
     bl_description = (
@@ -28,7 +28,7 @@ class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator
         options={"SKIP_SAVE"},
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(
             context,
             context.active_object,
@@ -38,7 +38,12 @@ class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator
             with_poles=self.by_hand,
         )
 
-    def done(self, context, job, found):
+    def done(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: tuple[core.Guidance, core.Umbilics],
+    ) -> str:
         guidance, umbilics = found
         with retopology.written(context, job) as (_, transaction):
             home = retopology.home_of_plan(context, job, transaction)
@@ -61,16 +66,11 @@ class UMBILICS_OT_guide(AdjustableGuidance, GuidanceOperator, bpy.types.Operator
             return f"{text}, four times the Euler characteristic is {poles.expected:g}."
         return f"{text} on an open surface."
 
-    def warnings(self, found):
+    def warnings(self, found: tuple[core.Guidance, core.Umbilics]) -> tuple[str, ...]:
         return found[0].warnings
 
 
 with_settings(UMBILICS_OT_guide, plans.OF_PLAN)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_guide)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_guide)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_guide,))

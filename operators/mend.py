@@ -40,7 +40,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         obj = source_of(context.active_object)
         reason = detect.why_not(obj, with_modifiers=True)
         if not reason and not targets.is_own(obj):
@@ -51,7 +51,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         obj = source_of(context.active_object)
         _WAYS[self.way](context, obj)
         how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
@@ -89,8 +89,9 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 def _widen(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     settings, kept = context.scene.umbilics, record.of(homes.owner_of(obj))
-    edge = float(np.median(kept.edge)) if kept is not None and len(kept.edge) else 0.0
-    rings = kept.detection.scale / edge if edge > 0.0 else settings.scale
+    rings = settings.scale
+    if kept is not None and len(kept.edge) and (edge := float(np.median(kept.edge))) > 0.0:
+        rings = kept.detection.scale / edge
     settings.scale_auto, settings.scale_unit = False, "rings"
     settings.scale = math.ceil(_WIDER * rings)
 
@@ -103,9 +104,4 @@ _WAYS = {
 }
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_mend)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_mend)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mend,))

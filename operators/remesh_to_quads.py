@@ -7,12 +7,11 @@ from .. import core
 from .data import remeshing
 from .jobs import retopology
 from .jobs.adjustable import Adjustable
-from .jobs.modal import GuidanceOperator
 from .scene import targets
 from .scene.retopology import quad_meshes
 
 
-class UMBILICS_OT_remesh_to_quads(Adjustable, GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
     bl_idname = "umbilics.remesh_to_quads"
     bl_label = "Remesh to Quads"
     bl_description = (
@@ -21,12 +20,12 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, GuidanceOperator, bpy.types.Operat
     )
 
     panel = "umbilics_remesh"
-    adjusted = tuple(remeshing.annotations())
+    adjusted = tuple(remeshing.properties())
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 
-        def work(job, guide, progress):
+        def work(job: retopology.Job, guide: core.Guide, progress: core.Progress) -> core.QuadMesh:
             arrays = job.inputs.arrays
             return core.remesh(
                 arrays.vertices,
@@ -40,7 +39,7 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, GuidanceOperator, bpy.types.Operat
 
         return retopology.gather(context, context.active_object, work)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.QuadMesh) -> str:
         with retopology.written(context, job) as (_, transaction):
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
@@ -49,16 +48,11 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, GuidanceOperator, bpy.types.Operat
         follows = f", {np.mean(angle):.1f}\N{DEGREE SIGN} from the curvature" if len(angle) else ""
         return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
 
-    def warnings(self, found):
+    def warnings(self, found: core.QuadMesh) -> tuple[str, ...]:
         return found.warnings
 
 
-UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.annotations()
+UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.properties()
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_remesh_to_quads)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_remesh_to_quads)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_remesh_to_quads,))

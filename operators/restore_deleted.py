@@ -13,14 +13,14 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         obj = context.view_layer.objects.active
         if obj is None or not obj.umbilics.deleted or not targets.is_local(obj):
             cls.poll_message_set("No umbilic was deleted.")
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         obj = context.view_layer.objects.active
         obj.umbilics.deleted = ""
         filters.apply(context, obj, filters.used_filters(obj))
@@ -28,9 +28,4 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_restore_deleted)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_restore_deleted)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_restore_deleted,))

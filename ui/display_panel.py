@@ -11,7 +11,7 @@ from .parts import Part, split
 class UMBILICS_PT_map(Part, bpy.types.Panel):
     bl_label = "Map"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         display = context.scene.umbilics_display
         row = layout.row(align=True)
@@ -38,10 +38,10 @@ class UMBILICS_PT_map(Part, bpy.types.Panel):
 class UMBILICS_PT_overlay(Part, bpy.types.Panel):
     bl_label = "Overlay"
 
-    def draw_header(self, context):
+    def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.umbilics_display, "overlay", text="")
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         display = context.scene.umbilics_display
         layout.active = display.overlay
@@ -60,14 +60,4 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
         marks.prop(display, "discs")
 
 
-_CLASSES = (UMBILICS_PT_map, UMBILICS_PT_overlay)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_map, UMBILICS_PT_overlay))

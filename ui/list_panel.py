@@ -1,5 +1,7 @@
 """The list of umbilics, and what can be done with one of them."""
 
+from collections.abc import Callable
+
 import bpy
 
 from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
@@ -19,7 +21,16 @@ _KIND_PART = 0.4
 class UMBILICS_UL_umbilics(bpy.types.UIList):
     """One line for each umbilic: kind, index, persistence, mean curvature."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
         pinned = item.row in summary.rows_of(data.pinned)
         halves = layout.split(factor=_KIND_PART)
         kind = summary.kind_of(item)
@@ -33,19 +44,22 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         columns.label(text=_persistence(item.persistence))
         columns.label(text=short(item.curvature))
 
-    def filter_items(self, context, data, name):
+    def filter_items(
+        self, context: bpy.types.Context, data: bpy.types.PropertyGroup, name: str
+    ) -> tuple[list[int], list[int]]:
         items = getattr(data, name)
         display = context.scene.umbilics_display
         wanted = self.filter_name.lower()
         flags = [
             self.bitflag_filter_item if wanted in summary.kind_of(item) else 0 for item in items
         ]
-        keys = {
+        keys: dict[str, Callable[[bpy.types.PropertyGroup], float]] = {
             "persistence": lambda item: -item.persistence,
             "kind": lambda item: item.kind,
             "curvature": lambda item: -abs(item.curvature),
-        }[display.sort]
-        order = sorted(range(len(items)), key=lambda row: keys(items[row]))
+        }
+        key = keys[display.sort]
+        order = sorted(range(len(items)), key=lambda row: key(items[row]))
         if display.descending:
             order.reverse()
         place = [0] * len(items)
@@ -53,7 +67,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
             place[old] = new
         return flags, place
 
-    def draw_filter(self, context, layout):
+    def draw_filter(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         display = context.scene.umbilics_display
         row = layout.row(align=True)
         row.prop(self, "filter_name", text="", icon="VIEWZOOM")
@@ -65,14 +79,14 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
     bl_label = "Umbilics"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return context.active_object is not None and context.active_object.umbilics.detected
 
-    def draw_header_preset(self, context):
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
         shown = context.active_object.umbilics
         self.layout.label(text=str(len(shown.items) + shown.hidden_items))
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         found = context.active_object.umbilics
         _draw_names(layout)
@@ -91,7 +105,7 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
             layout.operator(UMBILICS_OT_restore_deleted.bl_idname, text=f"Restore {count} Deleted")
 
 
-def _draw_names(layout) -> None:
+def _draw_names(layout: bpy.types.UILayout) -> None:
     """What the columns of the list are, clear of the list's frame and scroll bar."""
     row = layout.row()
     row.active = False
@@ -111,14 +125,4 @@ def _persistence(value: float) -> str:
     return "–" if value < 0.0 else short(value)
 
 
-_CLASSES = (UMBILICS_UL_umbilics, UMBILICS_PT_list)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_UL_umbilics, UMBILICS_PT_list))

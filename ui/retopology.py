@@ -27,7 +27,16 @@ _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 class UMBILICS_UL_poles(bpy.types.UIList):
     """Poles: valence, where each comes from, how sure it is."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
         change = plans.change_of(item)
         row = layout.split(factor=0.2)
         row.active = change != "deleted"
@@ -42,7 +51,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 50
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group, obj = context.scene.umbilics_guidance, context.active_object
@@ -78,7 +87,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
-def _by_hand(layout, context, obj) -> None:
+def _by_hand(layout: bpy.types.UILayout, context: bpy.types.Context, obj: bpy.types.Object) -> None:
     """What the user did to the poles, what becomes of it, and what the plan could not hold."""
     plan = obj.umbilics_plan
     for sentence in filter(None, plan.warnings.split("\n")):
@@ -99,7 +108,7 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
     bl_label = "Quads"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_remesh
@@ -120,7 +129,7 @@ class UMBILICS_PT_features(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         group = context.scene.umbilics_guidance
         for name in ("feature_angle", "align_sharp", "align_borders", "align_crests"):
@@ -131,7 +140,7 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
     bl_label = "Lines"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
@@ -155,7 +164,7 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
@@ -169,7 +178,7 @@ class UMBILICS_PT_check(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_new_retopology.bl_idname, icon="ADD")
@@ -189,7 +198,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
     bl_label = "Export and Symmetry"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_export_field.bl_idname, icon="EXPORT")
@@ -201,23 +210,15 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
             layout.label(text=obj.umbilics_plan.mirror)
 
 
-_CLASSES = (
-    UMBILICS_UL_poles,
-    UMBILICS_PT_retopology,
-    UMBILICS_PT_quads,
-    UMBILICS_PT_features,
-    UMBILICS_PT_lines,
-    UMBILICS_PT_ridges,
-    UMBILICS_PT_check,
-    UMBILICS_PT_hand_over,
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        UMBILICS_UL_poles,
+        UMBILICS_PT_retopology,
+        UMBILICS_PT_quads,
+        UMBILICS_PT_features,
+        UMBILICS_PT_lines,
+        UMBILICS_PT_ridges,
+        UMBILICS_PT_check,
+        UMBILICS_PT_hand_over,
+    )
 )
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,10 @@ class GuidanceRequest:
                     guard.writes(path)
 
 
-def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
+def add_arguments(
+    parser: argparse.ArgumentParser,
+    add_setting: Callable[[argparse._ArgumentGroup, str, core.Option, Any], None],
+) -> None:
     """Add the options; `add_setting` adds one to a group by name, option and default."""
     group = parser.add_argument_group(
         "retopology",
@@ -143,7 +147,7 @@ def request_of(
     return GuidanceRequest(folder, tuple(dict.fromkeys(kinds)), settings, remeshing)
 
 
-def worker_arguments(request: GuidanceRequest, words_of) -> list[str]:
+def worker_arguments(request: GuidanceRequest, words_of: Callable[..., list[str]]) -> list[str]:
     """What gives another process the same; `words_of` tells settings by their options."""
     arguments = words_of(core.options(core.GuidanceSettings), request.settings)
     arguments += ["--guide-files", *request.kinds]
@@ -159,7 +163,7 @@ def write(
     detection: core.Detection,
     to_file: np.ndarray,
     progress: core.Progress,
-) -> tuple[list[str], dict]:
+) -> tuple[list[str], dict[str, Any]]:
     """Write the files of one mesh; sentences on what was written and what there is not, and
     what the report says of the quads.
 

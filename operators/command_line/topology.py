@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ... import core
 from ..base.words import topology_in_words
 
 
-def of_quads(made: core.QuadMesh, check: core.TopologyCheck, settings: core.RemeshSettings) -> dict:
+def of_quads(
+    made: core.QuadMesh, check: core.TopologyCheck, settings: core.RemeshSettings
+) -> dict[str, Any]:
     """What the report says of a mesh that was remeshed."""
     by_number = settings.edge_length == core.AUTO
     return {
@@ -21,7 +25,7 @@ def of_quads(made: core.QuadMesh, check: core.TopologyCheck, settings: core.Reme
     }
 
 
-def figures(check: core.TopologyCheck) -> dict:
+def figures(check: core.TopologyCheck) -> dict[str, Any]:
     """How well a mesh follows surface and plan, in numbers; lengths as in the file."""
     jacobian = check.jacobian[np.isfinite(check.jacobian)]
     return {

@@ -17,7 +17,7 @@ from bpy.props import (
 )
 
 from ... import core
-from ..base import caches
+from ..base import caches, property_groups
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.scope import Scope, scope_in_file
 from .properties import annotations_of, values_of
@@ -128,7 +128,7 @@ class UMBILICS_PG_pole(bpy.types.PropertyGroup):
     place: FloatVectorProperty(description="Where the plan put its empty", size=3)
 
 
-def _pole_chosen(self, context):
+def _pole_chosen(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """Select the empty of the pole that was clicked in the table."""
     obj = self.id_data
     if obj.mode != "OBJECT" or not self.active < len(self.poles):
@@ -246,18 +246,8 @@ def forget(obj: bpy.types.Object) -> bool:
     return was_there
 
 
-_CLASSES = (UMBILICS_PG_guidance, UMBILICS_PG_pole, UMBILICS_PG_plan)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.Scene.umbilics_guidance = PointerProperty(type=UMBILICS_PG_guidance)
-    bpy.types.Object.umbilics_plan = PointerProperty(type=UMBILICS_PG_plan)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics_plan
-    del bpy.types.Scene.umbilics_guidance
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_guidance, UMBILICS_PG_pole, UMBILICS_PG_plan),
+    (bpy.types.Scene, "umbilics_guidance", UMBILICS_PG_guidance),
+    (bpy.types.Object, "umbilics_plan", UMBILICS_PG_plan),
+)

@@ -15,6 +15,7 @@ from bpy.props import (
 )
 
 from ... import core
+from ..base import property_groups
 from ..base.changes import notify, silence
 from ..base.words import is_balanced
 from .record import Record
@@ -25,7 +26,7 @@ MOST_ITEMS = 1000
 _MOST_DIGITS = 12
 
 
-def _active_changed(self, context):
+def _active_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("active", context)
 
 
@@ -219,16 +220,7 @@ def forget(obj: bpy.types.Object) -> bool:
     return was_there
 
 
-_CLASSES = (UMBILICS_PG_warning, UMBILICS_PG_item, UMBILICS_PG_summary)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.Object.umbilics = PointerProperty(type=UMBILICS_PG_summary)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_warning, UMBILICS_PG_item, UMBILICS_PG_summary),
+    (bpy.types.Object, "umbilics", UMBILICS_PG_summary),
+)

@@ -8,13 +8,14 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
 from ..base.words import topology_in_words
 
 # Stands for none: no sine is as large.
 _NO_JACOBIAN = 2.0
 
 
-def _is_mesh(_, obj: bpy.types.Object) -> bool:
+def _is_mesh(_: bpy.types.Object, obj: bpy.types.Object) -> bool:
     return obj.type == "MESH"
 
 
@@ -73,11 +74,6 @@ def sentences(kept: UMBILICS_PG_check) -> list[str]:
     )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_check)
-    bpy.types.Object.umbilics_check = PointerProperty(type=UMBILICS_PG_check)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics_check
-    bpy.utils.unregister_class(UMBILICS_PG_check)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_check,), (bpy.types.Object, "umbilics_check", UMBILICS_PG_check)
+)

@@ -9,13 +9,13 @@ import bpy
 from ... import core
 from ..data import plans
 from ..data.properties import annotations_of
-from . import worker
-from .modal import Message
+from . import retopology
+from .modal import GuidanceOperator, Message
 
 
-class Adjustable:
-    """A mixin before `BackgroundOperator`: `adjusted` are the names of its properties that the
-    group `panel` of the scene has too.
+class Adjustable(GuidanceOperator):
+    """A mixin of operators of whose properties those in `adjusted` are in the group `panel` of
+    the scene too.
 
     What is not given comes from the panel. What was given, there or by Adjust Last Operation, is
     put into the panel when the operator has done its work, so that it shows what was made.
@@ -23,6 +23,8 @@ class Adjustable:
 
     panel: ClassVar[str]
     adjusted: ClassVar[tuple[str, ...]]
+    # Blender's, of every operator.
+    properties: ClassVar[Any]
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._take(context)
@@ -32,7 +34,7 @@ class Adjustable:
         self._take(context)
         return super().execute(context)
 
-    def put(self, context: bpy.types.Context, job: worker.Job, found: Any) -> list[Message]:
+    def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
         told = super().put(context, job, found)
         group = getattr(context.scene, self.panel)
         for name in self.adjusted:
@@ -65,9 +67,8 @@ class AdjustableGuidance(Adjustable):
         return plans.to_guidance_settings(context.scene.umbilics_guidance, self, self.names)
 
 
-def with_settings(operator: type, names: tuple[str, ...]) -> Any:
-    """Give an operator the settings of these names; it is the answer too."""
+def with_settings(operator: type[AdjustableGuidance], names: tuple[str, ...]) -> None:
+    """Give an operator the settings of these names."""
     own = annotations_of(core.GuidanceSettings, names)
     operator.names, operator.adjusted = names, tuple(own)
     operator.__annotations__ = own | operator.__annotations__
-    return operator

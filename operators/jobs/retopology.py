@@ -53,12 +53,12 @@ class Choice:
     def rows_in(self, inputs: detect.Inputs, detection: core.Detection) -> np.ndarray:
         """(k,) rows of the candidates of a detection that are kept."""
         after = record.of_detection(inputs.arrays, inputs.settings, detection)
-        candidates = [one.detection.candidates for one in (self.record, after)]
-        triangles, places = (
-            [getattr(one, name) for one in candidates] for name in ("triangle", "barycentric")
-        )
+        then, now = self.record.detection.candidates, after.detection.candidates
         by_hand = self.by_hand
-        if not (np.array_equal(*triangles) and np.array_equal(*places, equal_nan=True)):
+        if not (
+            np.array_equal(then.triangle, now.triangle)
+            and np.array_equal(then.barycentric, now.barycentric, equal_nan=True)
+        ):
             by_hand, _ = pins.counterparts(by_hand, self.record, after)
         return core.kept_rows(detection, self.filters, *by_hand)
 
@@ -255,7 +255,8 @@ def plan(
         progress,
         sharp=job.inputs.arrays.sharp,
         zone=job.zone,
-        **job.steering.arguments,
+        strokes=job.steering.strokes,
+        wanted=job.steering.wanted,
     )
     return guidance, guide.detection.umbilics
 
@@ -296,6 +297,7 @@ def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
 
     def work(job: Job, guide: core.Guide, progress: core.Progress) -> np.ndarray:
         found = traced(job, guide, progress)
+        assert job.edges is not None, "gathered with edges"
         return core.edge_paths(job.inputs.arrays.vertices, job.edges, found)
 
     return work
@@ -317,7 +319,8 @@ def exported(
             sharp=arrays.sharp,
             zone=job.zone,
             remeshing=remeshing,
-            **job.steering.arguments,
+            strokes=job.steering.strokes,
+            wanted=job.steering.wanted,
             progress=progress,
         )
 

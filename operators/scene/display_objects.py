@@ -9,6 +9,8 @@ is neither replaced nor removed.
 
 from __future__ import annotations
 
+from typing import Any, TypeGuard, TypeVar
+
 import bpy
 
 from ..mesh.fingerprint import mesh_signature
@@ -16,20 +18,23 @@ from .empties import OWNER_TAG, local_views
 from .targets import is_local
 from .transaction import Transaction
 
+# An object, or None.
+_Object = TypeVar("_Object")
+
 TAG = "umbilics_display"
 _LIFT = "Umbilics Lift"
 # A map lies this far above the surface that it hides, as a fraction of its extent.
 _HEIGHT = 1e-3
 
 
-def is_ours(obj: bpy.types.Object | None) -> bool:
+def is_ours(obj: bpy.types.Object | None) -> TypeGuard[bpy.types.Object]:
     """Whether an object is one of these and as we made it."""
     if obj is None or obj.type != "MESH" or obj.get(TAG) is None or not is_local(obj):
         return False
     return obj.mode == "OBJECT" and obj[TAG].to_dict() == _state(obj)
 
 
-def source_of(obj: bpy.types.Object | None) -> bpy.types.Object | None:
+def source_of(obj: _Object) -> _Object:
     """The object that one of ours stands for; any other object itself."""
     return obj.parent if is_ours(obj) and obj.parent is not None else obj
 
@@ -98,7 +103,7 @@ def remove(context: bpy.types.Context, display: bpy.types.Object, transaction: T
         transaction.discard([mesh])
 
 
-def _state(obj: bpy.types.Object) -> dict:
+def _state(obj: bpy.types.Object) -> dict[str, Any]:
     """What tells one that we made from one that the user has changed."""
     return {
         "name": obj.name,

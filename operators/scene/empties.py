@@ -22,6 +22,7 @@ umbilics_of           full name of the object, then
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import bpy
 import numpy as np
@@ -147,7 +148,7 @@ def _add(
             empty.local_view_set(view, True)
 
 
-def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
+def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list[bpy.types.SpaceView3D]:
     """The 3D views in local view that show the object: what is new there has to be let in."""
     return [
         area.spaces.active
@@ -214,7 +215,7 @@ def _dress(
     empty.empty_image_side = "FRONT"
 
 
-def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict:
+def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict[str, Any]:
     return {
         "index": float(umbilics.index[row]),
         "kind": str(umbilics.kind[row]),

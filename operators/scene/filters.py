@@ -140,7 +140,7 @@ def _shown(
     return caches.ROWS.of((*_key(obj, settings), kinds), find)
 
 
-def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple:
+def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[str, float | str, bool, str, str]:
     """All that decides which umbilics of the object pass the filters."""
     mine = obj.umbilics
     return mine.stamp, settings.persistence, settings.opening > 0, mine.pinned, mine.deleted

@@ -7,6 +7,7 @@ that the object was touched; in between the answer is remembered (`base.caches.F
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Any
 
 import bpy
 import numpy as np
@@ -181,7 +182,9 @@ def _changed(
     return then.changed(now, wanted)
 
 
-def _look(context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read) -> Fingerprint:
+def _look(
+    context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read: Any
+) -> Fingerprint:
     if not evaluated:
         return fingerprint_of(obj, obj.data, *read)
     shown = obj.evaluated_get(context.view_layer.depsgraph)
@@ -193,7 +196,7 @@ def _look(context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *r
 
 
 @persistent
-def _touched(scene, depsgraph):
+def _touched(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not len(caches.FINGERPRINTS):
         return
     names = {
@@ -202,11 +205,11 @@ def _touched(scene, depsgraph):
         if update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
     }
     if names:
-        caches.FINGERPRINTS.drop(lambda key: key[0] in names)
+        caches.FINGERPRINTS.drop(lambda key: isinstance(key, tuple) and key[0] in names)
 
 
 @persistent
-def _restored(*_):
+def _restored(*_: object) -> None:
     caches.FINGERPRINTS.clear()
 
 

@@ -129,7 +129,7 @@ def _remove_if_there(data: bpy.types.ID) -> None:
 
 def _values_of(group: bpy.types.PropertyGroup) -> dict[str, Any]:
     """All values of a group, those of the groups in it included."""
-    values = {}
+    values: dict[str, Any] = {}
     for item in group.bl_rna.properties:
         if item.identifier == "rna_type":
             continue

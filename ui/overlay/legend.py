@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import blf
 import bpy
 import gpu
@@ -22,10 +24,9 @@ def draw(context: bpy.types.Context) -> None:
     if context.space_data.shading.color_type != "VERTEX":
         return
     candidates = [context.active_object, *context.visible_objects]
-    obj = next((obj for obj in candidates if maps.is_shown_on(obj)), None)
-    if obj is None:
+    found = next(filter(None, (maps.legend(context.scene, obj) for obj in candidates)), None)
+    if found is None:
         return
-    found = maps.legend(context.scene, obj)
     scale = context.preferences.system.ui_scale
     points = context.scene.umbilics_display.text_size * scale
     blf.size(_FONT, points)
@@ -81,7 +82,7 @@ def _text(text: str, x: float, y: float) -> None:
     blf.draw(_FONT, text)
 
 
-def _rectangle(x: float, y: float, width: float, height: float, colour) -> None:
+def _rectangle(x: float, y: float, width: float, height: float, colour: Sequence[float]) -> None:
     program = gpu.shader.from_builtin("UNIFORM_COLOR")
     corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
     batch = batch_for_shader(program, "TRIS", {"pos": corners}, indices=[(0, 1, 2), (0, 2, 3)])

@@ -39,7 +39,7 @@ class _Directions:
 
     strokes: strokes.Strokes | None = None
     thread: threading.Thread | None = None
-    batches: dict[tuple, gpu.types.GPUBatch] = field(default_factory=dict)
+    batches: dict[tuple[object, ...], gpu.types.GPUBatch] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,9 @@ class _Umbilics:
     A crowd is drawn by choosing among the diamonds of all candidates.
     """
 
-    signature: tuple = ()
+    signature: tuple[object, ...] = ()
     drawn: list[_Drawn] = field(default_factory=list)
-    diamonds_signature: tuple = ()
+    diamonds_signature: tuple[object, ...] = ()
     diamonds: gpu.types.GPUVertBuf | None = None
 
 
@@ -101,7 +101,9 @@ def collect() -> bool:
     return is_waiting()
 
 
-def _draw_directions(context, obj, camera: Camera, program) -> None:
+def _draw_directions(
+    context: bpy.types.Context, obj: bpy.types.Object, camera: Camera, program: gpu.types.GPUShader
+) -> None:
     display, look = context.scene.umbilics_display, Appearance(context)
     crosses = display.field == "CROSS"
     if crosses and not staleness.plan_is_edited(context, obj):
@@ -140,7 +142,11 @@ def _draw_directions(context, obj, camera: Camera, program) -> None:
             kept.batches[key].draw(program)
 
 
-def _arranged(obj, stamp: str, read: Callable) -> _Directions | None:
+def _arranged(
+    obj: bpy.types.Object,
+    stamp: str,
+    read: Callable[[bpy.types.Object], tuple[np.ndarray, ...] | None],
+) -> _Directions | None:
     """The strokes of what has the stamp; the first time a thread begins to arrange them."""
     kept = _directions.get(stamp)
     if kept is None:
@@ -157,7 +163,7 @@ def _arranged(obj, stamp: str, read: Callable) -> _Directions | None:
     return kept
 
 
-def _arrange(kept: _Directions, arrays: tuple) -> None:
+def _arrange(kept: _Directions, arrays: tuple[np.ndarray, ...]) -> None:
     """In a thread if it takes longer than a blink."""
 
     def work() -> None:
@@ -170,7 +176,7 @@ def _arrange(kept: _Directions, arrays: tuple) -> None:
     kept.thread.start()
 
 
-def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
+def _drawn_umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> list[_Drawn]:
     """Crowds, discs, rays and glyphs, in the order they are drawn."""
     look, signature = Appearance(context), _signature(context, obj, faint)
     kept = _umbilics.setdefault(obj.name_full, _Umbilics())
@@ -189,7 +195,9 @@ def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
     return kept.drawn
 
 
-def _signature(context, obj, faint: bool) -> tuple:
+def _signature(
+    context: bpy.types.Context, obj: bpy.types.Object, faint: bool
+) -> tuple[object, ...]:
     """All that the drawing of the umbilics hangs on."""
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
@@ -207,11 +215,11 @@ def _signature(context, obj, faint: bool) -> tuple:
     )
 
 
-def _diamonds(kept: _Umbilics, obj, look: Appearance) -> gpu.types.GPUVertBuf:
+def _diamonds(kept: _Umbilics, obj: bpy.types.Object, look: Appearance) -> gpu.types.GPUVertBuf:
     """The diamonds of all candidates, made anew for each detection and change of its look."""
     signature = obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())
-    if kept.diamonds_signature != signature:
-        found = record.of(obj)
+    found = record.of(obj)
+    if found is not None and kept.diamonds_signature != signature:
         kept.diamonds = shader.corners(
             umbilics.diamonds(
                 found.detection.candidates, found.kind_codes, np.linalg.inv(found.matrix), look

@@ -190,7 +190,7 @@ def _settings(
     return arguments
 
 
-def _base_key() -> tuple:
+def _base_key() -> tuple[object, ...]:
     """What tells the .blend that meshes are imported into from another state of it."""
     path = bpy.data.filepath
     if not path:

@@ -34,11 +34,6 @@ class ByHand:
     wanted: core.WantedPoles | None = None
     digest: str = ""
 
-    @property
-    def arguments(self) -> dict[str, core.Strokes | core.WantedPoles | None]:
-        """What the core takes it by."""
-        return {"strokes": self.strokes, "wanted": self.wanted}
-
 
 def read(
     scene: bpy.types.Scene, obj: bpy.types.Object, arrays: MeshArrays, with_poles: bool

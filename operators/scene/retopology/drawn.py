@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import bpy
 import numpy as np
@@ -87,7 +88,7 @@ def _chains_of(data: bpy.types.Curve) -> list[np.ndarray]:
     return lines
 
 
-def _layers(obj: bpy.types.Object) -> list:
+def _layers(obj: bpy.types.Object) -> list[Any]:
     """The layers that are seen and are the user's."""
     ours = _OURS in obj
     return [
@@ -97,7 +98,7 @@ def _layers(obj: bpy.types.Object) -> list:
     ]
 
 
-def _matrix(obj: bpy.types.Object, layer) -> np.ndarray:
+def _matrix(obj: bpy.types.Object, layer: Any) -> np.ndarray:
     """(4, 4) from a layer's space to the world."""
     own = layer.matrix_layer if hasattr(layer, "matrix_layer") else layer.matrix_local
     parent = layer.parent
@@ -109,7 +110,7 @@ def _matrix(obj: bpy.types.Object, layer) -> np.ndarray:
     return np.array(parent.matrix_world @ inverse @ own)
 
 
-def _strokes_on(layer, frame: int) -> list[np.ndarray]:
+def _strokes_on(layer: Any, frame: int) -> list[np.ndarray]:
     """Points of the strokes of a layer at a frame, in the layer's space."""
     if hasattr(layer, "get_frame_at"):
         key = layer.get_frame_at(frame)

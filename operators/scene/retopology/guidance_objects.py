@@ -22,7 +22,8 @@ from .... import core
 from ...data import plans
 from ...mesh.attributes import remove_results, write_attributes
 from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
-from ...mesh.read import MeshArrays, unit_vectors
+from ...mesh.fetch import unit_vectors
+from ...mesh.read import MeshArrays
 from .. import homes
 from ..empties import OWNER_TAG
 from ..targets import is_local

@@ -18,8 +18,8 @@ def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
     if mesh is None:
         return None
     names = ("umbilics_d1", "umbilics_d2", "umbilics_gap")
-    found = [read_result(mesh, name) for name in names]
-    if any(values is None for values in found):
+    found = [values for name in names if (values := read_result(mesh, name)) is not None]
+    if len(found) < len(names):
         return None
     return positions(_as_seen(obj, mesh)), *found
 

@@ -14,12 +14,14 @@ _ASLANT = 0.3
 
 
 def frame(context: bpy.types.Context, row: int) -> bool:
-    """Move the 3D view to a candidate of the active object; False without a 3D view."""
+    """Move the 3D view to a candidate of the active object; False without a 3D view or results."""
     view = _view(context)
     if view is None:
         return False
     obj = context.view_layer.objects.active
     kept = record.of(obj)
+    if kept is None:
+        return False
     position, normal = (Vector(vector) for vector in record.place_now(obj, kept, row))
     view.view_location = position
     view.view_distance = max(_EDGES * float(kept.edge[row]), _PART * kept.extent)

@@ -88,7 +88,7 @@ def _left_out(
 ) -> list[Shape]:
     """Hollow, faint glyphs of what the opening leaves out."""
     kept, rows = record.of(obj), filters.left_out_rows(obj, scene)
-    if len(rows) > CROWD:
+    if kept is None or len(rows) > CROWD:
         return []
     candidates = kept.detection.candidates.select(rows)
     back = np.linalg.inv(kept.matrix)
