@@ -39,6 +39,7 @@ _MODULES = (
     "data.remeshing",
     "data.topology",
     "guide",
+    "add_pole",
     "remesh_to_quads",
     "new_retopology",
     "check_topology",

@@ -3,15 +3,17 @@
 import math
 
 import bpy
+from bpy.props import BoolProperty
 
 from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.guide"
     bl_label = "Plan Poles"
     bl_description = (
@@ -19,8 +21,23 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         "follows it needs a vertex of three or five edges"
     )
 
+    by_hand: BoolProperty(
+        name="Poles by Hand",
+        description="Poles that were moved, added or deleted by hand stay as they are, and the "
+        "field is bent after them; otherwise all are planned anew",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
+
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, selection.shown(context), retopology.plan)
+        return retopology.gather(
+            context,
+            selection.shown(context),
+            retopology.plan,
+            settings=self.settings(context),
+            steered=True,
+            with_poles=self.by_hand,
+        )
 
     def done(
         self,
@@ -33,7 +50,14 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
             home = retopology.home_of_plan(context, job, transaction)
             origin = job.origin(kept.umbilics)
             guidance_objects.write_plan(
-                context, home, job.inputs.arrays, guidance, kept, origin, transaction
+                context,
+                home,
+                job.inputs.arrays,
+                guidance,
+                kept,
+                origin,
+                transaction,
+                by_hand=job.steering.wanted is not None,
             )
         context.scene.umbilics_display.field = "CROSS"
         poles = guidance.poles
@@ -43,6 +67,12 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         if math.isfinite(poles.expected):
             return f"{text}, four times the Euler characteristic is {poles.expected:g}."
         return f"{text} on an open surface."
+
+    def warnings(self, found: tuple[core.Guidance, core.Umbilics]) -> tuple[str, ...]:
+        return found[0].warnings
+
+
+with_settings(UMBILICS_OT_guide, plans.OF_PLAN)
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_guide,))

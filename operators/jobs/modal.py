@@ -158,7 +158,8 @@ class NeedsMesh:
 
 
 class GuidanceOperator(NeedsMesh, BackgroundOperator):
-    """A mixin of operators that make one thing of the active mesh."""
+    """A mixin of operators that make one thing of the active mesh; what `warnings(found)` says is
+    told as well."""
 
     @abstractmethod
     def job(self, context: bpy.types.Context) -> retopology.Job:
@@ -173,4 +174,9 @@ class GuidanceOperator(NeedsMesh, BackgroundOperator):
 
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
         sentence = self.done(context, job, found)
-        return [("INFO", sentence), *(("WARNING", text) for text in job.notes)]
+        warnings = (*self.warnings(found), *job.notes)
+        return [("INFO", sentence), *(("WARNING", text) for text in warnings)]
+
+    def warnings(self, found: Any) -> Sequence[str]:
+        """Sentences on what of it could not be had."""
+        return ()

@@ -83,8 +83,10 @@ def write_plan(
     kept: Kept,
     origin: plans.Origin,
     transaction: Transaction,
+    by_hand: bool = False,
 ) -> None:
-    """Attributes of the field, an empty at each pole, and the table."""
+    """Attributes of the field, an empty at each pole, and the table; `by_hand` says that the
+    poles are the user's."""
     obj = home.owner
     to_object = np.linalg.inv(arrays.matrix[:3, :3]).T
     # The first triangle of each face; faces outside the scope have none, and no direction.
@@ -107,24 +109,56 @@ def write_plan(
     extent = float(np.ptp(arrays.vertices, axis=0).max())
     empties, origins = [], []
     for row in range(len(poles)):
-        valence = int(poles.valence[row])
-        empty = transaction.made(bpy.data.objects.new(f"Pole {valence}", None))
-        empty["umbilics_valence"] = valence
-        pole_shapes.dress(empty, pole_shapes.is_overlaid(context), _POLE_SIZE * extent)
-        empty.color = POLE_COLOURS[valence]
-        empty["umbilics_confidence"] = float(poles.confidence[row])
+        empty = new_pole(
+            context, int(poles.valence[row]), extent, float(poles.confidence[row]), transaction
+        )
         umbilic = int(poles.umbilic[row])
         empty["umbilics_umbilic"] = umbilic
         empty["umbilics_number"] = int(kept.numbers[umbilic]) if umbilic >= 0 else 0
-        matrix = Matrix.Translation(poles.position[row].tolist())
-        rotation = _upright(poles.normal[row])
-        place = arrays, matrix @ rotation
-        collection = _adopt(context, obj, empty, POLES, collection, transaction, place)
+        place, normal = poles.position[row], poles.normal[row]
+        at = arrays.matrix, upright_at(place, normal)
+        collection = _adopt(context, obj, empty, POLES, collection, transaction, at)
         empties.append(empty)
-        origins.append(_origin(poles, kept, row))
+        origins.append("By Hand" if by_hand else _origin(poles, kept, row))
     transaction.keep_properties(obj, homes.PLAN)
-    plans.store(obj, origin, poles, empties, origins)
+    plans.store(obj, origin, guidance, empties, origins, by_hand)
     homes.settle(home, homes.PLAN, transaction)
+
+
+def new_pole(
+    context: bpy.types.Context,
+    valence: int,
+    extent: float,
+    confidence: float,
+    transaction: Transaction,
+) -> bpy.types.Object:
+    """An empty that stands for a pole on a mesh of this extent, in no collection yet."""
+    empty = transaction.made(bpy.data.objects.new(f"Pole {valence}", None))
+    empty["umbilics_valence"] = valence
+    pole_shapes.dress(empty, pole_shapes.is_overlaid(context), _POLE_SIZE * extent)
+    empty.color = POLE_COLOURS[valence]
+    empty["umbilics_confidence"] = confidence
+    empty["umbilics_umbilic"] = -1
+    empty["umbilics_number"] = 0
+    return empty
+
+
+def put_pole(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    empty: bpy.types.Object,
+    place: np.ndarray,
+    normal: np.ndarray,
+    transaction: Transaction,
+) -> None:
+    """Put a pole beside those of the object's plan, at a place (3,) of the world."""
+    at = np.array(obj.matrix_world), upright_at(place, normal)
+    _adopt(context, obj, empty, POLES, collection_of(obj), transaction, at)
+
+
+def upright_at(place: np.ndarray, normal: np.ndarray) -> Matrix:
+    """A matrix (4, 4) that takes the origin to a place and z to the normal there."""
+    return Matrix.Translation(place.tolist()) @ _upright(normal)
 
 
 def _origin(poles: core.Poles, kept: Kept, row: int) -> str:
@@ -249,7 +283,7 @@ def write_mirror(
     # The circle lies in the empty's x-z plane: its y axis is the normal.
     turn = Matrix.Rotation(-np.pi / 2.0, 4, "X")
     place = Matrix.Translation(plane.point.tolist()) @ _upright(plane.normal) @ turn
-    _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays, place))
+    _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays.matrix, place))
     transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.mirror = (
         f"{len(plane.pairs)} matched, {100.0 * plane.score:.0f} % of a perfect mirror"
@@ -332,6 +366,12 @@ def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
     return any(found)
 
 
+def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
+    """The collection of what the guidance made for an object."""
+    ours = [one for child in parts_of(obj) for one in child.users_collection if TAG in one]
+    return ours[0] if ours else None
+
+
 def _adopt(
     context: bpy.types.Context,
     obj: bpy.types.Object,
@@ -339,20 +379,20 @@ def _adopt(
     part: str,
     collection: bpy.types.Collection | None,
     transaction: Transaction,
-    place: tuple[MeshArrays, Matrix] | None = None,
+    place: tuple[np.ndarray, Matrix] | None = None,
 ) -> bpy.types.Collection:
     """Make an object a tagged child of the mesh, in the guidance's collection, which is the
-    answer; `place` is where it stands in the world of the arrays."""
+    answer; `place` is the mesh's world matrix (4, 4) and where the child stands in the world."""
     child[TAG] = part
     child[OWNER_TAG] = obj.name_full
     # Guides are to be worked with, not to be in a picture.
     child.hide_render = True
     child.parent = obj
     if place is not None:
-        arrays, matrix = place
+        matrix, basis = place
         # The inverse undoes a non-uniform scale, which would shear the empty.
-        child.matrix_parent_inverse = Matrix(arrays.matrix).inverted()
-        child.matrix_basis = matrix
+        child.matrix_parent_inverse = Matrix(matrix).inverted()
+        child.matrix_basis = basis
     if collection is None:
         collection = transaction.made(bpy.data.collections.new(f"Guidance of {obj.name}"))
         collection[TAG] = True
