@@ -15,14 +15,8 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import (
-    FILE_KINDS,
-    Exported,
-    Written,
-    export_guidance,
-    guidance_paths,
-    write_guidance,
-)
+from .formats.export import Written, export_guidance
+from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
@@ -41,8 +35,15 @@ from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
-from .retopology.topology_check import TopologyCheck, check_topology
-from .umbilics.compare import MethodResult, compare, comparison_table
+from .retopology.topology_check import TopologyCheck, check_quads, check_topology
+from .umbilics.compare import (
+    BASELINES,
+    METHODS,
+    MethodResult,
+    compare,
+    comparison_rows,
+    comparison_table,
+)
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
 from .umbilics.pairing.persistence import noise_multiple
@@ -52,10 +53,13 @@ from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "BASELINES",
     "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "METHODS",
+    "QUAD_KINDS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
@@ -98,8 +102,10 @@ __all__ = [
     "WantedPoles",
     "Written",
     "check",
+    "check_quads",
     "check_topology",
     "compare",
+    "comparison_rows",
     "comparison_table",
     "defaults",
     "detect",

@@ -16,6 +16,7 @@ _MODULES = (
     "scene.staleness",
     "jobs.worker",
     "detect",
+    "compare",
     "cancel",
     "clear",
     "clear_file",

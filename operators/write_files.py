@@ -5,6 +5,7 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
+from .data import remeshing
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 
@@ -21,12 +22,14 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
 
     def job(self, context):
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
-        work = retopology.exported(stem, self.kinds.split())
+        settings = remeshing.to_remesh_settings(context.scene.umbilics_remesh)
+        work = retopology.exported(stem, self.kinds.split(), settings)
         return retopology.gather(context, context.active_object, work)
 
     def done(self, context, job, found):
+        made = () if found.quads is None else found.quads.warnings
         wrote = f"Wrote {', '.join(path.name for path in found.paths)}."
-        return " ".join((wrote, *found.left_out))
+        return " ".join((wrote, *found.left_out, *made))
 
 
 def register() -> None:

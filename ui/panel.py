@@ -8,6 +8,7 @@ from ..operators.base import verdict
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
+from ..operators.compare import UMBILICS_OT_compare
 from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
@@ -91,8 +92,11 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         if settings.method == "S":
             layout.prop(settings, "parametrization")
             layout.prop(settings, "triangles")
-        if settings.method == "C":
+        if settings.method == "C" or (
+            settings.method == "S" and settings.parametrization == "charts"
+        ):
             layout.prop(settings, "charts")
+        layout.operator(UMBILICS_OT_compare.bl_idname, icon="SPREADSHEET")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
         layout.prop(settings, "join_borders")
@@ -108,6 +112,9 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         automatic(layout, settings, "crease_angle")
         layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
+        row = layout.row()
+        row.active = settings.normal_smoothing > 0
+        row.prop(settings, "normal_filter", text="By")
 
 
 def _source(layout, context) -> None:

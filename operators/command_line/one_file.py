@@ -93,11 +93,13 @@ def _one_object(
     )
     try:
         inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
-        said = []
+        said, facts = [], {}
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
             part = progress.part("Planning", 0.6, 1.0)
-            said = guidance.write(request.guidance, stem, inputs, detection, opened.to_file, part)
+            said, facts = guidance.write(
+                request.guidance, stem, inputs, detection, opened.to_file, part
+            )
     except core.CancelledError:
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
@@ -107,11 +109,12 @@ def _one_object(
         if results:
             found.compared.append((inputs, results))
         entry = report.success(about, inputs, detection, opened.to_file, request.per_vertex)
+        entry |= facts
         if results:
             entry["comparison"] = report.comparison(results, opened.to_file)
         if request.events:
-            facts = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
-            messages.tell("object", **about, **facts)
+            news = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
+            messages.tell("object", **about, **news)
         else:
             _say(label, detection, said, results)
         return entry

@@ -95,7 +95,7 @@ def success(
 
 
 def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> list[dict]:
-    """What the report says of the three methods side by side; `to_file` as in `success`."""
+    """What the report says of the methods side by side; `to_file` as in `success`."""
     return [
         {
             "method": result.method,
@@ -108,6 +108,7 @@ def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> l
             "confirmed": result.confirmed,
             "missed": result.missed,
             "unmatched": result.unmatched,
+            "error": result.error,
             "seconds": result.seconds,
         }
         for result in results

@@ -281,7 +281,9 @@ def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
     return work
 
 
-def exported(stem: Path, kinds: list[str]) -> Callable[..., core.Written]:
+def exported(
+    stem: Path, kinds: list[str], remeshing: core.RemeshSettings
+) -> Callable[..., core.Written]:
     """Work that writes files of the given kinds, named after `stem`."""
 
     def work(job: Job, guide: core.Guide, progress: core.Progress) -> core.Written:
@@ -294,6 +296,7 @@ def exported(stem: Path, kinds: list[str]) -> Callable[..., core.Written]:
             mesh=(arrays.vertices, arrays.triangles),
             sharp=arrays.sharp,
             zone=job.zone,
+            remeshing=remeshing,
             progress=progress,
         )
 

@@ -110,7 +110,8 @@ def _is_read(name: str, settings: core.Settings) -> bool:
     """Whether a setting plays a part beside the others."""
     return {
         "parametrization": settings.method == "S",
-        "charts": settings.method == "C",
+        "charts": settings.unfolds,
+        "normal_filter": settings.normal_smoothing > 0,
         "scale": settings.curvature == "jets",
         "scale_unit": settings.curvature == "jets" and settings.scale != core.AUTO,
     }.get(name, True)

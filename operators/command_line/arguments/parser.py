@@ -54,9 +54,8 @@ def parse(arguments: list[str]) -> Request:
     guard = Guard()
     try:
         guide = guidance.request_of(parser, found)
-        guide_settings = guide.settings if guide else None
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
-        batch = batch_arguments.plan_of(parser, found, settings, guide_settings, guard)
+        batch = batch_arguments.plan_of(parser, found, settings, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
             guard.reads(file for file in files if file is not None)
@@ -76,7 +75,7 @@ def parse(arguments: list[str]) -> Request:
         guard=guard,
         events=found.progress == "jsonl",
         limits=Limits(found.time_limit, batch_arguments.memory_limit_of(found)),
-        worker_arguments=batch_arguments.worker_arguments(found, settings, guide_settings),
+        worker_arguments=batch_arguments.worker_arguments(found, settings, guide),
         is_worker=found.worker,
         guidance=guide,
         batch=batch,

@@ -44,10 +44,13 @@ def run(plan: Plan, blender: list[str]) -> int:
         # Before hours of work, not after.
         _check_writable(plan.summary)
         kept = journal.Journal(plan.journal, fresh=not plan.resume)
-        with _scratch(plan.out, plan.suffix) as scratch, contextlib.ExitStack() as stack:
+        with (
+            _scratch(plan.out, f"running{plan.suffix}") as scratch,
+            contextlib.ExitStack() as stack,
+        ):
             beside = None
             if plan.guide:
-                beside = stack.enter_context(_scratch(plan.guide, plan.suffix))
+                beside = stack.enter_context(_scratch(plan.guide, f"guiding{plan.suffix}"))
             batch = _Batch(plan, blender, kept, scratch, beside)
             try:
                 with _stoppable(batch):
@@ -102,11 +105,11 @@ def _check_writable(path: Path) -> None:
 
 
 @contextmanager
-def _scratch(folder: Path, suffix: str) -> Iterator[Path]:
+def _scratch(folder: Path, name: str) -> Iterator[Path]:
     """A folder for what is not complete yet, on the file system where it will be; removed
     afterwards, with what killed batches have left."""
     folder.mkdir(parents=True, exist_ok=True)
-    prefix = f".umbilics-running{suffix}."
+    prefix = f".umbilics-{name}."
     for left in folder.glob(f"{prefix}*"):
         shutil.rmtree(left, ignore_errors=True)
     # A name of its own: what a killed batch left running may still write into its folder.
