@@ -15,14 +15,8 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import (
-    FILE_KINDS,
-    Exported,
-    Written,
-    export_guidance,
-    guidance_paths,
-    write_guidance,
-)
+from .formats.export import Written, export_guidance
+from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
@@ -32,6 +26,7 @@ from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
@@ -41,10 +36,18 @@ from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
-from .retopology.topology_check import TopologyCheck, check_topology
-from .umbilics.compare import MethodResult, compare, comparison_table
+from .retopology.topology_check import TopologyCheck, check_quads, check_topology
+from .umbilics.compare import (
+    BASELINES,
+    METHODS,
+    MethodResult,
+    compare,
+    comparison_rows,
+    comparison_table,
+)
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.numbering import numbers
 from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
@@ -52,11 +55,14 @@ from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "BASELINES",
     "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
     "LINE_KINDS",
+    "METHODS",
+    "QUAD_KINDS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
@@ -89,6 +95,7 @@ __all__ = [
     "RemeshSettings",
     "RidgeLines",
     "Selection",
+    "Separatrices",
     "Settings",
     "Strokes",
     "Suitability",
@@ -99,8 +106,10 @@ __all__ = [
     "WantedPoles",
     "Written",
     "check",
+    "check_quads",
     "check_topology",
     "compare",
+    "comparison_rows",
     "comparison_table",
     "defaults",
     "detect",
@@ -110,6 +119,7 @@ __all__ = [
     "guidance_paths",
     "kept_rows",
     "noise_multiple",
+    "numbers",
     "options",
     "pack",
     "quad_layout",

@@ -17,6 +17,7 @@ from ...mesh.charts import (
     scaled_to_area,
     unfold,
 )
+from ...mesh.cuts import opened_to_disks
 from ...mesh.lscm import flattened
 from ...mesh.surface import Surface
 from .raw import RawUmbilics
@@ -50,13 +51,18 @@ class Unfolding:
 
 
 def unfolded_along_seams(
-    surface: Surface, seams: np.ndarray, progress: Progress | None = None
+    surface: Surface, seams: np.ndarray, progress: Progress | None = None, cut: bool = False
 ) -> Unfolding:
     """Unfold the pieces between seams, (s, 2) pairs of input vertices, conformally.
 
-    Raises `ChartError` where a piece is not a disk.
+    With `cut` they are first cut further, see `opened_to_disks`. Raises `ChartError` where a
+    piece is not a disk.
     """
     charts = charts_from_seams(surface, seams)
+    progress = progress or Progress()
+    if cut:
+        charts = opened_to_disks(surface, charts, progress.part("Cutting", 0.0, 0.3))
+        progress = progress.part("Unfolding", 0.3, 0.6)
     return _measured(surface, charts, unfold(surface, charts, progress))
 
 
