@@ -30,15 +30,15 @@ from .finishing.relaxation import relaxed
 from .finishing.reporting import Report, reported
 from .layout.counting import characteristic, counted, first_cuts, whole_grids
 from .layout.grids import Grids
-from .layout.laying_out import LaidOut, gentler, grown, laid_out
+from .layout.laying_out import LaidOut, gentler, laid_out
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words
 from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
 
-# How often a piece with folded quads is laid out anew, and the rings around them that give way.
-ATTEMPTS, RINGS = 3, 3
+# How often a piece with folded quads is laid out anew.
+ATTEMPTS = 3
 
 
 def remesh(
@@ -185,7 +185,6 @@ def _finished(
         corners = working.surface.triangles[triangle[placed.quads[folds]]]
         near = np.zeros(len(working.surface.vertices), bool)
         near[corners.ravel()] = True
-        near = grown(working.surface.triangles, near, RINGS * (1 + attempt))
         wishes = gentler(working, laid.wishes, near, None, attempt)
         try:
             laid = laid_out(working, wishes, progress, ATTEMPTS)
