@@ -110,9 +110,7 @@ def _kept(traces: Traces, keep: np.ndarray) -> Traces:
     )
 
 
-def _carried(
-    surface: Surface, planes: FaceFrames, traces: Traces, rows: np.ndarray
-) -> np.ndarray:
+def _carried(surface: Surface, planes: FaceFrames, traces: Traces, rows: np.ndarray) -> np.ndarray:
     """(r,) places, in the planes of the points `rows`, of the points before them."""
     triangle = traces.triangle[rows]
     point = points_of(surface, planes, traces.triangle[rows - 1], traces.z[rows - 1])
