@@ -71,6 +71,17 @@ def test_frames_do_not_matter(square):
     flipped = np.where(np.arange(len(place))[:, None] % 2, field.d1, -field.d1)
     after, _ = field_noise(surface, field.k1, field.k2, flipped, field.normal)
     np.testing.assert_allclose(after, before, rtol=1e-12)
+    odd = (np.arange(len(place)) % 2)[:, None]
+    # A plane turned about the direction itself leaves it where it is.
+    level = field_on_plane(np.ones(len(place), complex), mean=1.0)
+    for angle in (0.5, 2.0):
+        across = np.cross(level.normal, level.d1)
+        tilted = np.where(odd, np.cos(angle) * level.normal + np.sin(angle) * across, level.normal)
+        turned, upright = (
+            field_noise(surface, level.k1, level.k2, level.d1, normal)[0]
+            for normal in (tilted, level.normal)
+        )
+        np.testing.assert_allclose(turned, upright, rtol=1e-9)
     # Normals that are opposite leave the rotation open; the field stays finite.
     upside = np.where(np.arange(len(place))[:, None] % 2, field.normal, -field.normal)
     assert np.isfinite(field_noise(surface, field.k1, field.k2, field.d1, upside)[0]).all()
