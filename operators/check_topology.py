@@ -54,7 +54,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
             part = progress.part("Comparing", 0.6, 1.0)
             return core.check_topology(places, corners, start, guide, guidance.poles, part)
 
-        return retopology.gather(context, surface, work)
+        return retopology.gather(context, surface, work, steered=True)
 
     def done(
         self, context: bpy.types.Context, job: retopology.Job, found: core.TopologyCheck

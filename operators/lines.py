@@ -3,12 +3,14 @@
 import bpy
 
 from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_lines(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.lines"
     bl_label = "Lines of Curvature"
     bl_description = (
@@ -16,7 +18,10 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, context.active_object, retopology.lines)
+        settings = self.settings(context)
+        return retopology.gather(
+            context, selection.shown(context), retopology.lines, settings=settings
+        )
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
@@ -24,6 +29,9 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
             )
         return f"{len(found)} lines of curvature."
+
+
+with_settings(UMBILICS_OT_lines, plans.OF_LINES)
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_lines,))

@@ -3,12 +3,14 @@
 import bpy
 
 from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.ridges"
     bl_label = "Ridges"
     bl_description = (
@@ -17,7 +19,10 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, context.active_object, retopology.ridges)
+        settings = self.settings(context)
+        return retopology.gather(
+            context, selection.shown(context), retopology.ridges, settings=settings
+        )
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.RidgeLines) -> str:
         with retopology.written(context, job) as (obj, transaction):
@@ -27,6 +32,9 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
             return "No ridges: the mesh bends nowhere far enough for a line."
         hollow = int((found.family == 1).sum())
         return f"{len(found) - hollow} ridges and {hollow} ravines."
+
+
+with_settings(UMBILICS_OT_ridges, plans.OF_RIDGES)
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_ridges,))

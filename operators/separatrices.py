@@ -3,12 +3,14 @@
 import bpy
 
 from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_separatrices(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.separatrices"
     bl_label = "Separatrices"
     bl_description = (
@@ -17,7 +19,10 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, context.active_object, retopology.separatrices)
+        settings = self.settings(context)
+        return retopology.gather(
+            context, selection.shown(context), retopology.separatrices, settings=settings
+        )
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
@@ -25,6 +30,9 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
+
+
+with_settings(UMBILICS_OT_separatrices, plans.OF_SEPARATRICES)
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_separatrices,))

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..operators.add_pole import UMBILICS_OT_add_pole
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
 from ..operators.check_topology import UMBILICS_OT_check_topology
 from ..operators.data import plans, topology
@@ -14,8 +15,8 @@ from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
-from ..operators.scene import staleness
-from ..operators.scene.retopology import guidance_objects
+from ..operators.scene import selection, staleness
+from ..operators.scene.retopology import by_hand, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
@@ -53,12 +54,15 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
-        group, obj = context.scene.umbilics_guidance, context.active_object
+        group, obj = context.scene.umbilics_guidance, selection.shown(context)
         column = layout.column()
         column.prop(group, "smoothness", slider=True)
         column.prop(group, "plan")
         if obj is not None and obj.type == "MESH":
             column.prop_search(group, "zone", obj, "vertex_groups")
+        column.prop(group, "strokes")
+        if group.strokes is not None:
+            column.prop(group, "influence", slider=True)
         layout.operator(UMBILICS_OT_guide.bl_idname, icon="EMPTY_AXIS")
         if obj is None or not obj.umbilics_plan.planned:
             return
@@ -74,15 +78,30 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         else:
             icon = "CHECKMARK" if total == plan.expected else "ERROR"
             halves.label(text=f"{total} of {plan.expected}", icon=icon)
-        if any(map(plans.change_of, plan.poles)):
-            told = "Poles were moved or deleted by hand; lines and files do not follow them."
-            paragraph(layout, context, told)
+        _by_hand(layout, context, obj)
         reasons = staleness.plan_reasons(context, obj)
         if reasons:
             box = layout.box()
             paragraph(box, context, " ".join(["Plan out of date.", *reasons]), icon="ERROR")
             box.operator(UMBILICS_OT_guide.bl_idname, text="Plan Again", icon="FILE_REFRESH")
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
+
+
+def _by_hand(layout: bpy.types.UILayout, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """What the user did to the poles, what becomes of it, and what the plan could not hold."""
+    plan = obj.umbilics_plan
+    for sentence in filter(None, plan.warnings.split("\n")):
+        paragraph(layout, context, sentence, icon="ERROR")
+    layout.operator_menu_enum(UMBILICS_OT_add_pole.bl_idname, "valence", icon="ADD")
+    if not by_hand.is_steered(obj):
+        return
+    if by_hand.is_changed(obj):
+        told = "Poles were moved, added or deleted by hand. Plan Poles bends the field after them."
+    else:
+        told = "The poles are those set by hand, and stay so."
+    paragraph(layout, context, told)
+    free = layout.operator(UMBILICS_OT_guide.bl_idname, text="Plan Without Hand", icon="LOOP_BACK")
+    free.by_hand = False
 
 
 class UMBILICS_PT_quads(Tab, bpy.types.Panel):
@@ -163,7 +182,7 @@ class UMBILICS_PT_check(Tab, bpy.types.Panel):
         layout = split(self.layout)
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_new_retopology.bl_idname, icon="ADD")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is None or obj.type != "MESH":
             return
         kept = obj.umbilics_check
@@ -186,7 +205,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
             layout.label(text=obj.umbilics_plan.mirror)
 

@@ -5,6 +5,7 @@ number `<name>`, which counts when the switch is off.
 """
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 import bpy
@@ -56,10 +57,12 @@ def _property(name: str, option: core.Option, default: Any) -> Any:
     return FloatProperty(default=default, precision=4, **bounds, **text)
 
 
-def annotations_of(settings: type) -> dict[str, Any]:
-    """Blender properties for the options of a class of settings."""
+def annotations_of(settings: type, names: Collection[str] | None = None) -> dict[str, Any]:
+    """Blender properties for the options of a class of settings, all or those of some `names`."""
     made = {}
     for name, option in core.options(settings).items():
+        if names is not None and name not in names:
+            continue
         default = core.defaults(settings)[name]
         if option.automatic:
             made[f"{name}_auto"] = BoolProperty(
@@ -97,10 +100,17 @@ def to_settings(group: UMBILICS_PG_settings) -> core.Settings:
     return core.Settings(**values_of(group, core.Settings))
 
 
-def values_of(group: bpy.types.PropertyGroup, settings: type) -> dict[str, Any]:
-    """The values of a property group that `annotations_of` made, as the core wants them."""
+def values_of(
+    group: bpy.types.PropertyGroup | bpy.types.Operator,
+    settings: type,
+    names: Collection[str] | None = None,
+) -> dict[str, Any]:
+    """The values of a property group that `annotations_of` made, all or those of some `names`, as
+    the core wants them."""
     values = {}
     for name, option in core.options(settings).items():
+        if names is not None and name not in names:
+            continue
         value = getattr(group, name)
         if option.automatic and getattr(group, f"{name}_auto"):
             value = core.AUTO

@@ -13,6 +13,7 @@ from typing import Any
 import bpy
 
 from ... import core
+from ..scene import selection
 from ..scene.modes import finished
 from . import detect, retopology, worker
 
@@ -148,7 +149,7 @@ class NeedsMesh:
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         evaluated = context.scene.umbilics_display.source == "EVALUATED"
-        reason = detect.why_not(context.active_object, with_modifiers=evaluated)
+        reason = detect.why_not(selection.active(context), with_modifiers=evaluated)
         if worker.current() is not None:
             reason = RUNNING
         if reason:
@@ -157,7 +158,8 @@ class NeedsMesh:
 
 
 class GuidanceOperator(NeedsMesh, BackgroundOperator):
-    """A mixin of operators that make one thing of the active mesh."""
+    """A mixin of operators that make one thing of the active mesh; what `warnings(found)` says is
+    told as well."""
 
     @abstractmethod
     def job(self, context: bpy.types.Context) -> retopology.Job:
@@ -172,4 +174,9 @@ class GuidanceOperator(NeedsMesh, BackgroundOperator):
 
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
         sentence = self.done(context, job, found)
-        return [("INFO", sentence), *(("WARNING", text) for text in job.notes)]
+        warnings = (*self.warnings(found), *job.notes)
+        return [("INFO", sentence), *(("WARNING", text) for text in warnings)]
+
+    def warnings(self, found: Any) -> Sequence[str]:
+        """Sentences on what of it could not be had."""
+        return ()

@@ -22,6 +22,7 @@ from ..mesh.read import fingerprint_of
 from ..mesh.scope import Scope, scope_in_file
 from . import filters
 from .display_objects import source_of
+from .retopology import by_hand
 
 
 def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
@@ -52,6 +53,8 @@ def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]
     is_current = known is not None and not _changed_parts(context, obj, known)
     if is_current and filters.kept_digest(obj) != made.kept:
         found.append("Other umbilics are kept.")
+    if by_hand.digest_of(context.scene) != made.strokes:
+        found.append("The guide strokes are others.")
     changed = plans.changed_settings(context.scene.umbilics_guidance, made)
     if changed:
         found.append(f"Changed since: {', '.join(changed)}.")

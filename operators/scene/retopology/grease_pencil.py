@@ -73,13 +73,18 @@ def make(
 
 def is_ours(obj: bpy.types.Object) -> bool:
     """Whether nothing of the user's is on the object: no layer but our own."""
-    return all(_title(layer) in _COLOUR for layer in obj.data.layers)
+    return all(map(is_our_layer, obj.data.layers))
+
+
+def is_our_layer(layer: bpy.types.GreasePencilLayer) -> bool:
+    """Whether `make` called a layer so."""
+    return _title(layer) in _COLOUR
 
 
 def remove_layers(obj: bpy.types.Object) -> None:
     """Remove our layers from an object on which the user has some too."""
     data = obj.data
-    for layer in [one for one in data.layers if _title(one) in _COLOUR]:
+    for layer in list(filter(is_our_layer, data.layers)):
         data.layers.remove(layer)
 
 
