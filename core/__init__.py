@@ -26,6 +26,7 @@ from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
@@ -45,6 +46,7 @@ from .umbilics.compare import (
 )
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.numbering import numbers
 from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
@@ -90,6 +92,7 @@ __all__ = [
     "RemeshSettings",
     "RidgeLines",
     "Selection",
+    "Separatrices",
     "Settings",
     "Strokes",
     "Suitability",
@@ -113,6 +116,7 @@ __all__ = [
     "guidance_paths",
     "kept_rows",
     "noise_multiple",
+    "numbers",
     "options",
     "pack",
     "read_off",

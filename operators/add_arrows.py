@@ -3,7 +3,7 @@
 import bpy
 
 from .jobs import detect
-from .scene import homes
+from .scene import homes, selection
 from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
 
 
@@ -18,7 +18,7 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = context.active_object
+        obj = selection.active(context)
         reason = detect.why_not(obj)
         if not reason and not obj.umbilics.detected:
             reason = f"{obj.name} has no results. Detect first."
@@ -32,7 +32,7 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
         return not reason
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = context.active_object
+        obj = selection.active(context)
         if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
             self.report({"INFO"}, f"{obj.name} has arrows already.")
             return {"CANCELLED"}

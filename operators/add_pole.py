@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
+from .scene import selection
 from .scene.retopology import by_hand
 from .scene.transaction import all_or_nothing
 
@@ -30,7 +31,7 @@ class UMBILICS_OT_add_pole(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is None or obj.type != "MESH" or not obj.umbilics_plan.planned:
             cls.poll_message_set("Plan poles first, and make their mesh the active object.")
             return False
@@ -40,7 +41,7 @@ class UMBILICS_OT_add_pole(bpy.types.Operator):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = context.active_object
+        obj = selection.shown(context)
         context.view_layer.update()
         depsgraph = context.evaluated_depsgraph_get()
         cursor = obj.matrix_world.inverted_safe() @ context.scene.cursor.location

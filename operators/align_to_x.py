@@ -3,6 +3,7 @@
 import bpy
 from mathutils import Matrix, Vector
 
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -17,7 +18,7 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = context.active_object
+        obj = selection.active(context)
         if obj is None or not guidance_objects.parts_of(obj, guidance_objects.MIRROR):
             cls.poll_message_set("Find the mirror plane first.")
             return False
@@ -25,7 +26,7 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         context.view_layer.update()
-        obj = context.active_object
+        obj = selection.active(context)
         plane = guidance_objects.parts_of(obj, guidance_objects.MIRROR)[0].matrix_world
         normal = plane.col[1].to_3d().normalized()
         if normal.x < 0.0:

@@ -9,6 +9,7 @@ from .. import core
 from .data import properties, reading
 from .jobs import detect
 from .jobs.modal import BackgroundOperator, Message, NeedsMesh
+from .scene import selection
 
 _NUMBERS = ("points", "index sum", "missed", "elsewhere", "edges away", "seconds")
 
@@ -42,7 +43,7 @@ class UMBILICS_OT_compare(NeedsMesh, BackgroundOperator, bpy.types.Operator):
         scene = context.scene
         evaluated = scene.umbilics_display.source == "EVALUATED"
         inputs = detect.gather(
-            context.active_object,
+            selection.active(context),
             properties.to_settings(scene.umbilics),
             properties.given_names(scene.umbilics),
             all_methods=True,

@@ -5,6 +5,7 @@ import bpy
 from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -17,7 +18,7 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, context.active_object, retopology.guides)
+        return retopology.gather(context, selection.shown(context), retopology.guides)
 
     def done(
         self,

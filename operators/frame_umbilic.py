@@ -17,8 +17,8 @@ class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
         return chosen_umbilic.is_chosen(cls, context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        _, _, row = chosen_umbilic.chosen(context)
-        framing.frame(context, row)
+        obj, _, row = chosen_umbilic.chosen(context)
+        framing.frame(context, obj, row)
         return {"FINISHED"}
 
 

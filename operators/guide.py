@@ -9,6 +9,7 @@ from .. import core
 from .data import plans
 from .jobs import retopology
 from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -31,7 +32,7 @@ class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         return retopology.gather(
             context,
-            context.active_object,
+            selection.shown(context),
             retopology.plan,
             settings=self.settings(context),
             steered=True,
@@ -42,22 +43,23 @@ class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
         self,
         context: bpy.types.Context,
         job: retopology.Job,
-        found: tuple[core.Guidance, core.Umbilics],
+        found: tuple[core.Guidance, guidance_objects.Kept],
     ) -> str:
-        guidance, umbilics = found
+        guidance, kept = found
         with retopology.written(context, job) as (_, transaction):
             home = retopology.home_of_plan(context, job, transaction)
-            origin = job.origin(umbilics)
+            origin = job.origin(kept.umbilics)
             guidance_objects.write_plan(
                 context,
                 home,
                 job.inputs.arrays,
                 guidance,
-                umbilics,
+                kept,
                 origin,
                 transaction,
                 by_hand=job.steering.wanted is not None,
             )
+        context.scene.umbilics_display.field = "CROSS"
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "

@@ -6,6 +6,7 @@ from bpy.props import EnumProperty
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 _WORK = {
@@ -43,7 +44,7 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
         work = retopology.edges_along(_WORK[self.lines])
-        return retopology.gather(context, context.active_object, work, with_edges=True)
+        return retopology.gather(context, selection.shown(context), work, with_edges=True)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: np.ndarray) -> str:
         with retopology.written(context, job) as (obj, transaction):

@@ -12,8 +12,7 @@ from .base import verdict
 from .data import record
 from .jobs import detect, worker
 from .mesh.read import positions
-from .scene import homes, targets
-from .scene.display_objects import source_of
+from .scene import homes, selection, targets
 from .scene.modes import object_mode
 
 # By so much the neighbourhoods grow where noise is as strong as the shape.
@@ -41,7 +40,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = source_of(context.active_object)
+        obj = selection.active(context)
         reason = detect.why_not(obj, with_modifiers=True)
         if not reason and not targets.is_own(obj):
             reason = f"{obj.name} is linked from another file: change it there."
@@ -52,7 +51,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
         return not reason
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = source_of(context.active_object)
+        obj = selection.active(context)
         _WAYS[self.way](context, obj)
         how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
         return {"CANCELLED"} if bpy.ops.umbilics.detect(how) == {"CANCELLED"} else {"FINISHED"}

@@ -2,7 +2,7 @@
 
 import bpy
 
-from .scene import targets
+from .scene import selection, targets
 
 
 class UMBILICS_OT_new_retopology(bpy.types.Operator):
@@ -16,14 +16,14 @@ class UMBILICS_OT_new_retopology(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = context.active_object
+        obj = selection.active(context)
         if obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
             cls.poll_message_set("Make the surface the active object, in Object Mode.")
             return False
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        surface = context.active_object
+        surface = selection.active(context)
         mesh = bpy.data.meshes.new(f"{surface.name} Retopology")
         made = bpy.data.objects.new(mesh.name, mesh)
         own = [one for one in surface.users_collection if targets.is_local(one)]

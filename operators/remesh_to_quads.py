@@ -7,7 +7,7 @@ from .. import core
 from .data import remeshing
 from .jobs import retopology
 from .jobs.adjustable import Adjustable
-from .scene import targets
+from .scene import selection, targets
 from .scene.retopology import quad_meshes
 
 
@@ -37,7 +37,7 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
                 zone=job.zone,
             )
 
-        return retopology.gather(context, context.active_object, work)
+        return retopology.gather(context, selection.shown(context), work)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.QuadMesh) -> str:
         with retopology.written(context, job) as (_, transaction):

@@ -6,6 +6,7 @@ from .. import core
 from .data import plans
 from .jobs import retopology
 from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -20,7 +21,7 @@ class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = self.settings(context)
         return retopology.gather(
-            context, context.active_object, retopology.ridges, settings=settings
+            context, selection.shown(context), retopology.ridges, settings=settings
         )
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.RidgeLines) -> str:

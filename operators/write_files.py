@@ -9,6 +9,7 @@ from .. import core
 from .data import remeshing
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 
 
 class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
@@ -25,7 +26,7 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
         settings = remeshing.to_remesh_settings(context.scene.umbilics_remesh)
         work = retopology.exported(stem, self.kinds.split(), settings)
-        return retopology.gather(context, context.active_object, work, steered=True)
+        return retopology.gather(context, selection.shown(context), work, steered=True)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Written) -> str:
         made = () if found.quads is None else found.quads.warnings

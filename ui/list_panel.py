@@ -10,6 +10,7 @@ from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
 from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
 from ..operators.pin import UMBILICS_OT_pin
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
+from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, short
 
@@ -19,7 +20,7 @@ _KIND_PART = 0.4
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
-    """One line for each umbilic: kind, index, persistence, mean curvature."""
+    """One line for each umbilic: number, kind, index, persistence, mean curvature."""
 
     def draw_item(
         self,
@@ -36,7 +37,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         kind = summary.kind_of(item)
         icon = kind_icons.icon_of(context, kind)
         name = halves.row(align=True)
-        name.label(text=kind.capitalize(), icon_value=icon)
+        name.label(text=f"{item.number} {kind.capitalize()}", icon_value=icon)
         if pinned:
             name.label(text="", icon="PINNED")
         columns = halves.row()
@@ -80,15 +81,16 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.active_object is not None and context.active_object.umbilics.detected
+        obj = selection.shown(context)
+        return obj is not None and obj.umbilics.detected
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
-        shown = context.active_object.umbilics
+        shown = selection.shown(context).umbilics
         self.layout.label(text=str(len(shown.items) + shown.hidden_items))
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        found = context.active_object.umbilics
+        found = selection.shown(context).umbilics
         _draw_names(layout)
         # So few that the map's button, which comes next, is in sight on a small screen.
         shown = {"rows": 4, "maxrows": 4}

@@ -13,7 +13,7 @@ from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
 from ..operators.mend import UMBILICS_OT_mend
-from ..operators.scene import filters, staleness
+from ..operators.scene import filters, selection, staleness
 from .parts import Part, Tab, automatic, explained, paragraph, short, split
 from .presets import UMBILICS_PT_presets
 
@@ -39,7 +39,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         clearing = actions.row(align=True)
         clearing.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
         clearing.operator(UMBILICS_OT_clear_file.bl_idname, text="All in File")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is not None and obj.umbilics.detected:
             _verdict(layout, context, obj.umbilics)
             _freshness(layout, context, obj)
@@ -75,7 +75,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             # The view's own switch: from a mesh whose origin is far off they are in the way.
             overlay = context.space_data.overlay
             row.prop(overlay, "show_relationship_lines", text="Dashed Lines", toggle=True)
-        without = filters.without_empty(context, context.active_object)
+        without = filters.without_empty(context, selection.shown(context))
         if without:
             words = f"{without} less persistent umbilics have no empty. How many may have one is "
             paragraph(layout, context, f"{words}set in the add-on's preferences.")
@@ -119,7 +119,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
 
 def _source(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """What of the object is analysed."""
-    display, obj = context.scene.umbilics_display, context.active_object
+    display, obj = context.scene.umbilics_display, selection.shown(context)
     layout.prop(display, "source")
     layout.prop(display, "scope")
     if display.scope != "GROUP":
@@ -151,7 +151,7 @@ def _dropped(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 
     There is always one: a slider loses the mouse if rows come and go while it is dragged.
     """
-    obj = context.active_object
+    obj = selection.shown(context)
     if obj is None or not obj.umbilics.detected:
         return
     found = obj.umbilics

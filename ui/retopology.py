@@ -15,7 +15,7 @@ from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
-from ..operators.scene import staleness
+from ..operators.scene import selection, staleness
 from ..operators.scene.retopology import by_hand, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.symmetry import UMBILICS_OT_symmetry
@@ -54,7 +54,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
-        group, obj = context.scene.umbilics_guidance, context.active_object
+        group, obj = context.scene.umbilics_guidance, selection.shown(context)
         column = layout.column()
         column.prop(group, "smoothness", slider=True)
         column.prop(group, "plan")
@@ -182,7 +182,7 @@ class UMBILICS_PT_check(Tab, bpy.types.Panel):
         layout = split(self.layout)
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_new_retopology.bl_idname, icon="ADD")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is None or obj.type != "MESH":
             return
         kept = obj.umbilics_check
@@ -205,7 +205,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
             layout.label(text=obj.umbilics_plan.mirror)
 

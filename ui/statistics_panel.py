@@ -3,6 +3,7 @@
 import bpy
 
 from .. import core
+from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, line, paragraph
 
@@ -14,10 +15,11 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.active_object is not None and context.active_object.umbilics.detected
+        obj = selection.shown(context)
+        return obj is not None and obj.umbilics.detected
 
     def draw(self, context: bpy.types.Context) -> None:
-        found = context.active_object.umbilics
+        found = selection.shown(context).umbilics
         table = self.layout.column(align=True)
         for kind in core.KINDS:
             count = getattr(found, kind)

@@ -9,6 +9,7 @@ from ... import core
 from ..base import property_groups
 from ..base.changes import notify
 from . import reading, record
+from .belonging import mesh_behind
 
 KIND_ITEMS = [
     (core.KINDS[0], "Stars", "Index -1/2, three separatrices", 1),
@@ -73,7 +74,7 @@ def _top(obj: bpy.types.Object) -> float:
 
 def _active() -> bpy.types.Object | None:
     # Not every context that a property is read in has an active object.
-    return getattr(bpy.context, "active_object", None)
+    return mesh_behind(getattr(bpy.context, "active_object", None))
 
 
 def _get_strength(self: bpy.types.PropertyGroup) -> float:
@@ -185,6 +186,20 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         "fingers, where there is no empty that shows them",
         default=True,
         update=_glyphs_changed,
+    )
+    poles: BoolProperty(
+        name="Poles",
+        description="The poles of the last plan: a triangle with a 3 where three edges should "
+        "meet, a pentagon with a 5 where five should",
+        default=True,
+        update=_glyphs_changed,
+    )
+    numbers: BoolProperty(
+        name="Numbers",
+        description="The number of each umbilic, which it has in the list, the outliner and the "
+        "table of poles as well. Without them that of the active one is drawn",
+        default=False,
+        update=_view_changed,
     )
     rays: BoolProperty(
         name="Separatrices",

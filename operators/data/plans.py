@@ -18,6 +18,7 @@ from bpy.props import (
 
 from ... import core
 from ..base import caches, property_groups
+from ..base.changes import notify
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.scope import Scope, scope_in_file
 from .properties import annotations_of, values_of
@@ -129,14 +130,7 @@ class UMBILICS_PG_pole(bpy.types.PropertyGroup):
 
 
 def _pole_chosen(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    """Select the empty of the pole that was clicked in the table."""
-    obj = self.id_data
-    if obj.mode != "OBJECT" or not self.active < len(self.poles):
-        return
-    name = self.poles[self.active].name
-    for child in obj.children:
-        if "umbilics_valence" in child and child.name in context.view_layer.objects:
-            child.select_set(child.name == name)
+    notify("pole", context)
 
 
 class UMBILICS_PG_plan(bpy.types.PropertyGroup):
@@ -149,7 +143,12 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     origin: StringProperty(description="What it was made of, see data/plans.py")
     source: StringProperty(description="What was planned on: BASE or EVALUATED")
     poles: CollectionProperty(type=UMBILICS_PG_pole)
-    active: IntProperty(update=_pole_chosen)
+    active: IntProperty(
+        name="Active Pole",
+        description="Click to select the pole, double-click to bring it into view",
+        default=-1,
+        update=_pole_chosen,
+    )
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
     expected: IntProperty(description="What the sum of 4 - valence must be on a closed surface")
     mirror: StringProperty(description="The mirror plane that was found, in words")

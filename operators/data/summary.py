@@ -40,6 +40,7 @@ class UMBILICS_PG_item(bpy.types.PropertyGroup):
     """One umbilic of the list."""
 
     row: IntProperty(description="Row among all candidates of the detection")
+    number: IntProperty(description="Its number in list, view and pole table")
     kind: IntProperty(description="Row of the kind in star, lemon, monstar, uncertain")
     index: FloatProperty(description="Index of the direction field around it")
     persistence: FloatProperty(description="Gap at which it cancels with its partner")
@@ -183,6 +184,7 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
     largest = float(np.finfo(np.float32).max)
     for name, values, dtype in (
         ("row", chosen, np.int32),
+        ("number", detected.numbers[chosen], np.int32),
         ("kind", detected.kind_codes[chosen], np.int32),
         ("index", umbilics.index, np.float32),
         ("persistence", np.minimum(persistence, largest), np.float32),

@@ -27,7 +27,7 @@ from ..scene import display_objects, empties, filters, homes, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
-from ..scene.view import maps
+from ..scene.view import dashed_lines, maps
 
 
 @dataclass(frozen=True)
@@ -175,6 +175,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         filters.write(context, obj, inputs.settings, transaction, fresh=True)
         if was_shown:
             maps.write(context, [obj], transaction)
+    dashed_lines.settle()
     return lost
 
 
@@ -212,6 +213,7 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         stands_in = display_objects.is_ours(obj)
         if stands_in:
             display_objects.remove(context, obj, transaction)
+    dashed_lines.settle()
     return bool(values or emptied or described or guided or stands_in)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import bpy
 
 from ... import core
+from ..scene import selection
 from ..scene.modes import finished
 from . import detect, retopology, worker
 
@@ -148,7 +149,7 @@ class NeedsMesh:
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         evaluated = context.scene.umbilics_display.source == "EVALUATED"
-        reason = detect.why_not(context.active_object, with_modifiers=evaluated)
+        reason = detect.why_not(selection.active(context), with_modifiers=evaluated)
         if worker.current() is not None:
             reason = RUNNING
         if reason:

@@ -29,6 +29,7 @@ from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import by_hand, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
+from ..scene.view import dashed_lines
 from . import detect
 
 
@@ -122,14 +123,20 @@ class Job:
             strokes=self.steering.digest,
         )
 
+    def kept_rows(self, detection: core.Detection) -> np.ndarray:
+        """(k,) rows of the candidates of a detection of the inputs that are kept."""
+        if self.choice is None:
+            return core.kept_rows(detection, self.inputs.settings)
+        return self.choice.rows_in(self.inputs, detection)
+
     def _prepared(self, progress: core.Progress) -> core.Guide:
         """The mesh with its detection and the umbilics that are kept; that of the step before if
         it is the very same."""
         arrays = self.inputs.arrays
         detection = detect.known_or_computed(self.inputs, progress)
-        rows = None if self.choice is None else self.choice.rows_in(self.inputs, detection)
+        rows = self.kept_rows(detection)
         return caches.GUIDES.of(
-            (detect.content(self.inputs), None if rows is None else rows.tobytes()),
+            (detect.content(self.inputs), rows.tobytes()),
             lambda: core.Guide(arrays.vertices, arrays.triangles, detection, rows),
         )
 
@@ -237,6 +244,7 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Ob
         if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
             homes.home_for(context, obj, depsgraph, transaction)
         yield homes.owner_of(obj), transaction
+    dashed_lines.settle()
 
 
 def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:
@@ -248,7 +256,7 @@ def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction)
 
 def plan(
     job: Job, guide: core.Guide, progress: core.Progress
-) -> tuple[core.Guidance, core.Umbilics]:
+) -> tuple[core.Guidance, guidance_objects.Kept]:
     """Cross field and poles, and the umbilics they come from."""
     guidance = guide.guidance(
         job.settings,
@@ -258,7 +266,9 @@ def plan(
         strokes=job.steering.strokes,
         wanted=job.steering.wanted,
     )
-    return guidance, guide.detection.umbilics
+    found = guide.detection
+    numbers = core.numbers(found.candidates)[job.kept_rows(found)]
+    return guidance, guidance_objects.Kept(found.umbilics, numbers)
 
 
 def lines(job: Job, guide: core.Guide, progress: core.Progress) -> core.Lines:

@@ -6,7 +6,7 @@ import bpy
 
 from ..base import changes
 from ..data import record, summary
-from . import filters, targets
+from . import filters, selection, targets
 
 NOTHING_CHOSEN = "Click an umbilic in the list first."
 
@@ -15,7 +15,7 @@ Chosen = tuple[bpy.types.Object, record.Record, int]
 
 
 def _found(context: bpy.types.Context) -> Chosen | None:
-    obj = context.view_layer.objects.active
+    obj = selection.shown(context)
     kept = record.of(obj)
     if kept is None or not 0 <= obj.umbilics.active < len(obj.umbilics.items):
         return None
@@ -41,7 +41,7 @@ def can_be_changed(cls: type[bpy.types.Operator], context: bpy.types.Context) ->
     """For `poll`: as `is_chosen`, and the results are of this file."""
     if not is_chosen(cls, context):
         return False
-    if not targets.is_local(context.view_layer.objects.active):
+    if not targets.is_local(selection.shown(context)):
         cls.poll_message_set("These results are linked from another file.")
         return False
     return True

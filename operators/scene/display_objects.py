@@ -9,17 +9,15 @@ is neither replaced nor removed.
 
 from __future__ import annotations
 
-from typing import Any, TypeGuard, TypeVar
+from typing import Any, TypeGuard
 
 import bpy
 
+from ..data.belonging import OWNER_TAG, mesh_behind
 from ..mesh.fingerprint import mesh_signature
-from .empties import OWNER_TAG, local_views
+from .empties import local_views
 from .targets import is_local
 from .transaction import Transaction
-
-# An object, or None.
-_Object = TypeVar("_Object")
 
 TAG = "umbilics_display"
 _LIFT = "Umbilics Lift"
@@ -34,8 +32,9 @@ def is_ours(obj: bpy.types.Object | None) -> TypeGuard[bpy.types.Object]:
     return obj.mode == "OBJECT" and obj[TAG].to_dict() == _state(obj)
 
 
-def source_of(obj: _Object) -> _Object:
-    """The object that one of ours stands for; any other object itself."""
+def source_of(obj: bpy.types.Object | None) -> Any:
+    """The object that one of ours stands for or belongs to; any other object itself."""
+    obj = mesh_behind(obj)
     return obj.parent if is_ours(obj) and obj.parent is not None else obj
 
 

@@ -10,6 +10,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from ...operators.scene import selection
 from ...operators.scene.view import maps
 
 _FONT = 0
@@ -23,7 +24,7 @@ def draw(context: bpy.types.Context) -> None:
     """Draw the legend of the active object's map, else of any map that is seen: they share it."""
     if context.space_data.shading.color_type != "VERTEX":
         return
-    candidates = [context.active_object, *context.visible_objects]
+    candidates = [selection.shown(context), *context.visible_objects]
     found = next(filter(None, (maps.legend(context.scene, obj) for obj in candidates)), None)
     if found is None:
         return

@@ -126,6 +126,6 @@ def add_pole(
 ) -> bpy.types.Object:
     """A pole of the user's at a place (3,) of the world, beside those of the object's plan."""
     size = max(obj.dimensions)
-    pole = guidance_objects.new_pole(valence, size, 1.0, -1, transaction)
+    pole = guidance_objects.new_pole(context, valence, size, 1.0, transaction)
     guidance_objects.put_pole(context, obj, pole, place, normal, transaction)
     return pole
