@@ -15,6 +15,7 @@ from ..base.errors import FileError
 from ..base.words import topology_in_words
 from ..mesh.read import polygons_in_world
 from . import importers
+from .file_kinds import UPRIGHT
 from .guard import shown
 
 
@@ -87,10 +88,10 @@ def from_object(name: str) -> Checked:
     obj = bpy.context.scene.objects.get(name)
     if obj is None or obj.type != "MESH":
         raise FileError(
-            f"--check-topology {name}: there is no mesh called so in the open file. Without FILE it "
-            "names an object."
+            f"--check-topology {name}: there is no mesh called so in the open file. Without FILE "
+            "it names an object."
         )
-    return _joined(name, [obj], importers.UPRIGHT)
+    return _joined(name, [obj], UPRIGHT)
 
 
 def _joined(label: str, objects: list[bpy.types.Object], to_file: np.ndarray) -> Checked:
