@@ -207,4 +207,4 @@ def in_words(check: core.TopologyCheck) -> str:
         jacobian=check.least_jacobian,
         edges=check.edges_away,
     )
-    return f"{'; '.join(lines)}."
+    return f"{'. '.join(lines)}."
