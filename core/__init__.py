@@ -30,7 +30,8 @@ from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
-from .retopology.quads.remesh import remesh
+from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
+from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
@@ -59,6 +60,7 @@ __all__ = [
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "LINE_KINDS",
     "METHODS",
     "QUAD_KINDS",
     "SHARP",
@@ -86,6 +88,7 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadLayout",
     "QuadMesh",
     "Region",
     "RemeshError",
@@ -119,6 +122,7 @@ __all__ = [
     "numbers",
     "options",
     "pack",
+    "quad_layout",
     "read_off",
     "remesh",
     "select",
