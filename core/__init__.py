@@ -26,6 +26,7 @@ from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
@@ -91,6 +92,7 @@ __all__ = [
     "RemeshSettings",
     "RidgeLines",
     "Selection",
+    "Separatrices",
     "Settings",
     "Strokes",
     "Suitability",
