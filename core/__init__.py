@@ -16,14 +16,8 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import (
-    FILE_KINDS,
-    Exported,
-    Written,
-    export_guidance,
-    guidance_paths,
-    write_guidance,
-)
+from .formats.export import Written, export_guidance
+from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
@@ -37,6 +31,7 @@ from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
@@ -45,7 +40,7 @@ from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
-from .retopology.topology_check import TopologyCheck, check_topology
+from .retopology.topology_check import TopologyCheck, check_quads, check_topology
 from .umbilics.compare import (
     BASELINES,
     METHODS,
@@ -56,6 +51,7 @@ from .umbilics.compare import (
 )
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.numbering import numbers
 from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
@@ -69,6 +65,7 @@ __all__ = [
     "FILE_KINDS",
     "KINDS",
     "METHODS",
+    "QUAD_KINDS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
@@ -103,6 +100,7 @@ __all__ = [
     "RidgeLines",
     "RotationSymmetry",
     "Selection",
+    "Separatrices",
     "Settings",
     "Shape",
     "Strokes",
@@ -115,6 +113,7 @@ __all__ = [
     "Written",
     "align",
     "check",
+    "check_quads",
     "check_topology",
     "compare",
     "comparison_rows",
@@ -129,6 +128,7 @@ __all__ = [
     "identify",
     "kept_rows",
     "noise_multiple",
+    "numbers",
     "options",
     "pack",
     "read_off",

@@ -32,7 +32,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
         "against the planned poles, its edges against the directions of curvature, its distance"
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         checked = context.active_object
         surface = _surface_of(context, checked)
         check_result_names(checked, ATTRIBUTES)
@@ -47,14 +47,18 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
         self._checked = checked.name_full
         start = np.append(begin, len(corners))
 
-        def work(job, guide, progress):
+        def work(
+            job: retopology.Job, guide: core.Guide, progress: core.Progress
+        ) -> core.TopologyCheck:
             guidance, _ = retopology.plan(job, guide, progress.part("Planning poles", 0.0, 0.6))
             part = progress.part("Comparing", 0.6, 1.0)
             return core.check_topology(places, corners, start, guide, guidance.poles, part)
 
-        return retopology.gather(context, surface, work)
+        return retopology.gather(context, surface, work, steered=True)
 
-    def done(self, context, job, found):
+    def done(
+        self, context: bpy.types.Context, job: retopology.Job, found: core.TopologyCheck
+    ) -> str:
         checked = targets.named(self._checked)
         if checked is None:
             raise ObjectError(f"{self._checked} is no longer there. Check again.")
@@ -92,9 +96,4 @@ def _surface_of(context: bpy.types.Context, checked: bpy.types.Object | None) ->
     return others[0]
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_check_topology)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_check_topology)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_check_topology,))

@@ -6,12 +6,12 @@ import numpy as np
 from .. import core
 from .data import remeshing
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
-from .scene import targets
+from .jobs.adjustable import Adjustable
+from .scene import selection, targets
 from .scene.retopology import quad_meshes
 
 
-class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
     bl_idname = "umbilics.remesh_to_quads"
     bl_label = "Remesh to Quads"
     bl_description = (
@@ -19,18 +19,13 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
         "irregular vertices are the planned poles"
     )
 
-    def invoke(self, context, event):
-        """Beside the window, with the settings of the panel."""
-        group = context.scene.umbilics_remesh
-        for name in remeshing.annotations():
-            if not self.properties.is_property_set(name):
-                setattr(self, name, getattr(group, name))
-        return super().invoke(context, event)
+    panel = "umbilics_remesh"
+    adjusted = tuple(remeshing.properties())
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 
-        def work(job, guide, progress):
+        def work(job: retopology.Job, guide: core.Guide, progress: core.Progress) -> core.QuadMesh:
             arrays = job.inputs.arrays
             return core.remesh(
                 arrays.vertices,
@@ -42,26 +37,22 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
                 zone=job.zone,
             )
 
-        return retopology.gather(context, context.active_object, work)
+        return retopology.gather(context, selection.shown(context), work)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.QuadMesh) -> str:
         with retopology.written(context, job) as (_, transaction):
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
             quad_meshes.add(context, source, job.inputs.arrays, found, delivery, transaction)
-        for warning in found.warnings:
-            self.report({"WARNING"}, warning)
         angle = found.angle[np.isfinite(found.angle)]
         follows = f", {np.mean(angle):.1f}\N{DEGREE SIGN} from the curvature" if len(angle) else ""
         return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
 
-
-UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.annotations()
-
-
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_remesh_to_quads)
+    def warnings(self, found: core.QuadMesh) -> tuple[str, ...]:
+        return found.warnings
 
 
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_remesh_to_quads)
+UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.properties()
+
+
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_remesh_to_quads,))

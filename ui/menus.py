@@ -16,7 +16,7 @@ from ..operators.show_map import UMBILICS_OT_show_map
 class UMBILICS_MT_object(bpy.types.Menu):
     bl_label = "Umbilics"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator(UMBILICS_OT_detect.bl_idname)
         layout.operator(UMBILICS_OT_compare.bl_idname)
@@ -31,7 +31,7 @@ class UMBILICS_MT_object(bpy.types.Menu):
         layout.operator(UMBILICS_OT_clear_file.bl_idname)
 
 
-def draw_entry(menu, context) -> None:
+def draw_entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
     """One line in Blender's Object and Mesh menus."""
     menu.layout.separator()
     menu.layout.menu(UMBILICS_MT_object.__name__)

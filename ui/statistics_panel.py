@@ -3,6 +3,7 @@
 import bpy
 
 from .. import core
+from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, line, paragraph
 
@@ -13,17 +14,18 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
     bl_label = "Statistics"
 
     @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.umbilics.detected
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.shown(context)
+        return obj is not None and obj.umbilics.detected
 
-    def draw(self, context):
-        found = context.active_object.umbilics
+    def draw(self, context: bpy.types.Context) -> None:
+        found = selection.shown(context).umbilics
         table = self.layout.column(align=True)
         for kind in core.KINDS:
             count = getattr(found, kind)
             if count or kind in core.KINDS[:2]:
-                icon = kind_icons.icon_of(context, kind)
-                line(table, kind, _PLURAL[kind], str(count), icon_value=icon)
+                picture = kind_icons.icon_of(context, kind)
+                line(table, kind, _PLURAL[kind], str(count), icon_value=picture)
         if found.regions:
             line(table, "regions", "Umbilical regions", str(found.regions))
         line(table, "candidates", "Candidates", str(found.candidates))
@@ -50,9 +52,4 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
             paragraph(self.layout.box(), context, warning.text)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PT_statistics)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_PT_statistics)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_statistics,))

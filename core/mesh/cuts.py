@@ -40,9 +40,7 @@ class _Graph:
     chart: np.ndarray
 
 
-def opened_to_disks(
-    surface: Surface, charts: Charts, progress: Progress | None = None
-) -> Charts:
+def opened_to_disks(surface: Surface, charts: Charts, progress: Progress | None = None) -> Charts:
     """Charts cut further until each is a disk that scales lengths at most `MOST_SCALING` times.
 
     The cuts that are there stay; a disk that is flat enough is left as it is. The bound holds for

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
+from typing import Any
 
 import bpy
 
@@ -56,7 +57,7 @@ def _done(request: Request) -> int:
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
-def _one_file(request: Request, file: str | None, base: str, outputs: dict) -> bool:
+def _one_file(request: Request, file: str | None, base: str, outputs: dict[str, Any]) -> bool:
     """Do one file, so that the next ones are done whatever is in it; whether all went well."""
     label = "" if file is None else f"{shown(file)}: "
     start = time.monotonic()

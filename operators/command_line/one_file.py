@@ -7,6 +7,7 @@ import errno
 import os
 import time
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -34,7 +35,9 @@ class _Frame:
 
     number: int | None
     done: list[tuple[detect.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
-    compared: list[tuple] = dataclasses.field(default_factory=list)
+    compared: list[tuple[detect.Inputs, tuple[core.MethodResult, ...]]] = dataclasses.field(
+        default_factory=list
+    )
 
 
 def analyse(
@@ -78,13 +81,13 @@ def _one_object(
     name: str,
     found: _Frame,
     is_kept: bool,
-) -> dict:
+) -> dict[str, Any]:
     """Detect on one mesh; its entry in the report."""
     label = name if file is None else f"{shown(file)}: {name}"
     if found.number is not None:
         label += f", frame {found.number}"
     told = None if file is None else shown(file)
-    about = {"file": told, "object": name}
+    about: dict[str, Any] = {"file": told, "object": name}
     about |= {} if found.number is None else {"frame": found.number}
     seconds = request.limits.seconds
     progress = messages.progress_until(
@@ -93,11 +96,14 @@ def _one_object(
     )
     try:
         inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
-        said = []
+        said: list[str] = []
+        facts: dict[str, Any] = {}
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
             part = progress.part("Planning", 0.6, 1.0)
-            said = guidance.write(request.guidance, stem, inputs, detection, opened.to_file, part)
+            said, facts = guidance.write(
+                request.guidance, stem, inputs, detection, opened.to_file, part
+            )
     except core.CancelledError:
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
@@ -107,11 +113,12 @@ def _one_object(
         if results:
             found.compared.append((inputs, results))
         entry = report.success(about, inputs, detection, opened.to_file, request.per_vertex)
+        entry |= facts
         if results:
             entry["comparison"] = report.comparison(results, opened.to_file)
         if request.events:
-            facts = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
-            messages.tell("object", **about, **facts)
+            news = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
+            messages.tell("object", **about, **news)
         else:
             _say(label, detection, said, results)
         return entry
@@ -136,12 +143,15 @@ def _detected(
     part = progress.part("Detecting", 0.0, share)
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
+    assert detection is not None, "method S, the first, refuses nothing"
     if is_kept or frame is None:
         detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
 
 
-def _say(label: str, detection: core.Detection, said: list[str], results: tuple) -> None:
+def _say(
+    label: str, detection: core.Detection, said: list[str], results: tuple[core.MethodResult, ...]
+) -> None:
     lines = [f"{label}: {outcome(detection)}."]
     lines += [f"  {sentence}" for sentence in (*detection.warnings, *said)]
     lines += [core.comparison_table(results)] if results else []

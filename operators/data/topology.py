@@ -8,9 +8,14 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
+from ..base.words import topology_in_words
+
+# Stands for none: no sine is as large.
+_NO_JACOBIAN = 2.0
 
 
-def _is_mesh(_, obj: bpy.types.Object) -> bool:
+def _is_mesh(_: bpy.types.Object, obj: bpy.types.Object) -> bool:
     return obj.type == "MESH"
 
 
@@ -35,6 +40,10 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
         description="Mean angle between the quads and the directions of curvature, in degrees; "
         "negative where there is none"
     )
+    jacobian: FloatProperty(
+        description="Least scaled Jacobian of the quads: the least sine at a corner, 1 for "
+        "rectangles, 0 or less where one is folded; above 1 where there are no quads"
+    )
     distance: FloatProperty(description="Largest distance from a vertex to the surface")
     edges: FloatProperty(description="The same in mean edges")
 
@@ -46,27 +55,25 @@ def store(obj: bpy.types.Object, against: str, found: core.TopologyCheck) -> Non
     kept.matched, kept.missing, kept.extra = found.matched, len(found.missing), found.extra
     kept.quads, kept.faces = found.quads, len(found.angle)
     kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
+    kept.jacobian = found.least_jacobian if found.quads else _NO_JACOBIAN
     kept.distance = float(found.distance.max(initial=0.0))
-    kept.edges = kept.distance / found.edge if found.edge > 0.0 else 0.0
+    kept.edges = found.edges_away
 
 
 def sentences(kept: UMBILICS_PG_check) -> list[str]:
     """The check in lines for the panel and for reports."""
-    poles = kept.matched + kept.missing
-    lines = [f"{kept.matched} of {poles} planned poles, {kept.missing} missing, {kept.extra} extra"]
-    if kept.quads < kept.faces:
-        lines.append(f"{kept.faces - kept.quads} of {kept.faces} faces are no quads")
-    if kept.angle >= 0.0:
-        lines.append(f"{kept.angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
-    lines.append(f"At most {kept.edges:.2g} edges from the surface")
-    return lines
+    return topology_in_words(
+        matched=kept.matched,
+        missing=kept.missing,
+        extra=kept.extra,
+        faces=kept.faces,
+        quads=kept.quads,
+        angle=kept.angle if kept.angle >= 0.0 else math.nan,
+        jacobian=kept.jacobian if kept.jacobian < _NO_JACOBIAN else math.nan,
+        edges=kept.edges,
+    )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_check)
-    bpy.types.Object.umbilics_check = PointerProperty(type=UMBILICS_PG_check)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics_check
-    bpy.utils.unregister_class(UMBILICS_PG_check)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_check,), (bpy.types.Object, "umbilics_check", UMBILICS_PG_check)
+)

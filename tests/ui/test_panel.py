@@ -252,7 +252,7 @@ def test_pole_table_follows_what_the_user_does(addon, draw):
     bpy.data.objects.remove(bpy.data.objects[gone.name])
     labels = draw().names("label")
     assert labels[labels.index("Sum of 4 - valence") + 1] == "7 of 8"
-    assert "moved or deleted by hand" in " ".join(labels)
+    assert "moved, added or deleted by hand" in " ".join(labels)
     texts = [row[1] for row in rows_of(addon, obj)]
     assert texts[0].endswith(", moved") and texts[1].endswith(", deleted")
     assert not any("," in text for text in texts[2:])

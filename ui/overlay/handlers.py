@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 import gpu
 
@@ -9,7 +11,7 @@ from ...operators.base import changes
 from . import legend, painter, shader
 from .camera import Camera
 
-_handles: list = []
+_handles: list[Any] = []
 # Seconds between looks at threads that prepare what is to be drawn.
 _PATIENCE = 0.1
 

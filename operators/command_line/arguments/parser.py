@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -54,9 +56,8 @@ def parse(arguments: list[str]) -> Request:
     guard = Guard()
     try:
         guide = guidance.request_of(parser, found)
-        guide_settings = guide.settings if guide else None
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
-        batch = batch_arguments.plan_of(parser, found, settings, guide_settings, guard)
+        batch = batch_arguments.plan_of(parser, found, settings, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
             guard.reads(file for file in files if file is not None)
@@ -76,7 +77,7 @@ def parse(arguments: list[str]) -> Request:
         guard=guard,
         events=found.progress == "jsonl",
         limits=Limits(found.time_limit, batch_arguments.memory_limit_of(found)),
-        worker_arguments=batch_arguments.worker_arguments(found, settings, guide_settings),
+        worker_arguments=batch_arguments.worker_arguments(found, settings, guide),
         is_worker=found.worker,
         guidance=guide,
         batch=batch,
@@ -195,7 +196,9 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_setting(group, name: str, option: core.Option, default) -> None:
+def _add_setting(
+    group: argparse._ArgumentGroup, name: str, option: core.Option, default: Any
+) -> None:
     flag = f"--{name.replace('_', '-')}"
     text = option.help.replace("%", "%%")
     if option.unit:
@@ -208,7 +211,7 @@ def _add_setting(group, name: str, option: core.Option, default) -> None:
         choices = [choice.value for choice in option.choices]
         group.add_argument(flag, choices=choices, default=default, help=text)
         return
-    read = values.whole_number if option.kind == "count" else values.number
+    read: Callable[[str], Any] = values.whole_number if option.kind == "count" else values.number
     if option.automatic:
         read = values.or_automatic(read)
     group.add_argument(flag, type=read, default=default, metavar="N", help=text)
@@ -230,7 +233,7 @@ def _outputs(
             parser.error(f"--{kind} {path} is a file; with several FILEs it must be a folder.")
     return tuple(
         {kind: folder / f"{result_name(Path(file).stem)}.{kind}" for kind, folder in wanted.items()}
-        for file in files
+        for file in filter(None, files)
     )
 
 

@@ -11,8 +11,9 @@ that a colour means the same everywhere and one legend is true for all.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -43,6 +44,13 @@ TITLES = {
     "gap": "Gap κ₁ − κ₂",
     "type": "Surface type",
     "region": "Umbilical regions",
+}
+_FROM_CURVATURES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "k1": lambda k1, k2: k1,
+    "k2": lambda k1, k2: k2,
+    "mean": lambda k1, k2: 0.5 * (k1 + k2),
+    "gauss": lambda k1, k2: k1 * k2,
+    "gap": lambda k1, k2: k1 - k2,
 }
 # With as many regions the colours are not told apart by a legend any more.
 _MOST_NAMED = 8
@@ -82,13 +90,13 @@ def is_dark(obj: bpy.types.Object) -> bool:
     return shown is not None and shown["map"] in _DARK
 
 
-def _shown(mesh: bpy.types.Mesh | None) -> dict | None:
+def _shown(mesh: bpy.types.Mesh | None) -> dict[str, Any] | None:
     """What the mesh says of its colours; None where it says nothing, or nothing that can be, in
     a damaged file."""
-    found = None if mesh is None else mesh.get(SHOWN)
-    if not hasattr(found, "to_dict"):
+    kept: Any = None if mesh is None else mesh.get(SHOWN)
+    if not hasattr(kept, "to_dict"):
         return None
-    found = found.to_dict()
+    found: dict[str, Any] = kept.to_dict()
     numbers = [found.get(name) for name in ("low", "high")]
     if found.get("map") not in TITLES or not all(isinstance(one, float) for one in numbers):
         return None
@@ -109,21 +117,22 @@ def write(
 ) -> int:
     """As `show`, in a transaction."""
     display = context.scene.umbilics_display
-    values = {}
+    meshes, values = {}, {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
         mesh = move_out(obj, RESULTS, transaction)
-        found = None if mesh is None else _values(mesh, display.map)
+        if mesh is None:
+            continue
+        found = _values(mesh, display.map)
         if found is not None:
-            values[obj] = found
+            meshes[obj], values[obj] = mesh, found
     low = high = 0.0
     if display.map in POWER and values:
         transaction.on_failure(_set_range, display, display.range_low, display.range_high)
         low, high = _range(display, np.concatenate(list(values.values())))
-    for obj, found in values.items():
-        mesh = mesh_of(obj)
+    for obj, mesh in meshes.items():
         transaction.keep_attributes(mesh, (NAME,))
         transaction.keep_custom(mesh, (BEFORE, SHOWN))
-        _store(mesh, *_coloured(obj, display.map, found, low, high))
+        _store(mesh, *_coloured(obj, display.map, values[obj], low, high))
         mesh[SHOWN] = {"map": display.map, "low": low, "high": high}
         if mesh != obj.data:
             display_objects.place(context, obj, mesh, True, transaction)
@@ -152,9 +161,9 @@ def _coloured(
 
 def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Remove the colours and make the attribute active that was; whether there were any."""
-    if not is_shown_on(obj):
-        return False
     mesh = mesh_of(obj)
+    if mesh is None or _shown(mesh) is None:
+        return False
     if mesh != obj.data:
         display = display_objects.display_of(obj)
         if display is not None:
@@ -173,9 +182,11 @@ def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transac
     return True
 
 
-def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
-    """What the colours that `show` gave the object mean."""
+def legend(scene: bpy.types.Scene, obj: bpy.types.Object | None) -> Legend | None:
+    """What the colours that `show` gave the object mean; None if it shows none."""
     shown = _shown(mesh_of(obj))
+    if obj is None or shown is None:
+        return None
     name = shown["map"]
     title = TITLES[name]
     if name == "type":
@@ -202,13 +213,7 @@ def _values(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
     k2 = read_result(mesh, "umbilics_k2")
     if k1 is None or k2 is None:
         return None
-    return {
-        "k1": lambda: k1,
-        "k2": lambda: k2,
-        "mean": lambda: 0.5 * (k1 + k2),
-        "gauss": lambda: k1 * k2,
-        "gap": lambda: k1 - k2,
-    }[name]()
+    return _FROM_CURVATURES[name](k1, k2)
 
 
 def _range(display: bpy.types.PropertyGroup, values: np.ndarray) -> tuple[float, float]:
