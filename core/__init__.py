@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    MatchError,
     RemeshError,
     UmbilicsError,
 )
@@ -21,6 +22,10 @@ from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .matching.align import Alignment, align
+from .matching.identify import identify
+from .matching.rotation import RotationSymmetry, find_rotation
+from .matching.shape import Shape
 from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
@@ -68,6 +73,7 @@ __all__ = [
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
+    "Alignment",
     "CancelledError",
     "ChartError",
     "Choice",
@@ -83,6 +89,7 @@ __all__ = [
     "InvalidMeshError",
     "InvalidSettingsError",
     "Lines",
+    "MatchError",
     "MethodResult",
     "MirrorPlane",
     "Option",
@@ -94,9 +101,11 @@ __all__ = [
     "RemeshError",
     "RemeshSettings",
     "RidgeLines",
+    "RotationSymmetry",
     "Selection",
     "Separatrices",
     "Settings",
+    "Shape",
     "Strokes",
     "Suitability",
     "TopologyCheck",
@@ -105,6 +114,7 @@ __all__ = [
     "UsdMesh",
     "WantedPoles",
     "Written",
+    "align",
     "check",
     "check_quads",
     "check_topology",
@@ -116,7 +126,9 @@ __all__ = [
     "edge_paths",
     "export_guidance",
     "filtered",
+    "find_rotation",
     "guidance_paths",
+    "identify",
     "kept_rows",
     "noise_multiple",
     "numbers",
