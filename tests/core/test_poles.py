@@ -13,7 +13,6 @@ from core.base.progress import Progress
 from core.retopology.lines.edge_paths import edge_paths
 from core.retopology.poles import plan_poles
 
-
 MESHES = {
     "ellipsoid": ellipsoid(subdivisions=4),
     "quartic": quartic(4),
