@@ -9,6 +9,7 @@ import numpy as np
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...fields.transport import carried, tangents
+from ...mesh.surface import Surface
 from ...mesh.unfolding.charts import (
     Charts,
     charts_from_seams,
@@ -19,7 +20,6 @@ from ...mesh.unfolding.charts import (
 )
 from ...mesh.unfolding.cuts import opened_to_disks
 from ...mesh.unfolding.lscm import flattened
-from ...mesh.surface import Surface
 from .raw import RawUmbilics
 
 # A triangle is called sheared when its plane image is this many times longer one way than the
