@@ -54,6 +54,7 @@ _NOT_SHOWN = {
     "{name} Quads", "{name} Retopology", "Umbilics {name}", "Umbilics {kind}", "Umbilics Lift",
     "Umbilics Arrows", "Radius Top", "Radius Bottom", "umbilics reading", "umbilics strokes",
     "umbilics, going", "Origin | None", "gathered with edges", "{name_full} pole {name}",
+    "{name_full} mark {number}",
     "settings = bpy.context.scene.umbilics", "only what has a record has a crowd",
     "{number} {capitalize}", "{index}", "{index_sum}", "{confidence} %", "{method}: {reason}",
     "{explained}. {click}", "{number} {translated}",
@@ -84,7 +85,7 @@ def _put_together() -> Iterator[str]:
     yield from (kind.capitalize() for kind in core.SURFACE_TYPES)
     yield from core_result.REGION_KINDS
     # Words that stand where a number or a place would.
-    yield from ("none", "unknown", "moved", "deleted")
+    yield from ("none", "unknown", "moved", "deleted", "Matched", "Extra", "Missing")
     for settings in (core.Settings, core.GuidanceSettings, core.RemeshSettings):
         for option in core.options(settings).values():
             if option.automatic:
@@ -166,7 +167,7 @@ def _use(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> str | None:
                 return None
             is_button = _called(call).startswith("operator") and parent.arg == "text"
             return "operator" if is_button else "label"
-        return "prose" if parent.arg in ("default",) else None if parent.arg else "prose"
+        return "prose" if parent.arg == "default" else None if parent.arg else "prose"
     if isinstance(parent, ast.Assign) and isinstance(parents[parent], ast.Module):
         name = getattr(parent.targets[0], "id", "")
         return "label" if _TITLES.search(name) else "prose"

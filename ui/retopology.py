@@ -195,7 +195,7 @@ class UMBILICS_UL_marks(bpy.types.UIList):
         state = ("Matched", "Extra", "Missing")[item.state]
         row = layout.split(factor=0.25)
         row.label(text=str(item.valence), icon=_STATE_ICON[item.state])
-        row.label(text=state)
+        row.label(text=translated(state))
 
 
 def _check(
@@ -211,12 +211,11 @@ def _check(
     box = layout.box()
     column = box.column(align=True)
     sound = kept.quads == kept.faces and kept.jacobian > 0.0
-    column.label(
-        text=f"Against {kept.against}" if sound else "Not all faces are sound quads",
-        icon="CHECKMARK" if sound else "ERROR",
-    )
+    name = kept.against
+    text = f"Against {name}" if sound else "Not all faces are sound quads"
+    column.label(text=translated(text), icon="CHECKMARK" if sound else "ERROR")
     for line in topology.sentences(kept):
-        column.label(text=line)
+        column.label(text=translated(line))
     if checks.is_old(context, obj):
         paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
     box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")

@@ -65,3 +65,20 @@ def test_f_strings_become_templates_with_the_names_of_what_is_filled_in(extracti
         ("Operator", "Do It"),
         ("*", "{name} has {count} of {name2}: {error}"),
     ]
+
+
+def test_whatever_an_operator_reports_is_translated():
+    import ast
+
+    told = []
+    for path in (REPOSITORY / "operators").rglob("*.py"):
+        if "command_line" in path.parts:
+            continue
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            name = getattr(getattr(node, "func", None), "attr", "")
+            reports = name == "report" and getattr(node.func.value, "id", "") == "self"
+            if isinstance(node, ast.Call) and (reports or name == "poll_message_set"):
+                called = getattr(getattr(node.args[-1], "func", None), "id", "")
+                if called != "reported":
+                    told.append(f"{path.relative_to(REPOSITORY)}:{node.lineno}")
+    assert told == [], "give the text to operators.base.translation.reported"
