@@ -34,6 +34,7 @@ from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
 from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
+from .retopology.ridges.on_edges import RidgeEdges, ridge_edges
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_quads, check_topology
@@ -93,6 +94,7 @@ __all__ = [
     "Region",
     "RemeshError",
     "RemeshSettings",
+    "RidgeEdges",
     "RidgeLines",
     "Selection",
     "Separatrices",
@@ -125,6 +127,7 @@ __all__ = [
     "quad_layout",
     "read_off",
     "remesh",
+    "ridge_edges",
     "select",
     "setting",
     "suitability",
