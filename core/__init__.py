@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    MatchError,
     RemeshError,
     UmbilicsError,
 )
@@ -21,6 +22,10 @@ from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .matching.align import Alignment, align
+from .matching.identify import identify
+from .matching.rotation import RotationSymmetry, find_rotation
+from .matching.shape import Shape
 from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
@@ -69,6 +74,7 @@ __all__ = [
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
+    "Alignment",
     "CancelledError",
     "ChartError",
     "Choice",
@@ -84,6 +90,7 @@ __all__ = [
     "InvalidMeshError",
     "InvalidSettingsError",
     "Lines",
+    "MatchError",
     "MethodResult",
     "MirrorPlane",
     "Option",
@@ -96,9 +103,11 @@ __all__ = [
     "RemeshSettings",
     "RidgeEdges",
     "RidgeLines",
+    "RotationSymmetry",
     "Selection",
     "Separatrices",
     "Settings",
+    "Shape",
     "Strokes",
     "Suitability",
     "TopologyCheck",
@@ -107,6 +116,7 @@ __all__ = [
     "UsdMesh",
     "WantedPoles",
     "Written",
+    "align",
     "check",
     "check_quads",
     "check_topology",
@@ -118,7 +128,9 @@ __all__ = [
     "edge_paths",
     "export_guidance",
     "filtered",
+    "find_rotation",
     "guidance_paths",
+    "identify",
     "kept_rows",
     "noise_multiple",
     "numbers",
