@@ -31,7 +31,8 @@ class Delivery:
     transfer: bool = core.setting(
         False,
         label="Transfer Data",
-        help="Carry materials, UV maps, vertex groups, colours and shape keys over from the original",
+        help="Carry materials, UV maps, vertex groups, colours and shape keys over from the "
+        "original",
         kind="flag",
     )
 
