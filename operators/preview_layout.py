@@ -46,9 +46,7 @@ class UMBILICS_OT_preview_layout(Adjustable, bpy.types.Operator):
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.QuadLayout) -> str:
         with retopology.written(context, job) as (obj, transaction):
             curve_objects.write_layout(context, obj, job.inputs.arrays, found, transaction)
-        count = found.rectangles
-        patches = f"{count} patch{'' if count == 1 else 'es'}"
-        return f"{patches} between {len(found.pole_valence)} poles."
+        return f"Patches: {found.rectangles}, poles: {len(found.pole_valence)}."
 
     def warnings(self, found: core.QuadLayout) -> tuple[str, ...]:
         return found.warnings
