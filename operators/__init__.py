@@ -41,6 +41,7 @@ _MODULES = (
     "data.topology",
     "guide",
     "add_pole",
+    "preview_layout",
     "remesh_to_quads",
     "new_retopology",
     "check_topology",

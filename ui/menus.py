@@ -18,6 +18,7 @@ from ..operators.guide import UMBILICS_OT_guide
 from ..operators.hide_map import UMBILICS_OT_hide_map
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
 from ..operators.ridges import UMBILICS_OT_ridges
@@ -39,7 +40,12 @@ _DETECTION = (
     (UMBILICS_OT_clear, UMBILICS_OT_clear_file),
 )
 _RETOPOLOGY = (
-    (UMBILICS_OT_guide, UMBILICS_OT_add_pole, UMBILICS_OT_remesh_to_quads),
+    (
+        UMBILICS_OT_guide,
+        UMBILICS_OT_add_pole,
+        UMBILICS_OT_preview_layout,
+        UMBILICS_OT_remesh_to_quads,
+    ),
     (
         UMBILICS_OT_lines,
         UMBILICS_OT_separatrices,

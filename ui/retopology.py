@@ -14,6 +14,7 @@ from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
 from ..operators.scene import selection, staleness
@@ -121,6 +122,7 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout.prop(group, "symmetry")
         layout.prop(group, "adaptivity", slider=True)
         layout.prop(group, "smoothness", slider=True)
+        layout.operator(UMBILICS_OT_preview_layout.bl_idname, icon="VIEW_ORTHO")
         layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
