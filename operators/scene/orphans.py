@@ -49,7 +49,7 @@ def remove() -> int:
 
 def _has_results(obj: bpy.types.Object) -> bool:
     plan = obj.umbilics_plan
-    return bool(obj.umbilics.detected or plan.planned or plan.mirror)
+    return bool(obj.umbilics.detected or plan.planned or plan.mirror or plan.axis)
 
 
 def _is_tagged(obj: bpy.types.Object) -> bool:

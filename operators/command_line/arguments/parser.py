@@ -12,7 +12,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance
+from .. import frames, guidance, matching
 from ..batch.names import result_name
 from ..guard import Guard, OverwriteError
 from ..importers import SUFFIXES
@@ -56,6 +56,8 @@ def parse(arguments: list[str]) -> Request:
     guard = Guard()
     try:
         guide = guidance.request_of(parser, found)
+        match = matching.request_of(parser, found)
+        guard.reads(match.files if match else ())
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
         batch = batch_arguments.plan_of(parser, found, settings, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
@@ -80,6 +82,7 @@ def parse(arguments: list[str]) -> Request:
         worker_arguments=batch_arguments.worker_arguments(found, settings, guide),
         is_worker=found.worker,
         guidance=guide,
+        matching=match,
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
@@ -153,6 +156,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_results(parser)
     guidance.add_arguments(parser, _add_setting)
+    matching.add_arguments(parser)
     batch_arguments.add_arguments(parser)
     batch_arguments.add_limits(parser)
     group = parser.add_argument_group("settings")

@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from .... import core
-from .. import guidance
+from .. import guidance, matching
 from ..batch import Plan
 from ..guard import Guard
 from . import source as source_arguments
@@ -51,6 +51,8 @@ class Request:
         This process belongs to another one, and ends with it.
     guard:
         Holds the paths of all inputs and results.
+    matching:
+        What the meshes are to be brought onto, and whether their symmetry is asked for.
     batch:
         With one other processes do the files.
     summary:
@@ -72,5 +74,6 @@ class Request:
     worker_arguments: tuple[str, ...] = ()
     is_worker: bool = False
     guidance: guidance.GuidanceRequest | None = None
+    matching: matching.MatchingRequest | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None
