@@ -50,6 +50,9 @@ class MirrorPlane:
         0 to 1: 1 where the image lies on the shape, 0 at the limit of what counts as symmetric.
     pairs:
         (p, 2) int64 rows of the umbilics that are images of each other; equal on the plane.
+    angle_error, offset_error:
+        Standard errors of the plane's direction, in degrees, and of its distance from the middle
+        of the shape, in length, as if the distances were independent at the vertices.
     """
 
     point: np.ndarray
@@ -57,6 +60,8 @@ class MirrorPlane:
     error: float
     score: float
     pairs: np.ndarray
+    angle_error: float
+    offset_error: float
 
 
 def find_mirror_plane(
@@ -111,12 +116,15 @@ def find_mirror_plane(
         )
     if normal[np.abs(normal).argmax()] < 0:
         normal, offset = -normal, -offset
+    angle_error, offset_error = _standard_errors((normal, offset), middle, samples, target)
     return MirrorPlane(
         point=middle - (middle @ normal - offset) * normal,
         normal=normal,
         error=float(least),
         score=float(score),
         pairs=_pairs(umbilics, normal, offset, MATCHED * size),
+        angle_error=angle_error,
+        offset_error=offset_error,
     )
 
 
@@ -131,6 +139,40 @@ def _sampled(
     samples, _ = spread_points(vertices, triangles, face_normal_area, SAMPLES, random)
     dense, normals = spread_points(vertices, triangles, face_normal_area, 16 * SAMPLES, random)
     return middle, samples, (cKDTree(dense), normals)
+
+
+def _standard_errors(
+    plane: tuple[np.ndarray, float],
+    middle: np.ndarray,
+    samples: np.ndarray,
+    target: tuple[cKDTree, np.ndarray],
+) -> tuple[float, float]:
+    """Of the plane's direction, in degrees, and of its distance from `middle`.
+
+    From how the distances to the tangent planes change as the plane is tilted about two axes and
+    moved, and from their spread. Samples that are each other's images count twice in them.
+    """
+    normal, offset = plane
+    tree, normals = target
+    image = _reflected(samples, normal, offset)
+    distance, near = tree.query(image)
+    order = np.argsort(distance)[: int(TRIMMED * len(distance))]
+    across = normals[near[order]]
+    off = np.einsum("sc,sc->s", image[order] - tree.data[near[order]], across)
+    arm = samples[order] - middle
+    height = samples[order] @ normal - offset
+    along = np.einsum("sc,c->s", across, normal)
+    one = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    one /= np.linalg.norm(one)
+    # The image p - 2 (n p - o) n changes by -2 (dn p) n - 2 (n p - o) dn and by 2 do n.
+    columns = [
+        -2.0 * (arm @ tilt) * along - 2.0 * height * (across @ tilt)
+        for tilt in (one, np.cross(normal, one))
+    ]
+    design = np.stack([*columns, 2.0 * along], axis=1)
+    spread = np.linalg.pinv(design.T @ design)
+    deviation = np.sqrt(2.0 * np.mean(off**2) * np.maximum(np.diag(spread), 0.0))
+    return float(np.degrees(np.hypot(*deviation[:2]))), float(deviation[2])
 
 
 def _of_vertices(

@@ -1,4 +1,4 @@
-"""--align-to and --symmetry: which shape a mesh is, where it lies on it, and its symmetry."""
+"""--align-to and --find-symmetry: which shape a mesh is, where it lies on it, and its symmetry."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --align-to: sizes may differ",
     )
     group.add_argument(
-        "--symmetry",
+        "--find-symmetry",
         action="store_true",
         help="find the mirror plane and the rotation axis of each mesh",
     )
@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def request_of(
     parser: argparse.ArgumentParser, found: argparse.Namespace
 ) -> MatchingRequest | None:
-    """What the arguments ask for; None without --align-to and --symmetry."""
+    """What the arguments ask for; None without --align-to and --find-symmetry."""
     if found.align_scaled and not found.align_to:
         parser.error("--align-scaled needs --align-to MESH, the file to align to.")
     if found.align_to and not found.files:
@@ -82,16 +82,16 @@ def request_of(
             "--align-to needs the FILE whose meshes are to be aligned; in the window there is "
             "Align to Other."
         )
-    if not found.align_to and not found.symmetry:
+    if not found.align_to and not found.find_symmetry:
         return None
-    return MatchingRequest(tuple(found.align_to), found.align_scaled, found.symmetry)
+    return MatchingRequest(tuple(found.align_to), found.align_scaled, found.find_symmetry)
 
 
 def worker_arguments(found: argparse.Namespace) -> list[str]:
     """What asks another process of this command for the same."""
     arguments = [f"--align-to={file}" for file in found.align_to]
     arguments += ["--align-scaled"] * found.align_scaled
-    return arguments + ["--symmetry"] * found.symmetry
+    return arguments + ["--find-symmetry"] * found.find_symmetry
 
 
 def references(request: MatchingRequest, settings: core.Settings, base: str) -> list[Reference]:
@@ -191,6 +191,8 @@ def _symmetry(
             "point": to_file @ plane.point,
             "normal": to_file @ plane.normal,
             "error": plane.error,
+            "angle_error": plane.angle_error,
+            "offset_error": plane.offset_error,
             "score": plane.score,
             "matched": len(plane.pairs),
         }

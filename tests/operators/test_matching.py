@@ -1,4 +1,4 @@
-"""Align to Other, Find Rotation Axis, and --align-to and --symmetry on the command line."""
+"""Align to Other, Find Rotation Axis, and --align-to and --find-symmetry on the command line."""
 
 import json
 
@@ -111,7 +111,7 @@ def test_the_command_says_what_brings_a_mesh_onto_itself(addon, tmp_path):
     add_ellipsoid(subdivisions=4, name="Egg")
     file, target = tmp_path / "egg.blend", tmp_path / "out.json"
     bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
-    assert run([str(file), "--symmetry", "--json", str(target)]) == 0
+    assert run([str(file), "--find-symmetry", "--json", str(target)]) == 0
     (entry,) = json.loads(target.read_text())["objects"]
     assert max(np.abs(entry["symmetry"]["mirror"]["normal"])) > 0.9999
     assert entry["symmetry"]["rotation"]["order"] == 2
