@@ -35,7 +35,8 @@ from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
-from .retopology.quads.remesh import remesh
+from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
+from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
@@ -64,6 +65,7 @@ __all__ = [
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "LINE_KINDS",
     "METHODS",
     "QUAD_KINDS",
     "SHARP",
@@ -93,6 +95,7 @@ __all__ = [
     "Option",
     "Poles",
     "Progress",
+    "QuadLayout",
     "QuadMesh",
     "Region",
     "RemeshError",
@@ -131,6 +134,7 @@ __all__ = [
     "numbers",
     "options",
     "pack",
+    "quad_layout",
     "read_off",
     "remesh",
     "select",

@@ -43,6 +43,7 @@ _MODULES = (
     "remesh_to_quads",
     "new_retopology",
     "check_topology",
+    "show_check",
     "lines",
     "separatrices",
     "ridges",

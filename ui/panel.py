@@ -58,7 +58,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
         row = layout.row(heading="Opening")
         row.prop(display, "opened", text="")
         if settings.opening:
-            row.prop(settings, "opening", text="Strength")
+            row.prop(settings, "opening", text="Passes")
             layout.prop(settings, "flatness")
             layout.prop(display, "dropped")
         halves = layout.split(factor=0.4)

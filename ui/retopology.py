@@ -18,11 +18,13 @@ from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
 from ..operators.rotation_symmetry import UMBILICS_OT_rotation_symmetry
 from ..operators.scene import selection, staleness
-from ..operators.scene.retopology import by_hand, guidance_objects
+from ..operators.scene.retopology import by_hand, checks, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
+from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
 
+_STATE_ICON = ("CHECKMARK", "ADD", "CANCEL")
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 
 
@@ -124,6 +126,9 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
             column.prop(group, name)
+        obj = context.active_object
+        if obj is not None and obj.type == "MESH":
+            _check(layout, context, obj, with_table=False)
 
 
 class UMBILICS_PT_features(Tab, bpy.types.Panel):
@@ -175,6 +180,51 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
         layout.operator(UMBILICS_OT_ridges.bl_idname, icon="MOD_EDGESPLIT")
 
 
+class UMBILICS_UL_marks(bpy.types.UIList):
+    """Irregular vertices and planned poles of a check: valence, and what each is."""
+
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
+        state = ("Matched", "Extra", "Missing")[item.state]
+        row = layout.split(factor=0.25)
+        row.label(text=str(item.valence), icon=_STATE_ICON[item.state])
+        row.label(text=state)
+
+
+def _check(
+    layout: bpy.types.UILayout,
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    with_table: bool,
+) -> None:
+    """How well the mesh follows its surface."""
+    kept = obj.umbilics_check
+    if not kept.checked:
+        return
+    box = layout.box()
+    column = box.column(align=True)
+    sound = kept.quads == kept.faces and kept.jacobian > 0.0
+    column.label(
+        text=f"Against {kept.against}" if sound else "Not all faces are sound quads",
+        icon="CHECKMARK" if sound else "ERROR",
+    )
+    for line in topology.sentences(kept):
+        column.label(text=line)
+    if checks.is_old(context, obj):
+        paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
+    box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")
+    if with_table:
+        box.template_list("UMBILICS_UL_marks", "", kept, "marks", kept, "active", rows=3, maxrows=8)
+
+
 class UMBILICS_PT_check(Tab, bpy.types.Panel):
     bl_label = "By Hand and Check"
     bl_parent_id = "UMBILICS_PT_retopology"
@@ -190,10 +240,7 @@ class UMBILICS_PT_check(Tab, bpy.types.Panel):
         kept = obj.umbilics_check
         layout.prop(kept, "surface")
         layout.operator(UMBILICS_OT_check_topology.bl_idname, icon="VIEWZOOM")
-        if kept.checked:
-            column = layout.column(align=True)
-            for line in topology.sentences(kept):
-                column.label(text=line)
+        _check(layout, context, obj, with_table=True)
 
 
 class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
@@ -219,6 +266,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
 register, unregister = bpy.utils.register_classes_factory(
     (
         UMBILICS_UL_poles,
+        UMBILICS_UL_marks,
         UMBILICS_PT_retopology,
         UMBILICS_PT_quads,
         UMBILICS_PT_features,

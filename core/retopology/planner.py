@@ -51,6 +51,11 @@ class Guide:
         (k,) rows of the detection's candidates to go on with, in place of those that its filters
         kept; None for these.
 
+    Attributes
+    ----------
+    surface, cleaning:
+        What is worked on, and sentences about what was mended to get it.
+
     Raises
     ------
     InvalidMeshError
@@ -64,7 +69,7 @@ class Guide:
         detection: Detection,
         kept: np.ndarray | None = None,
     ) -> None:
-        self.surface, _ = clean(vertices, triangles, detection.borders_joined)
+        self.surface, self.cleaning = clean(vertices, triangles, detection.borders_joined)
         if kept is not None:
             detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection

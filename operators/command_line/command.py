@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ... import core
-from . import batch, exit_codes, importers, matching, messages, one_file, version
+from . import batch, exit_codes, importers, matching, messages, one_file, topology, version
 from .arguments import parser as arguments
 from .arguments.request import Request
 from .batch import lifetime, supervised
@@ -78,8 +78,12 @@ def _one_file(
         messages.tell("start", file=None if file is None else shown(file))
     failure = ""
     try:
+        # Before the file itself is opened: Blender has one file open at a time.
+        checked = None
+        if request.check is not None and file is not None:
+            checked = topology.from_file(request.check, file)
         opened = importers.open_file(file, base)
-        done = one_file.analyse(request, file, opened, outputs, references)
+        done = one_file.analyse(request, file, opened, outputs, checked, references)
     except core.UmbilicsError as error:
         failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
     except MemoryError:

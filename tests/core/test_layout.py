@@ -12,7 +12,14 @@ ROOT = Path(__file__).resolve().parents[2]
 # A room imports only from itself and from the rooms before it.
 ROOMS = {
     "core": (
-        "base", "mesh", "fields", "curvature", "umbilics", "matching", "retopology", "formats",
+        "base",
+        "mesh",
+        "fields",
+        "curvature",
+        "umbilics",
+        "matching",
+        "retopology",
+        "formats",
     ),
     "operators": ("base", "drawing", "mesh", "data", "scene", "jobs", "command_line"),
 }

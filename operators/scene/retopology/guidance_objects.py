@@ -221,9 +221,7 @@ def write_lines(
         collection = _adopt(context, obj, curve_object, part, collection, transaction)
 
 
-def _coloured(
-    name: str, colour: tuple[float, ...], transaction: Transaction
-) -> bpy.types.Material:
+def _coloured(name: str, colour: tuple[float, ...], transaction: Transaction) -> bpy.types.Material:
     """A material of that colour, which Solid view shows as it is set up from the start."""
     material = transaction.made(bpy.data.materials.new(name))
     material.diffuse_color = colour
