@@ -1,10 +1,10 @@
 """Iterated closest points between shapes that need not overlap everywhere.
 
 Distances are measured to the tangent planes (Chen & Medioni 1992, doi
-10.1016/0262-8856(92)90066-C). How much of the shapes overlaps is chosen with the motion: the share f
-of the nearest points for which their root mean square distance over f^1.3 is least (Phillips, Liu &
-Tomasi 2007, doi 10.1109/3DIM.2007.39), which neither takes points without a counterpart nor leaves
-good ones out.
+10.1016/0262-8856(92)90066-C). How much of the shapes overlaps is chosen with the motion: the share
+f of the nearest points for which their root mean square distance over f^1.3 is least (Phillips, Liu
+& Tomasi 2007, doi 10.1109/3DIM.2007.39), which neither takes points without a counterpart nor
+leaves good ones out.
 """
 
 from __future__ import annotations

@@ -73,9 +73,9 @@ def power(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def progressive_lens(
     count: int = 8000, seed: int | None = 0, half_width: float = 0.9
 ) -> AnalyticSurface:
-    """z = u(y) + u''(y) / (1 + u'(y)^2) x^2 / 2 on a square: across the meridian it is bent as along
-    it, so that the whole line x = 0 is umbilical while the curvature grows along it, from 0.5 to
-    0.9 at the level of the plane. `count` random points, or a grid without a seed."""
+    """z = u(y) + u''(y) / (1 + u'(y)^2) x^2 / 2 on a square: across the meridian it is bent as
+    along it, so that the whole line x = 0 is umbilical while the curvature grows along it. `count`
+    random points, or a grid without a seed."""
     low, high = (-half_width, -half_width), (half_width, half_width)
     if seed is None:
         # An odd number of cells, so that no vertices lie on the line.
