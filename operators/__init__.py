@@ -52,6 +52,8 @@ _MODULES = (
     "mark_seams",
     "symmetry",
     "align_to_x",
+    "rotation_symmetry",
+    "align_to_other",
     "draw_guides",
     "write_files",
     "export_field",

@@ -324,6 +324,13 @@ def mirror(job: Job, guide: core.Guide, progress: core.Progress) -> core.MirrorP
     return guide.symmetry(progress)
 
 
+def rotation(job: Job, guide: core.Guide, progress: core.Progress) -> core.RotationSymmetry:
+    """The rotation symmetry."""
+    arrays = job.inputs.arrays
+    shape = core.Shape.of(arrays.vertices, arrays.triangles, guide.detection)
+    return core.find_rotation(shape, progress)
+
+
 def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
     """Work that traces lines and answers with the (e,) bool edges nearest to them."""
 

@@ -54,7 +54,7 @@ def remove() -> int:
 
 def _has_results(obj: bpy.types.Object) -> bool:
     plan = obj.umbilics_plan
-    return bool(obj.umbilics.detected or plan.planned or plan.mirror)
+    return bool(obj.umbilics.detected or plan.planned or plan.mirror or plan.axis)
 
 
 def _is_tagged(obj: bpy.types.Object) -> bool:

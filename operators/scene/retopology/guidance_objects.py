@@ -33,8 +33,8 @@ from ..transaction import Transaction, empty_without
 from . import grease_pencil, pole_shapes
 
 TAG = "umbilics_guidance"
-PARTS = ("poles", "lines", "separatrices", "ridges", "layout", "guides", "mirror")
-POLES, LINES, SEPARATRICES, RIDGES, LAYOUT, GUIDES, MIRROR = PARTS
+PARTS = ("poles", "lines", "separatrices", "ridges", "layout", "guides", "mirror", "axis")
+POLES, LINES, SEPARATRICES, RIDGES, LAYOUT, GUIDES, MIRROR, AXIS = PARTS
 ATTRIBUTES = {
     "umbilics_cross": ("POINT", "FLOAT_VECTOR"),
     "umbilics_confidence": ("POINT", "FLOAT"),
@@ -200,6 +200,28 @@ def write_mirror(
     transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.mirror = (
         f"{len(plane.pairs)} matched, {100.0 * plane.score:.0f} % of a perfect mirror"
+    )
+
+
+def write_axis(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    arrays: MeshArrays,
+    found: core.RotationSymmetry,
+    transaction: Transaction,
+) -> None:
+    """An empty on the axis, whose arrow runs along it, as the offset of a radial array wants it."""
+    collection = _discard(obj, AXIS, transaction)
+    empty = transaction.made(bpy.data.objects.new(f"Rotation Axis {found.order}", None))
+    empty.empty_display_type = "SINGLE_ARROW"
+    empty.empty_display_size = 0.8 * float(np.ptp(arrays.vertices, axis=0).max())
+    empty["umbilics_order"] = found.order
+    empty["umbilics_score"] = found.score
+    place = Matrix.Translation(found.point.tolist()) @ _upright(found.axis)
+    _adopt(context, obj, empty, AXIS, collection, transaction, (arrays.matrix, place))
+    transaction.keep_properties(obj, homes.PLAN)
+    obj.umbilics_plan.axis = (
+        f"Order {found.order}, {100.0 * found.score:.0f} % of a perfect rotation"
     )
 
 
