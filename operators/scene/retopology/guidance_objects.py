@@ -211,14 +211,14 @@ def write_axis(
     transaction: Transaction,
 ) -> None:
     """An empty on the axis, whose arrow runs along it, as the offset of a radial array wants it."""
-    collection = _discard(obj, AXIS, transaction)
+    collection = replaced(obj, AXIS, transaction)
     empty = transaction.made(bpy.data.objects.new(f"Rotation Axis {found.order}", None))
     empty.empty_display_type = "SINGLE_ARROW"
     empty.empty_display_size = 0.8 * float(np.ptp(arrays.vertices, axis=0).max())
     empty["umbilics_order"] = found.order
     empty["umbilics_score"] = found.score
     place = Matrix.Translation(found.point.tolist()) @ _upright(found.axis)
-    _adopt(context, obj, empty, AXIS, collection, transaction, (arrays.matrix, place))
+    adopt(context, obj, empty, AXIS, collection, transaction, (arrays.matrix, place))
     transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.axis = (
         f"Order {found.order}, {100.0 * found.score:.0f} % of a perfect rotation"
