@@ -1,14 +1,26 @@
 """Operator: a quad mesh whose edges follow the curvature, beside the active mesh."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
 import bpy
-import numpy as np
 
 from .. import core
-from .data import remeshing
+from .data import remeshing, topology
 from .jobs import retopology
 from .jobs.adjustable import Adjustable
 from .scene import selection, targets
-from .scene.retopology import quad_meshes
+from .scene.retopology import checks, quad_meshes
+
+
+@dataclass(frozen=True)
+class Made:
+    """The quads, and how they follow the surface and its plan of these poles."""
+
+    quads: core.QuadMesh
+    check: core.TopologyCheck
+    poles: core.Poles
 
 
 class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
@@ -25,31 +37,41 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 
-        def work(job: retopology.Job, guide: core.Guide, progress: core.Progress) -> core.QuadMesh:
+        def work(job: retopology.Job, guide: core.Guide, progress: core.Progress) -> Made:
             arrays = job.inputs.arrays
-            return core.remesh(
+            quads = core.remesh(
                 arrays.vertices,
                 arrays.triangles,
                 settings,
-                progress,
+                progress.part("Remeshing", 0.0, 0.8),
                 detection=guide.detection,
                 sharp=arrays.sharp,
                 zone=job.zone,
+                strokes=job.steering.strokes,
+                wanted=job.steering.wanted,
             )
+            guidance, _ = retopology.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
+            part = progress.part("Checking", 0.95, 1.0)
+            poles = guidance.poles
+            return Made(quads, core.check_quads(quads, guide, poles, part), poles)
 
-        return retopology.gather(context, selection.shown(context), work)
+        return retopology.gather(context, selection.shown(context), work, steered=True)
 
-    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.QuadMesh) -> str:
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: Made) -> str:
+        quads = found.quads
         with retopology.written(context, job) as (_, transaction):
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
-            quad_meshes.add(context, source, job.inputs.arrays, found, delivery, transaction)
-        angle = found.angle[np.isfinite(found.angle)]
-        follows = f", {np.mean(angle):.1f}\N{DEGREE SIGN} from the curvature" if len(angle) else ""
-        return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
+            made = quad_meshes.add(context, source, job.inputs.arrays, quads, delivery, transaction)
+            made.umbilics_check.surface = source
+            stamp = checks.signature_of(made, None)
+            against = job.object_name
+            checks.write(context, made, against, found.check, found.poles, stamp, transaction)
+        said = ". ".join(topology.sentences(made.umbilics_check))
+        return f"{len(quads.quads)} quads, {len(quads.pole_valence)} poles. {said}."
 
-    def warnings(self, found: core.QuadMesh) -> tuple[str, ...]:
-        return found.warnings
+    def warnings(self, found: Made) -> tuple[str, ...]:
+        return found.quads.warnings
 
 
 UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.properties()

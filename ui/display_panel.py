@@ -62,6 +62,7 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
         marks.prop(display, "discs")
         plan = layout.column(heading="Plan")
         plan.prop(display, "poles")
+        plan.prop(display, "checks")
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_map, UMBILICS_PT_overlay))

@@ -3,7 +3,9 @@
 import bpy
 
 from ..operators.add_pole import UMBILICS_OT_add_pole
+from ..operators.align_to_other import UMBILICS_OT_align_to_other
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.base.translation import translated
 from ..operators.check_topology import UMBILICS_OT_check_topology
 from ..operators.data import plans, topology
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
@@ -13,14 +15,18 @@ from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
+from ..operators.rotation_symmetry import UMBILICS_OT_rotation_symmetry
 from ..operators.scene import selection, staleness
-from ..operators.scene.retopology import by_hand, guidance_objects
+from ..operators.scene.retopology import by_hand, checks, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
+from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
 
+_STATE_ICON = ("CHECKMARK", "ADD", "CANCEL")
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 
 
@@ -42,7 +48,7 @@ class UMBILICS_UL_poles(bpy.types.UIList):
         row.active = change != "deleted"
         row.label(text=str(item.valence), icon=_ICON.get(item.valence, "DOT"))
         rest = row.split(factor=0.7)
-        rest.label(text=", ".join(filter(None, (item.origin, change))))
+        rest.label(text=", ".join(map(translated, filter(None, (item.origin, change)))))
         rest.label(text=f"{100.0 * item.confidence:.0f} %")
 
 
@@ -70,14 +76,14 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.template_list(
             "UMBILICS_UL_poles", "", plan, "poles", plan, "active", rows=3, maxrows=8
         )
-        total = guidance_objects.pole_sum(obj)
+        count = guidance_objects.pole_sum(obj)
         halves = layout.split(factor=0.65)
         halves.label(text="Sum of 4 - valence")
         if not plan.closed:
-            halves.label(text=f"{total} (open)")
+            halves.label(text=translated(f"{count} (open)"))
         else:
-            icon = "CHECKMARK" if total == plan.expected else "ERROR"
-            halves.label(text=f"{total} of {plan.expected}", icon=icon)
+            icon = "CHECKMARK" if count == plan.expected else "ERROR"
+            halves.label(text=translated(f"{count} of {plan.expected}"), icon=icon)
         _by_hand(layout, context, obj)
         reasons = staleness.plan_reasons(context, obj)
         if reasons:
@@ -118,10 +124,14 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout.prop(group, "symmetry")
         layout.prop(group, "adaptivity", slider=True)
         layout.prop(group, "smoothness", slider=True)
+        layout.operator(UMBILICS_OT_preview_layout.bl_idname, icon="VIEW_ORTHO")
         layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
             column.prop(group, name)
+        obj = context.active_object
+        if obj is not None and obj.type == "MESH":
+            _check(layout, context, obj, with_table=False)
 
 
 class UMBILICS_PT_features(Tab, bpy.types.Panel):
@@ -173,6 +183,50 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
         layout.operator(UMBILICS_OT_ridges.bl_idname, icon="MOD_EDGESPLIT")
 
 
+class UMBILICS_UL_marks(bpy.types.UIList):
+    """Irregular vertices and planned poles of a check: valence, and what each is."""
+
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
+        state = ("Matched", "Extra", "Missing")[item.state]
+        row = layout.split(factor=0.25)
+        row.label(text=str(item.valence), icon=_STATE_ICON[item.state])
+        row.label(text=translated(state))
+
+
+def _check(
+    layout: bpy.types.UILayout,
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    with_table: bool,
+) -> None:
+    """How well the mesh follows its surface."""
+    kept = obj.umbilics_check
+    if not kept.checked:
+        return
+    box = layout.box()
+    column = box.column(align=True)
+    sound = kept.quads == kept.faces and kept.jacobian > 0.0
+    name = kept.against
+    text = f"Against {name}" if sound else "Not all faces are sound quads"
+    column.label(text=translated(text), icon="CHECKMARK" if sound else "ERROR")
+    for line in topology.sentences(kept):
+        column.label(text=translated(line))
+    if checks.is_old(context, obj):
+        paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
+    box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")
+    if with_table:
+        box.template_list("UMBILICS_UL_marks", "", kept, "marks", kept, "active", rows=3, maxrows=8)
+
+
 class UMBILICS_PT_check(Tab, bpy.types.Panel):
     bl_label = "By Hand and Check"
     bl_parent_id = "UMBILICS_PT_retopology"
@@ -188,10 +242,7 @@ class UMBILICS_PT_check(Tab, bpy.types.Panel):
         kept = obj.umbilics_check
         layout.prop(kept, "surface")
         layout.operator(UMBILICS_OT_check_topology.bl_idname, icon="VIEWZOOM")
-        if kept.checked:
-            column = layout.column(align=True)
-            for line in topology.sentences(kept):
-                column.label(text=line)
+        _check(layout, context, obj, with_table=True)
 
 
 class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
@@ -205,14 +256,19 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
+        column.operator(UMBILICS_OT_rotation_symmetry.bl_idname, icon="FILE_REFRESH")
+        column.operator(UMBILICS_OT_align_to_other.bl_idname, icon="SNAP_ON")
         obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
-            layout.label(text=obj.umbilics_plan.mirror)
+            layout.label(text=translated(obj.umbilics_plan.mirror))
+        if obj is not None and obj.umbilics_plan.axis:
+            layout.label(text=translated(obj.umbilics_plan.axis))
 
 
 register, unregister = bpy.utils.register_classes_factory(
     (
         UMBILICS_UL_poles,
+        UMBILICS_UL_marks,
         UMBILICS_PT_retopology,
         UMBILICS_PT_quads,
         UMBILICS_PT_features,

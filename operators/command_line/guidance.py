@@ -91,6 +91,13 @@ def add_arguments(
         action="store_true",
         help="with --guide or --out: write the ridges and their figures too",
     )
+    group.add_argument(
+        "--check-topology",
+        metavar="MESH",
+        help="hold the quads of the file MESH against the surface of FILE and its plan: numbers in "
+        "the JSON; of a folder MESH the mesh that is called like FILE, and without FILE the "
+        "object MESH of the open file",
+    )
     for name, option in core.options(core.GuidanceSettings).items():
         add_setting(group, name, option, core.defaults(core.GuidanceSettings)[name])
     group = parser.add_argument_group(
@@ -116,8 +123,19 @@ def quad_setting(name: str) -> str:
     return f"quad_{name}" if name in taken else name
 
 
-def request_of(
+def settings_of(
     parser: argparse.ArgumentParser, found: argparse.Namespace
+) -> core.GuidanceSettings:
+    """How to plan, whatever the plan is for."""
+    given = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
+    try:
+        return core.GuidanceSettings(**given)
+    except core.InvalidSettingsError as error:
+        parser.error(str(error))
+
+
+def request_of(
+    parser: argparse.ArgumentParser, found: argparse.Namespace, settings: core.GuidanceSettings
 ) -> GuidanceRequest | None:
     """What the arguments ask for; None without --guide and --quads."""
     folder = found.guide or found.out
@@ -129,14 +147,12 @@ def request_of(
         return None
     if folder.exists() and not folder.is_dir():
         parser.error(f"{'--guide' if found.guide else '--out'} {folder} is a file; name a folder.")
-    plain = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
     quads = {
         name: getattr(found, quad_setting(name))
         for name in core.options(core.RemeshSettings)
         if name != "quads" or found.quads is not None
     }
     try:
-        settings = core.GuidanceSettings(**plain)
         remeshing = core.RemeshSettings(**quads)
     except core.InvalidSettingsError as error:
         parser.error(str(error))
@@ -148,9 +164,8 @@ def request_of(
 
 
 def worker_arguments(request: GuidanceRequest, words_of: Callable[..., list[str]]) -> list[str]:
-    """What gives another process the same; `words_of` tells settings by their options."""
-    arguments = words_of(core.options(core.GuidanceSettings), request.settings)
-    arguments += ["--guide-files", *request.kinds]
+    """What gives another process the same files; `words_of` tells settings by their options."""
+    arguments = ["--guide-files", *request.kinds]
     if request.makes_quads:
         arguments += words_of(core.options(core.RemeshSettings), request.remeshing, quad_setting)
     return arguments
@@ -160,7 +175,7 @@ def write(
     request: GuidanceRequest,
     stem: Path,
     inputs: detect.Inputs,
-    detection: core.Detection,
+    guide: core.Guide,
     to_file: np.ndarray,
     progress: core.Progress,
 ) -> tuple[list[str], dict[str, Any]]:
@@ -176,7 +191,7 @@ def write(
     found = core.export_guidance(
         stem,
         request.kinds,
-        core.Guide(arrays.vertices, arrays.triangles, detection),
+        guide,
         request.settings,
         mesh=(arrays.vertices, arrays.triangles),
         sharp=arrays.sharp,

@@ -6,6 +6,7 @@ import dataclasses
 import errno
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..data import properties
 from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
-from . import frames, guidance, importers, mesh_file, messages, report
+from . import frames, guidance, importers, matching, mesh_file, messages, report, topology
 from .arguments.request import Request
 from .guard import shown
 from .messages import complain
@@ -35,15 +36,24 @@ class _Frame:
 
     number: int | None
     done: list[tuple[detect.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
+    checked: topology.Checked | None = None
     compared: list[tuple[detect.Inputs, tuple[core.MethodResult, ...]]] = dataclasses.field(
         default_factory=list
     )
 
 
 def analyse(
-    request: Request, file: str | None, opened: importers.Opened, outputs: dict[str, Path]
+    request: Request,
+    file: str | None,
+    opened: importers.Opened,
+    outputs: dict[str, Path],
+    checked: topology.Checked | None = None,
+    references: Sequence[matching.Reference] = (),
 ) -> bool:
-    """Do what is asked for with an opened file; whether all went well.
+    """Do what is asked for with an opened file; whether all went well. The `references` are what
+    its meshes are to be brought onto.
+
+    `checked` is the mesh of another file that is held against its surfaces.
 
     Raises
     ------
@@ -64,8 +74,12 @@ def analyse(
         if number is not None:
             bpy.context.scene.frame_set(number)
         found = _Frame(number)
+        if request.check is not None and file is None:
+            checked = topology.from_object(request.check)
+        found.checked = checked
         for name in wanted:
-            entries.append(_one_object(request, file, opened, name, found, "blend" in outputs))
+            is_kept = "blend" in outputs
+            entries.append(_one_object(request, file, opened, name, found, is_kept, references))
         if found.done:
             _write(found, opened, outputs)
     if any("error" not in entry for entry in entries) and "json" in outputs:
@@ -81,6 +95,7 @@ def _one_object(
     name: str,
     found: _Frame,
     is_kept: bool,
+    references: Sequence[matching.Reference],
 ) -> dict[str, Any]:
     """Detect on one mesh; its entry in the report."""
     label = name if file is None else f"{shown(file)}: {name}"
@@ -96,14 +111,18 @@ def _one_object(
     )
     try:
         inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
-        said: list[str] = []
-        facts: dict[str, Any] = {}
+        rest = progress.part("Planning", 0.6, 1.0)
+        stem = None
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
-            part = progress.part("Planning", 0.6, 1.0)
-            said, facts = guidance.write(
-                request.guidance, stem, inputs, detection, opened.to_file, part
+        said, facts = _guided(request, stem, found.checked, inputs, detection, opened, rest)
+        if request.matching is not None:
+            part = progress.part("Matching", 0.9, 1.0)
+            sentences, matches = matching.write(
+                request.matching, references, inputs, detection, opened.to_file, part
             )
+            said += sentences
+            facts |= matches
     except core.CancelledError:
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
@@ -139,7 +158,7 @@ def _detected(
     inputs = detect.gather(
         obj, request.settings, request.given_names, request.compare, depsgraph, source.scope
     )
-    share = 0.6 if request.guidance is not None else 1.0
+    share = 0.6 if request.guidance is not None or request.check is not None else 1.0
     part = progress.part("Detecting", 0.0, share)
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
@@ -147,6 +166,35 @@ def _detected(
     if is_kept or frame is None:
         detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
+
+
+def _guided(
+    request: Request,
+    stem: Path | None,
+    checked: topology.Checked | None,
+    inputs: detect.Inputs,
+    detection: core.Detection,
+    opened: importers.Opened,
+    progress: core.Progress,
+) -> tuple[list[str], dict[str, Any]]:
+    """The guidance's files, named after `stem`, and the check, as far as they are asked for;
+    sentences on them and what the report says."""
+    said: list[str] = []
+    facts: dict[str, Any] = {}
+    if request.guidance is None and checked is None:
+        return said, facts
+    arrays = inputs.arrays
+    guide = core.Guide(arrays.vertices, arrays.triangles, detection)
+    if request.guidance is not None and stem is not None:
+        part = progress.part("Planning", 0.0, 0.6)
+        said, facts = guidance.write(request.guidance, stem, inputs, guide, opened.to_file, part)
+    if checked is not None:
+        part = progress.part("Checking", 0.6, 1.0)
+        more, check = topology.check(
+            checked, guide, request.planning, arrays.sharp, opened.to_file, part
+        )
+        said, facts = said + more, facts | check
+    return said, facts
 
 
 def _say(
@@ -184,6 +232,9 @@ def _wanted(
     # Modifiers may make the faces.
     solid = [obj for obj in objects if obj.data.polygons or (evaluated and obj.modifiers)]
     solid = [obj for obj in solid if not display_objects.is_ours(obj)]
+    if file is None:
+        # A mesh that is checked is no surface.
+        solid = [obj for obj in solid if obj.name != request.check]
     if evaluated:
         layer = bpy.context.view_layer
         for obj in solid:

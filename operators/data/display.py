@@ -194,6 +194,13 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         default=True,
         update=_glyphs_changed,
     )
+    checks: BoolProperty(
+        name="Check Marks",
+        description="Of a topology that was checked: a green disc where a vertex stands for a "
+        "planned pole, a yellow diamond where it is extra, a red hexagon where a pole has none",
+        default=True,
+        update=_view_changed,
+    )
     numbers: BoolProperty(
         name="Numbers",
         description="The number of each umbilic, which it has in the list, the outliner and the "

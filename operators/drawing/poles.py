@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .figures import Writing, written
@@ -22,16 +24,34 @@ def reach(size: float) -> float:
 
 def pole_glyphs(valence: int, places: Places, size: float, opacity: float) -> list[Shape]:
     """Glyphs of the poles of one valence at places whose U is the viewer's right and V is up."""
-    shapes = []
-    corner = np.pi / 2.0 + 2.0 * np.pi * np.arange(valence) / valence
+    look = Badge(valence, _RADIUS[valence], COLOURS[valence][:3], _INK[valence])
+    return badges(look, [valence] * len(places.centre), places, size, opacity)
+
+
+@dataclass(frozen=True)
+class Badge:
+    """A polygon of one colour, a corner up, with a number on it."""
+
+    sides: int
+    radius: float  # in sizes of an umbilic's glyph
+    colour: tuple[float, float, float]
+    ink: tuple[float, float, float]
+
+
+def badges(
+    look: Badge, numbers: list[int], places: Places, size: float, opacity: float
+) -> list[Shape]:
+    """Numbers, each on a polygon with a dark rim, at places as above."""
+    shapes, sides = [], look.sides
+    corner = np.pi / 2.0 + 2.0 * np.pi * np.arange(sides) / sides
     outline = np.column_stack([np.cos(corner), np.sin(corner)])
-    triangles = np.vstack([fan(valence), 1 + bands(2, valence)])
-    opacities = np.repeat((1.0, 1.0, 0.0), (1, valence, valence))
-    for grown, colour in ((_RIM, _DARK), (1.0, COLOURS[valence][:3])):
-        radius = grown * _RADIUS[valence] * size
-        corners = np.zeros((2 * valence + 1, 4), np.float32)
+    triangles = np.vstack([fan(sides), 1 + bands(2, sides)])
+    opacities = np.repeat((1.0, 1.0, 0.0), (1, sides, sides))
+    for grown, colour in ((_RIM, _DARK), (1.0, look.colour)):
+        radius = grown * look.radius * size
+        corners = np.zeros((2 * sides + 1, 4), np.float32)
         corners[1:, 2:] = np.vstack([radius * outline, (radius + 2.0 * SOFT) * outline])
         tint = np.array([*colour, opacity])
         shapes.append(repeated(places, corners, tint, triangles, opacities))
-    how = Writing(_NUMBER * size, (*_INK[valence], opacity), rim=False)
-    return shapes + written(places, [valence] * len(places.centre), how)
+    how = Writing(_NUMBER * size, (*look.ink, opacity), rim=False)
+    return shapes + written(places, numbers, how)

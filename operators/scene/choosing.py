@@ -84,6 +84,16 @@ def _pole_chosen(context: bpy.types.Context) -> None:
     choose_pole(context, obj, name)
 
 
+def _mark_chosen(context: bpy.types.Context) -> None:
+    obj = context.view_layer.objects.active
+    if obj is None or not 0 <= obj.umbilics_check.active < len(obj.umbilics_check.marks):
+        return
+    number = obj.umbilics_check.active
+    if clicks.is_second(context, f"{obj.name_full} mark {number}"):
+        framing.frame_mark(context, obj, number)
+    changes.notify("view", context)
+
+
 @persistent
 def _looked_at(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
     """The active object may be another one: if it is an empty of ours, so is its row."""
@@ -107,10 +117,12 @@ _HANDLERS = (("depsgraph_update_post", _looked_at),)
 def register() -> None:
     changes.listen("active", _row_chosen)
     changes.listen("pole", _pole_chosen)
+    changes.listen("mark", _mark_chosen)
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
+    changes.forget("mark", _mark_chosen)
     changes.forget("pole", _pole_chosen)
     changes.forget("active", _row_chosen)

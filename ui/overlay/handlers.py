@@ -50,7 +50,9 @@ def draw_legend() -> None:
 
 def is_drawn(obj: bpy.types.Object, space: bpy.types.SpaceView3D) -> bool:
     """Whether the object has results to draw in this view, local view included."""
-    made = obj.type == "MESH" and (obj.umbilics.detected or obj.umbilics_plan.planned)
+    made = obj.type == "MESH" and (
+        obj.umbilics.detected or obj.umbilics_plan.planned or obj.umbilics_check.checked
+    )
     return made and obj.visible_in_viewport_get(space)
 
 

@@ -16,6 +16,7 @@ from ...operators.data.preferences import Appearance
 from ...operators.drawing import poles, umbilics
 from ...operators.drawing.shapes import Shape
 from ...operators.scene import filters, staleness
+from ...operators.scene.retopology import checks
 from ...operators.scene.view import facing_shapes, umbilic_shapes
 from . import directions, shader
 from .camera import Camera
@@ -151,6 +152,8 @@ def _draw_facing(
         )
         lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
         _draw_lifted(drawn, camera, program, lift)
+    if display.checks and len(obj.umbilics_check.marks):
+        _draw_check(context, obj, camera, program, upright, size)
     rows = facing_shapes.numbered_rows(context, obj)
     if len(rows):
         faint = staleness.is_edited(context, obj)
@@ -162,6 +165,24 @@ def _draw_facing(
         _draw_lifted(drawn, camera, program, size * camera.pixel)
 
 
+def _draw_check(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    camera: Camera,
+    program: gpu.types.GPUShader,
+    upright: np.ndarray,
+    size: float,
+) -> None:
+    places, faint = facing_shapes.check_marks(obj)[0], checks.is_old(context, obj)
+    kept = obj.umbilics_check
+    key = "check", kept.stamp, places.tobytes(), kept.active, upright.tobytes(), size, faint
+    drawn = _marks.of(
+        key, lambda: _batches(facing_shapes.shapes_of_check(context, obj, upright, faint))
+    )
+    lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
+    _draw_lifted(drawn, camera, program, lift)
+
+
 def _draw_lifted(
     drawn: list[_Drawn], camera: Camera, program: gpu.types.GPUShader, lift: float
 ) -> None:
@@ -171,6 +192,4 @@ def _draw_lifted(
 
 
 def _batches(shapes: list[Shape]) -> list[_Drawn]:
-    return [
-        _Drawn(shader.batch(shape), shape.on_top) for shape in shapes if len(shape.triangles)
-    ]
+    return [_Drawn(shader.batch(shape), shape.on_top) for shape in shapes if len(shape.triangles)]

@@ -12,7 +12,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance
+from .. import frames, guidance, matching, topology
 from ..batch.names import result_name
 from ..guard import Guard, OverwriteError
 from ..importers import SUFFIXES
@@ -55,9 +55,17 @@ def parse(arguments: list[str]) -> Request:
     files = tuple(found.files) or (None,)
     guard = Guard()
     try:
-        guide = guidance.request_of(parser, found)
+        planning = guidance.settings_of(parser, found)
+        guide = guidance.request_of(parser, found, planning)
+        match = matching.request_of(parser, found)
+        guard.reads(match.files if match else ())
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
-        batch = batch_arguments.plan_of(parser, found, settings, guide, guard)
+        if found.check_topology is not None and found.files:
+            checked = Path(found.check_topology)
+            if not checked.exists():
+                parser.error(f"--check-topology {found.check_topology}: there is no such file.")
+            guard.reads(topology.files_of(checked))
+        batch = batch_arguments.plan_of(parser, found, settings, planning, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
             guard.reads(file for file in files if file is not None)
@@ -77,9 +85,12 @@ def parse(arguments: list[str]) -> Request:
         guard=guard,
         events=found.progress == "jsonl",
         limits=Limits(found.time_limit, batch_arguments.memory_limit_of(found)),
-        worker_arguments=batch_arguments.worker_arguments(found, settings, guide),
+        worker_arguments=batch_arguments.worker_arguments(found, settings, planning, guide),
         is_worker=found.worker,
+        planning=planning,
         guidance=guide,
+        matching=match,
+        check=found.check_topology,
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
@@ -153,6 +164,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_results(parser)
     guidance.add_arguments(parser, _add_setting)
+    matching.add_arguments(parser)
     batch_arguments.add_arguments(parser)
     batch_arguments.add_limits(parser)
     group = parser.add_argument_group("settings")

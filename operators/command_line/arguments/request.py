@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from .... import core
-from .. import guidance
+from .. import guidance, matching
 from ..batch import Plan
 from ..guard import Guard
 from . import source as source_arguments
@@ -39,8 +39,13 @@ class Request:
         What of each object is analysed.
     outputs:
         For each file where its JSON, .blend, PNG, PLY and USD go.
+    planning:
+        How poles are planned.
     guidance:
         Files for remeshers.
+    check:
+        File or folder of the mesh that is held against the surface, or its name in the open
+        scene; None without.
     events:
         Tell of the progress in JSON lines on standard output, instead of in sentences.
     limits:
@@ -51,6 +56,8 @@ class Request:
         This process belongs to another one, and ends with it.
     guard:
         Holds the paths of all inputs and results.
+    matching:
+        What the meshes are to be brought onto, and whether their symmetry is asked for.
     batch:
         With one other processes do the files.
     summary:
@@ -71,6 +78,9 @@ class Request:
     limits: Limits = Limits()
     worker_arguments: tuple[str, ...] = ()
     is_worker: bool = False
+    planning: core.GuidanceSettings = dataclasses.field(default_factory=core.GuidanceSettings)
     guidance: guidance.GuidanceRequest | None = None
+    matching: matching.MatchingRequest | None = None
+    check: str | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None

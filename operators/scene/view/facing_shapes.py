@@ -1,14 +1,17 @@
-"""What of an object's results is drawn upright to the viewer: its poles, and numbers."""
+"""What of an object's results is drawn upright to the viewer: its poles, numbers, and the marks
+of a check."""
 
 from __future__ import annotations
 
 import bpy
 import numpy as np
 
-from ...data import record
+from ...data import record, topology
 from ...data.preferences import Appearance
+from ...drawing import check_marks as marks_of_check
 from ...drawing import figures, poles
 from ...drawing.shapes import Places, Shape
+from ...mesh.fetch import fetch
 from .. import filters
 from ..retopology import guidance_objects
 from .umbilic_shapes import opacity_of
@@ -56,6 +59,35 @@ def shapes_of_poles(
         mine = places[valence == some]
         if len(mine):
             shapes += poles.pole_glyphs(some, _facing(mine, upright), size, opacity_of(faint))
+    return shapes
+
+
+def check_marks(obj: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k, 3) places of the marks of the object's check, in its space, (k,) valences and states."""
+    marks = obj.umbilics_check.marks
+    return (
+        fetch(marks, "place", 3, np.float32),
+        fetch(marks, "valence", 1, np.int32),
+        fetch(marks, "state", 1, np.int32),
+    )
+
+
+def shapes_of_check(
+    context: bpy.types.Context, obj: bpy.types.Object, upright: np.ndarray, faint: bool
+) -> list[Shape]:
+    """The marks of a check, for the rest as `shapes_of_poles`; the chosen one is larger."""
+    size = Appearance(context).glyph_size
+    places, valence, state = check_marks(obj)
+    chosen = np.arange(len(places)) == obj.umbilics_check.active
+    shapes = []
+    for some in range(len(topology.STATES)):
+        for grown, rows in ((1.0, ~chosen), (marks_of_check.CHOSEN, chosen)):
+            mine = np.flatnonzero((state == some) & rows)
+            if len(mine):
+                at = _facing(places[mine].astype(float), upright)
+                shapes += marks_of_check.marks(
+                    some, valence[mine].tolist(), at, grown * size, opacity_of(faint)
+                )
     return shapes
 
 

@@ -1,4 +1,4 @@
-"""Bring an umbilic or a pole into view."""
+"""Bring an umbilic, a pole or a mark of a check into view."""
 
 from __future__ import annotations
 
@@ -31,9 +31,18 @@ def frame_pole(context: bpy.types.Context, empty: bpy.types.Object) -> bool:
     return _look_at(context, place.translation.copy(), normal, _PART * size)
 
 
-def _look_at(
-    context: bpy.types.Context, position: Vector, normal: Vector, distance: float
-) -> bool:
+def frame_mark(context: bpy.types.Context, obj: bpy.types.Object, number: int) -> bool:
+    """Move the 3D view to a mark of the object's check; False without a 3D view."""
+    place = obj.umbilics_check.marks[number].place
+    found, _, normal, _ = obj.closest_point_on_mesh(place)
+    across = obj.matrix_world.to_3x3().inverted_safe().transposed() @ (
+        normal if found else Vector((0.0, 0.0, 1.0))
+    )
+    distance = _PART * max(obj.dimensions)
+    return _look_at(context, obj.matrix_world @ Vector(place), across.normalized(), distance)
+
+
+def _look_at(context: bpy.types.Context, position: Vector, normal: Vector, distance: float) -> bool:
     view = _view(context)
     if view is None:
         return False

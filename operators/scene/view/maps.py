@@ -4,9 +4,9 @@ The mesh is the one that holds the results. Where that is not the object's own, 
 ours shows it in the same place.
 
 The attribute `umbilics_map` is on vertices for values and surface types, on face corners for
-regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active, and in
-`umbilics_map_shown` what its colours mean. One range serves all the meshes that show a map, so
-that a colour means the same everywhere and one legend is true for all.
+regions and the angles of a check. The mesh remembers in `umbilics_colour_before` which colour
+attribute was active, and in `umbilics_map_shown` what its colours mean. One range serves all the
+meshes that show a map, so that a colour means the same everywhere and one legend is true for all.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from .... import core
 from ...base import changes, units
 from ...drawing import colour_maps
 from ...mesh.attributes import RESULTS, read_result, to_corners
+from ...mesh.fetch import fetch
 from .. import display_objects
 from ..homes import mesh_of, move_out
+from ..retopology.checks import ATTRIBUTES
 from ..targets import is_local
 from ..transaction import Transaction, all_or_nothing
 
@@ -34,7 +36,7 @@ SHOWN = "umbilics_map_shown"
 # Where zero parts the values in two, and which power of 1 / length they are.
 _SIGNED = {"k1": True, "k2": True, "mean": True, "gauss": True, "gap": False}
 # Maps whose low values are dark, so that what is drawn over them has to be light.
-_DARK = ("gap",)
+_DARK = ("gap", "check_angle")
 POWER = {"k1": 1, "k2": 1, "mean": 1, "gauss": 2, "gap": 1}
 TITLES = {
     "k1": "Curvature κ₁",
@@ -44,7 +46,10 @@ TITLES = {
     "gap": "Gap κ₁ − κ₂",
     "type": "Surface type",
     "region": "Umbilical regions",
+    "check_angle": "Angle to the curvature  [°]",
 }
+# The largest angle between two crosses, in degrees.
+_LARGEST_ANGLE = 45.0
 _FROM_CURVATURES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "k1": lambda k1, k2: k1,
     "k2": lambda k1, k2: k2,
@@ -139,6 +144,26 @@ def write(
     return sum(obj in values for obj in objects)
 
 
+def show_check(obj: bpy.types.Object) -> bool:
+    """Colour a mesh that was checked, in Object Mode, by the angle between its quads and the
+    directions of curvature; False where it has none."""
+    mesh = obj.data
+    angle = read_result(mesh, "umbilics_check_angle", ATTRIBUTES)
+    if angle is None:
+        return False
+    # Faces without an angle are stored as zero, like those that follow the curvature exactly.
+    quad = fetch(mesh.polygons, "loop_total", 1, np.int32) == 4
+    angle = np.where(quad, angle, np.nan)
+    colours = colour_maps.coloured(angle, 0.0, _LARGEST_ANGLE, colour_maps.sequential())
+    corners = np.repeat(colours, fetch(mesh.polygons, "loop_total", 1, np.int32), axis=0)
+    with all_or_nothing() as transaction:
+        transaction.keep_attributes(mesh, (NAME,))
+        transaction.keep_custom(mesh, (BEFORE, SHOWN))
+        _store(mesh, corners, "CORNER")
+        mesh[SHOWN] = {"map": "check_angle", "low": 0.0, "high": _LARGEST_ANGLE}
+    return True
+
+
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
     return [
@@ -197,6 +222,8 @@ def legend(scene: bpy.types.Scene, obj: bpy.types.Object | None) -> Legend | Non
         count = min(count, _MOST_NAMED)
         names = ("None", *(f"Region {number + 1}" for number in range(count)))
         return Legend(title, _region_colours(count), 0.0, 0.0, names)
+    if name == "check_angle":
+        return Legend(title, colour_maps.sequential(), shown["low"], shown["high"])
     unit, factor = units.of_curvature(scene, POWER[name])
     low, high = shown["low"] * factor, shown["high"] * factor
     return Legend(f"{title}  [{unit}]", _scale(name), low, high)

@@ -37,9 +37,7 @@ def pick(context: bpy.types.Context, mouse: tuple[float, float]) -> Picked | Non
     return next((found for _, place, found in hits if not _is_hidden(context, place)), None)
 
 
-def _under(
-    context: bpy.types.Context, mouse: Vector
-) -> Iterator[tuple[float, Vector, Picked]]:
+def _under(context: bpy.types.Context, mouse: Vector) -> Iterator[tuple[float, Vector, Picked]]:
     """Glyphs at the mouse, each with its distance in pixels and its place in the world."""
     display, look = context.scene.umbilics_display, Appearance(context)
     region, view = context.region, context.region_data
