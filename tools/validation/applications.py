@@ -43,7 +43,8 @@ def _hull(page: Page) -> None:
         near = error / local_edges(mesh)
         rows.append(
             [name, f"{len(mesh.triangles):,}", len(points), np.count_nonzero(near < 2.0),
-             number(float(near.max()), 2) if near.max() < 2.0 else "–", len(found.umbilics), len(found.regions)]
+             number(float(near.max()), 2) if near.max() < 2.0 else "–", len(found.umbilics),
+             len(found.regions)]
         )  # fmt: skip
     page.text(
         """Hulls of Wigley's form, one side with its image above the waterline: length 1, the usual
@@ -52,7 +53,9 @@ def _hull(page: Page) -> None:
         mesh ends, fits are one-sided, and what is found stays a candidate."""
     )
     page.table(
-        ["hull", "triangles", "candidates", "umbilics found", "error, edges", "reported", "regions"], rows
+        ["hull", "triangles", "candidates", "umbilics found", "error, edges", "reported",
+         "regions"],
+        rows,
     )
     file = "ship_wigley_of.stl"
     if page.models is None or not (page.models / file).is_file():
@@ -60,7 +63,8 @@ def _hull(page: Page) -> None:
         return
     model = Model(page.models / file)
     found = model.detect(_DESIGN)
-    counts = ", ".join(f"{count} {kind}" for kind, count in found.umbilics.counts().items() if count)
+    each = found.umbilics.counts().items()
+    counts = ", ".join(f"{count} {kind}" for kind, count in each if count)
     kinds = sorted({region.kind for region in found.regions})
     page.text(
         f"""The same hull as a program for flow simulation has it, {len(model.arrays.triangles):,}
@@ -96,10 +100,12 @@ def _lens(page: Page) -> None:
              ", ".join(sorted(set(kinds))) if kinds else "–"]
         )  # fmt: skip
     page.text(
-        """A surface whose curvature grows from far to near along a line on which it is bent alike in
+        """A surface whose curvature grows from far to near along a line on which it is bent alike
+        in
         all directions: the umbilic line of a progressive lens. Here the whole line is known. Where
         the curvature grows, lines beside it cannot be umbilical: Minkwitz's theorem (1963) says
-        that the gap grows twice as fast across the line as the curvature along it. Random points."""
+        that the gap grows twice as fast across the line as the curvature along it. Random
+        points."""
     )
     page.table(
         ["triangles", "power on the line off by, %", "gap on the line / median gap",

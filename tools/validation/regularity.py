@@ -28,7 +28,8 @@ _NOISE = 0.02
 def write(page: Page) -> None:
     page.heading("Irregular meshes: valence and stretch (Section 7.2)")
     page.text(
-        f"""“The index-based method is more sensitive to the irregularity of the mesh”: the ellipsoid
+        f"""“The index-based method is more sensitive to the irregularity of the mesh”: the
+        ellipsoid
         3 : 2 : 1 on an icosphere of 5,120 triangles, turned at random, {len(_SEEDS)} meshes each,
         once with a share of its edges flipped, so that valences differ, once with the points drawn
         together along an axis, so that triangles are stretched. Operators exact, and from normals
