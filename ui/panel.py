@@ -99,6 +99,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         layout.operator(UMBILICS_OT_compare.bl_idname, icon="SPREADSHEET")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
+        layout.prop(settings, "merge")
         layout.prop(settings, "join_borders")
         if settings.curvature == "given":
             names = layout.column(align=True)

@@ -6,7 +6,13 @@ from .. import core
 from . import kind_icons
 from .parts import Part, line, paragraph
 
-_PLURAL = {"star": "Stars", "lemon": "Lemons", "monstar": "Monstars", "uncertain": "Uncertain"}
+_PLURAL = {
+    "star": "Stars",
+    "lemon": "Lemons",
+    "monstar": "Monstars",
+    "compound": "Compound",
+    "uncertain": "Uncertain",
+}
 
 
 class UMBILICS_PT_statistics(Part, bpy.types.Panel):

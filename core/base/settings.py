@@ -200,6 +200,14 @@ class Settings:
         """Whether the mesh is laid into the plane by its charts."""
         return self.method == "C" or (self.method == "S" and self.parametrization == "charts")
 
+    merge: bool = setting(
+        True,
+        label="Merge",
+        help="Umbilics that their errors do not tell from each other are one, with the sum of "
+        "their indices; method I reports each cluster of vertices once. Off to see the parts",
+        kind="flag",
+    )
+
     @property
     def certified(self) -> bool:
         """Whether the indices that are found balance over the surface."""

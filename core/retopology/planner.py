@@ -15,7 +15,7 @@ from ..mesh.input_map import places_on_surface
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import CONICAL, CYLINDRICAL
-from ..umbilics.result import Detection
+from ..umbilics.result import CURVE, Detection
 from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
 from .cross_field import cross_field, smoothing_length
 from .features import Features, find_features
@@ -93,8 +93,8 @@ class Guide:
         """(m,) bool over the surface's triangles: those in a region without directions."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
-            # Cylinders and cones have directions, exact ones.
-            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL)
+            # Cylinders and cones have directions, exact ones; across a curve of umbilics they go on.
+            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL, CURVE)
         return inside[self.surface.source_triangle]
 
     @property

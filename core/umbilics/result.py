@@ -14,9 +14,11 @@ from ..mesh.tessellated import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
 STAR = "star"
 LEMON = "lemon"
 MONSTAR = "monstar"
+COMPOUND = "compound"
 UNCERTAIN = "uncertain"
-KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
-REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL)
+KINDS = (STAR, LEMON, MONSTAR, COMPOUND, UNCERTAIN)
+CURVE = "curve"
+REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL, CURVE)
 # Blender's whole numbers and its meshes have no more.
 _LARGEST = 2**31 - 1
 
@@ -39,11 +41,12 @@ class Umbilics:
     vertex:
         (k,) int64 vertex for method I, which reports vertices; -1 otherwise.
     index:
-        (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
-        other multiples of one half).
+        (k,) float64 index of the principal direction field, +0.5 or -0.5; other multiples of one
+        half at compound ones.
     kind:
-        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree
-        or the form is within its error of another kind.
+        (k,) str: "star", "lemon", "monstar"; "compound" where the index is another, be it of one
+        point or of several that their errors do not tell from each other; "uncertain" where cubic
+        form and index disagree or the form is within its error of another kind.
     curvature:
         (k,) float64 mean curvature at the point, in 1 / length.
     persistence:
@@ -54,7 +57,7 @@ class Umbilics:
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
         (k,) float64 standard error of the position along the surface, in the direction in which
-        it is known least, in length.
+        it is known least, in length; of a compound how far its parts lie from it.
     noise:
         (k,) float64 standard error of the gap around the point, in 1 / length; NaN where unknown.
     separatrix:
@@ -108,8 +111,8 @@ class Umbilics:
 
 @dataclass(frozen=True)
 class Region:
-    """An area where the principal curvatures are equal within the estimator's noise, or an exact
-    face of a tessellated part.
+    """An area or a curve where the principal curvatures are equal within the estimator's noise, or
+    an exact face of a tessellated part.
 
     Attributes
     ----------
@@ -121,7 +124,8 @@ class Region:
         Index of the direction field around its border: a multiple of one half, the sum of the
         indices that it replaces.
     kind:
-        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical".
+        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical"; "curve" for
+        the strip along a curve of umbilics, as surfaces of revolution have them in circles.
     curvature:
         Mean curvature over the region, in 1 / length.
     """
@@ -146,7 +150,7 @@ class Detection:
     curvature:
         Shape operators at every input vertex.
     regions:
-        Spherical and planar regions.
+        Spherical and planar regions, and strips along curves of umbilics.
     triangle_index:
         (m,) float64 index found in each input triangle, before filtering.
     surface_type:

@@ -39,7 +39,7 @@ class UMBILICS_PG_item(bpy.types.PropertyGroup):
     """One umbilic of the list."""
 
     row: IntProperty(description="Row among all candidates of the detection")
-    kind: IntProperty(description="Row of the kind in star, lemon, monstar, uncertain")
+    kind: IntProperty(description="Row of the kind in star, lemon, monstar, compound, uncertain")
     index: FloatProperty(description="Index of the direction field around it")
     persistence: FloatProperty(description="Gap at which it cancels with its partner")
     curvature: FloatProperty(description="Mean curvature there")
@@ -61,6 +61,11 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
         description="Umbilics of index +1/2: three lines of curvature run into each, within a "
         "right angle",
     )
+    compound: IntProperty(
+        name="Compound",
+        description="Umbilics of another index: several that their errors do not tell from each "
+        "other, or one that is no generic point",
+    )
     uncertain: IntProperty(
         name="Uncertain",
         description="Umbilics whose index and cubic form disagree about the kind: look before "
@@ -72,7 +77,7 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     )
     regions: IntProperty(
         name="Umbilical Regions",
-        description="Areas that are spherical or flat, where every point is umbilical; each is "
+        description="Areas that are spherical or flat, and curves along which every point is umbilical; each is "
         "counted once",
     )
     index_sum: FloatProperty(

@@ -11,7 +11,7 @@ from pathlib import Path
 from ..guard import shown
 from .journal import NUMBERS, line, places_of, write_whole
 
-KINDS = ("star", "lemon", "monstar", "uncertain")
+KINDS = ("star", "lemon", "monstar", "compound", "uncertain")
 COLUMNS = (
     *("file", "status", "object", "frame", *NUMBERS, *KINDS, "regions", "warnings", "error"),
     *("seconds", "peak_mb", "json"),

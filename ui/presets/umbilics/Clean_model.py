@@ -21,3 +21,4 @@ settings.flatness = 0.01
 settings.persistence_auto = True
 settings.persistence = 0.0
 settings.regions = True
+settings.merge = True
