@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    MatchError,
     RemeshError,
     UmbilicsError,
 )
@@ -21,15 +22,21 @@ from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .matching.align import Alignment, align
+from .matching.identify import identify
+from .matching.rotation import RotationSymmetry, find_rotation
+from .matching.shape import Shape
 from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
-from .retopology.quads.remesh import remesh
+from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
+from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
@@ -45,6 +52,7 @@ from .umbilics.compare import (
 )
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.numbering import numbers
 from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
@@ -57,6 +65,7 @@ __all__ = [
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "LINE_KINDS",
     "METHODS",
     "QUAD_KINDS",
     "SHARP",
@@ -64,6 +73,7 @@ __all__ = [
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
+    "Alignment",
     "CancelledError",
     "ChartError",
     "Choice",
@@ -79,18 +89,23 @@ __all__ = [
     "InvalidMeshError",
     "InvalidSettingsError",
     "Lines",
+    "MatchError",
     "MethodResult",
     "MirrorPlane",
     "Option",
     "Poles",
     "Progress",
+    "QuadLayout",
     "QuadMesh",
     "Region",
     "RemeshError",
     "RemeshSettings",
     "RidgeLines",
+    "RotationSymmetry",
     "Selection",
+    "Separatrices",
     "Settings",
+    "Shape",
     "Strokes",
     "Suitability",
     "TopologyCheck",
@@ -99,6 +114,7 @@ __all__ = [
     "UsdMesh",
     "WantedPoles",
     "Written",
+    "align",
     "check",
     "check_quads",
     "check_topology",
@@ -110,11 +126,15 @@ __all__ = [
     "edge_paths",
     "export_guidance",
     "filtered",
+    "find_rotation",
     "guidance_paths",
+    "identify",
     "kept_rows",
     "noise_multiple",
+    "numbers",
     "options",
     "pack",
+    "quad_layout",
     "read_off",
     "remesh",
     "select",

@@ -8,7 +8,8 @@ import bpy
 from .. import core
 from .data import properties, reading
 from .jobs import detect
-from .jobs.modal import BackgroundOperator, NeedsMesh
+from .jobs.modal import BackgroundOperator, Message, NeedsMesh
+from .scene import selection
 
 _NUMBERS = ("points", "index sum", "missed", "elsewhere", "edges away", "seconds")
 
@@ -36,11 +37,13 @@ class UMBILICS_OT_compare(NeedsMesh, BackgroundOperator, bpy.types.Operator):
     )
     bl_options = {"REGISTER"}
 
-    def jobs(self, context):
+    def jobs(
+        self, context: bpy.types.Context
+    ) -> tuple[list[_Comparison], list[core.UmbilicsError]]:
         scene = context.scene
         evaluated = scene.umbilics_display.source == "EVALUATED"
         inputs = detect.gather(
-            context.active_object,
+            selection.active(context),
             properties.to_settings(scene.umbilics),
             properties.given_names(scene.umbilics),
             all_methods=True,
@@ -49,7 +52,9 @@ class UMBILICS_OT_compare(NeedsMesh, BackgroundOperator, bpy.types.Operator):
         )
         return [_Comparison(inputs)], []
 
-    def put(self, context, job, found):
+    def put(
+        self, context: bpy.types.Context, job: _Comparison, found: tuple[core.MethodResult, ...]
+    ) -> list[Message]:
         if not bpy.app.background:
             title = f"{job.object_name}: what each method finds"
             rows = core.comparison_rows(found)
@@ -76,9 +81,4 @@ def _drawing(
     return draw
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_compare)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_compare)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_compare,))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base.errors import GuidanceError
 from ..base.progress import Progress
+from ..retopology.by_hand import Strokes, WantedPoles
 from ..retopology.guidance import Guidance
 from ..retopology.planner import Guide
 from ..retopology.quads.remesh import remesh
@@ -52,6 +53,8 @@ def export_guidance(
     mesh: tuple[np.ndarray, np.ndarray],
     sharp: np.ndarray | None = None,
     zone: np.ndarray | None = None,
+    strokes: Strokes | None = None,
+    wanted: WantedPoles | None = None,
     to_file: np.ndarray | None = None,
     remeshing: RemeshSettings | None = None,
     progress: Progress | None = None,
@@ -66,7 +69,7 @@ def export_guidance(
         As for `write_guidance`.
     mesh:
         (n, 3) vertices and (m, 3) triangles, those of `guide`.
-    sharp, zone:
+    sharp, zone, strokes, wanted:
         As for `Guide.guidance`.
     remeshing:
         How the quads are made, if their kinds are asked for.
@@ -84,7 +87,14 @@ def export_guidance(
     # Quads take as long as all the rest.
     with_quads = any(kind in QUAD_KINDS for kind in kinds)
     rest = progress.part("Planning", 0.0, 0.4 if with_quads else 0.8)
-    guidance = guide.guidance(settings, rest.part("Planning", 0.0, 0.5), sharp=sharp, zone=zone)
+    guidance = guide.guidance(
+        settings,
+        rest.part("Planning", 0.0, 0.5),
+        sharp=sharp,
+        zone=zone,
+        strokes=strokes,
+        wanted=wanted,
+    )
     kinds, left_out, lines = list(kinds), [], None
     if "lines" in kinds:
         try:

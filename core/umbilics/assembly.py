@@ -22,6 +22,7 @@ from .pairing.persistence import trust_ratio
 from .regions import RegionMap, describe_regions
 from .result import Detection, Umbilics
 
+
 @dataclass(frozen=True)
 class Parts:
     """Everything that the stages before have found; see `core.pipeline`.

@@ -136,6 +136,12 @@ class Region:
     kind: str
     curvature: float
 
+    @property
+    def has_directions(self) -> bool:
+        """Whether directions mean something within: those of cylinders and cones are exact, and
+        across a curve of umbilics they go on."""
+        return self.kind in (CYLINDRICAL, CONICAL, CURVE)
+
 
 @dataclass(frozen=True)
 class Detection:

@@ -69,5 +69,5 @@ def topology_in_words(
         lines.append(f"{angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
     if math.isfinite(jacobian):
         lines.append(f"Least scaled Jacobian {jacobian:.2f}")
-    lines.append(f"At most {edges:.2g} edges from the surface")
+    lines.append(f"Within {max(edges, 0.001):.2g} edges of the surface")
     return lines

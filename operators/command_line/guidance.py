@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,10 @@ class GuidanceRequest:
                     guard.writes(path)
 
 
-def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
+def add_arguments(
+    parser: argparse.ArgumentParser,
+    add_setting: Callable[[argparse._ArgumentGroup, str, core.Option, Any], None],
+) -> None:
     """Add the options; `add_setting` adds one to a group by name, option and default."""
     group = parser.add_argument_group(
         "retopology",
@@ -86,6 +90,13 @@ def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
         "--ridges",
         action="store_true",
         help="with --guide or --out: write the ridges and their figures too",
+    )
+    group.add_argument(
+        "--check-topology",
+        metavar="MESH",
+        help="hold the quads of the file MESH against the surface of FILE and its plan: numbers in "
+        "the JSON; of a folder MESH the mesh that is called like FILE, and without FILE the "
+        "object MESH of the open file",
     )
     for name, option in core.options(core.GuidanceSettings).items():
         add_setting(group, name, option, core.defaults(core.GuidanceSettings)[name])
@@ -112,8 +123,19 @@ def quad_setting(name: str) -> str:
     return f"quad_{name}" if name in taken else name
 
 
-def request_of(
+def settings_of(
     parser: argparse.ArgumentParser, found: argparse.Namespace
+) -> core.GuidanceSettings:
+    """How to plan, whatever the plan is for."""
+    given = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
+    try:
+        return core.GuidanceSettings(**given)
+    except core.InvalidSettingsError as error:
+        parser.error(str(error))
+
+
+def request_of(
+    parser: argparse.ArgumentParser, found: argparse.Namespace, settings: core.GuidanceSettings
 ) -> GuidanceRequest | None:
     """What the arguments ask for; None without --guide and --quads."""
     folder = found.guide or found.out
@@ -125,14 +147,12 @@ def request_of(
         return None
     if folder.exists() and not folder.is_dir():
         parser.error(f"{'--guide' if found.guide else '--out'} {folder} is a file; name a folder.")
-    plain = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
     quads = {
         name: getattr(found, quad_setting(name))
         for name in core.options(core.RemeshSettings)
         if name != "quads" or found.quads is not None
     }
     try:
-        settings = core.GuidanceSettings(**plain)
         remeshing = core.RemeshSettings(**quads)
     except core.InvalidSettingsError as error:
         parser.error(str(error))
@@ -143,10 +163,9 @@ def request_of(
     return GuidanceRequest(folder, tuple(dict.fromkeys(kinds)), settings, remeshing)
 
 
-def worker_arguments(request: GuidanceRequest, words_of) -> list[str]:
-    """What gives another process the same; `words_of` tells settings by their options."""
-    arguments = words_of(core.options(core.GuidanceSettings), request.settings)
-    arguments += ["--guide-files", *request.kinds]
+def worker_arguments(request: GuidanceRequest, words_of: Callable[..., list[str]]) -> list[str]:
+    """What gives another process the same files; `words_of` tells settings by their options."""
+    arguments = ["--guide-files", *request.kinds]
     if request.makes_quads:
         arguments += words_of(core.options(core.RemeshSettings), request.remeshing, quad_setting)
     return arguments
@@ -156,10 +175,10 @@ def write(
     request: GuidanceRequest,
     stem: Path,
     inputs: detect.Inputs,
-    detection: core.Detection,
+    guide: core.Guide,
     to_file: np.ndarray,
     progress: core.Progress,
-) -> tuple[list[str], dict]:
+) -> tuple[list[str], dict[str, Any]]:
     """Write the files of one mesh; sentences on what was written and what there is not, and
     what the report says of the quads.
 
@@ -172,7 +191,7 @@ def write(
     found = core.export_guidance(
         stem,
         request.kinds,
-        core.Guide(arrays.vertices, arrays.triangles, detection),
+        guide,
         request.settings,
         mesh=(arrays.vertices, arrays.triangles),
         sharp=arrays.sharp,

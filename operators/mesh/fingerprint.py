@@ -98,7 +98,7 @@ def digest(*arrays: np.ndarray | None) -> str:
         values = np.ascontiguousarray(values)
         found.update(f"{values.dtype.str}{values.shape}".encode())
         # A flat view of bytes: hashing takes no other shapes.
-        found.update(values.reshape(-1).view(np.uint8) if values.size else b"")
+        found.update(values.reshape(-1).view(np.uint8).data if values.size else b"")
     return found.hexdigest()
 
 

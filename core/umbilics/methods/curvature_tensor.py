@@ -9,7 +9,8 @@ import numpy as np
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...fields.transport import carried, tangents
-from ...mesh.charts import (
+from ...mesh.surface import Surface
+from ...mesh.unfolding.charts import (
     Charts,
     charts_from_seams,
     charts_from_uv,
@@ -17,9 +18,8 @@ from ...mesh.charts import (
     scaled_to_area,
     unfold,
 )
-from ...mesh.cuts import opened_to_disks
-from ...mesh.lscm import flattened
-from ...mesh.surface import Surface
+from ...mesh.unfolding.cuts import opened_to_disks
+from ...mesh.unfolding.lscm import flattened
 from .raw import RawUmbilics
 
 # A triangle is called sheared when its plane image is this many times longer one way than the

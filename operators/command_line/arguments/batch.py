@@ -10,7 +10,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance, version
+from .. import frames, guidance, topology, version
 from ..batch import Plan, PlanError
 from ..batch.plan import tasks_for
 from ..guard import Guard
@@ -97,6 +97,7 @@ def plan_of(
     parser: argparse.ArgumentParser,
     found: argparse.Namespace,
     settings: core.Settings,
+    planning: core.GuidanceSettings,
     guide: guidance.GuidanceRequest | None,
     guard: Guard,
 ) -> Plan | None:
@@ -126,8 +127,8 @@ def plan_of(
         tasks=tasks[number - 1 :: count],
         out=found.out,
         kinds=kinds,
-        worker_arguments=worker_arguments(found, settings, guide),
-        key=repr((version.OURS, _base_key())),
+        worker_arguments=worker_arguments(found, settings, planning, guide),
+        key=repr((version.OURS, _base_key(), topology.identity_of(found.check_topology))),
         jobs=found.jobs,
         part=found.part,
         report=found.report,
@@ -161,12 +162,19 @@ def memory_limit_of(found: argparse.Namespace) -> int | None:
 
 
 def worker_arguments(
-    found: argparse.Namespace, settings: core.Settings, guide: guidance.GuidanceRequest | None
+    found: argparse.Namespace,
+    settings: core.Settings,
+    planning: core.GuidanceSettings,
+    guide: guidance.GuidanceRequest | None,
 ) -> tuple[str, ...]:
     """What gives another process of this command the same settings."""
     arguments = _settings(core.options(), settings)
+    if guide is not None or found.check_topology is not None:
+        arguments += _settings(core.options(core.GuidanceSettings), planning)
     if guide is not None:
         arguments += guidance.worker_arguments(guide, _settings)
+    if found.check_topology is not None:
+        arguments.append(f"--check-topology={found.check_topology}")
     arguments += [f"--{name}={getattr(found, name)}" for name in GIVEN_NAMES]
     arguments += [f"--object={name}" for name in found.object]
     arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
@@ -190,7 +198,7 @@ def _settings(
     return arguments
 
 
-def _base_key() -> tuple:
+def _base_key() -> tuple[object, ...]:
     """What tells the .blend that meshes are imported into from another state of it."""
     path = bpy.data.filepath
     if not path:

@@ -103,6 +103,7 @@ def write_comparison(
         arrays = inputs.arrays
         view = view_of(arrays, up)
         by_shape = results[0].detection
+        assert by_shape is not None, "method S refuses nothing"
         for result in results[: len(core.METHODS)]:
             found = result.detection
             umbilics = found.umbilics if found else by_shape.umbilics.select(np.zeros(0, int))

@@ -17,10 +17,10 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
-from ..base.progress import Progress
+from ...base.progress import Progress
+from ..surface import Surface
 from .charts import Charts, cut_along
 from .cotangents import angles_and_cotangents
-from .surface import Surface
 
 # Lengths that a map with isometric border scales more than so many times have the cut led to them.
 MOST_SCALING = 3.0
@@ -40,9 +40,7 @@ class _Graph:
     chart: np.ndarray
 
 
-def opened_to_disks(
-    surface: Surface, charts: Charts, progress: Progress | None = None
-) -> Charts:
+def opened_to_disks(surface: Surface, charts: Charts, progress: Progress | None = None) -> Charts:
     """Charts cut further until each is a disk that scales lengths at most `MOST_SCALING` times.
 
     The cuts that are there stay; a disk that is flat enough is left as it is. The bound holds for

@@ -8,12 +8,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..base.errors import ChartError, InvalidMeshError
-from ..base.progress import Progress
-from .half_edges import following
-from .input_map import kept_vertices
+from ...base.errors import ChartError, InvalidMeshError
+from ...base.progress import Progress
+from ..half_edges import following
+from ..input_map import kept_vertices
+from ..surface import Surface
 from .lscm import conformal_map
-from .surface import Surface
 
 # Charts are unfolded together until they hold this many triangles.
 _BATCH = 200_000
