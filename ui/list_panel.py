@@ -56,6 +56,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         ]
         keys: dict[str, Callable[[bpy.types.PropertyGroup], float]] = {
             "persistence": lambda item: -item.persistence,
+            "importance": lambda item: -item.importance,
             "kind": lambda item: item.kind,
             "curvature": lambda item: -abs(item.curvature),
         }

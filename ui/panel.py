@@ -55,6 +55,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             layout.prop(display, "strength", slider=True)
         automatic(layout, settings, "persistence")
         _dropped(layout, context)
+        layout.prop(settings, "at_most", text="Most Important")
         row = layout.row(heading="Opening")
         row.prop(display, "opened", text="")
         if settings.opening:

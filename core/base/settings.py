@@ -188,6 +188,16 @@ class Settings:
         manual=0.0,
         unit="1 / length",
     )
+    at_most: int = setting(
+        0,
+        label="At Most",
+        help="Only so many of the umbilics that are left, the most important ones: those that lie "
+        "farthest above the error of the fits before they cancel. Pairs come and go together; 0 "
+        "keeps all",
+        kind="count",
+        minimum=0,
+        maximum=1_000_000,
+    )
     regions: bool = setting(
         True,
         label="Regions",

@@ -18,7 +18,7 @@ from .filters import filtered
 from .judged import Evidence, judge
 from .located import locate
 from .methods.raw import RawUmbilics
-from .pairing.persistence import trust_ratio
+from .pairing.persistence import importance, trust_ratio
 from .regions import RegionMap, describe_regions
 from .result import Detection, Umbilics
 
@@ -135,6 +135,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
         at_border=verdict.at_border,
         certain=verdict.certain,
         resolved=verdict.resolved,
+        importance=importance(verdict.persistence, verdict.partner, found.noise, evidence.gap),
         elliptic=found.elliptic,
     )
 

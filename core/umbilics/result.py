@@ -73,6 +73,11 @@ class Umbilics:
     resolved:
         (k,) bool, False for the pairs that do not rise above the error of the fits, which the
         automatic persistence drops.
+    importance:
+        (k,) float64 persistence over the standard error of the gap, the lesser one of those that
+        cancel together: how far above the error the surface has to be flattened until the point
+        is gone. Where topology keeps it, the largest gap of the surface stands for the
+        persistence; where no error is known, the median gap for the error.
     elliptic:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
@@ -95,6 +100,7 @@ class Umbilics:
     at_border: np.ndarray = field(metadata=column(bool))
     certain: np.ndarray = field(metadata=column(bool))
     resolved: np.ndarray = field(metadata=column(bool))
+    importance: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf))
     elliptic: np.ndarray = field(metadata=column(bool))
 
     def __len__(self) -> int:

@@ -43,6 +43,7 @@ FIELDS = [
 ]
 SORTS = [
     ("persistence", "Persistence", "The most certain umbilics first"),
+    ("importance", "Importance", "Those first whose persistence is largest against their error"),
     ("kind", "Kind", "Stars, lemons, monstars, compound, uncertain"),
     ("curvature", "Curvature", "The most strongly curved places first"),
 ]

@@ -45,6 +45,7 @@ class UMBILICS_PG_item(bpy.types.PropertyGroup):
     index: FloatProperty(description="Index of the direction field around it")
     persistence: FloatProperty(description="Gap at which it cancels with its partner")
     curvature: FloatProperty(description="Mean curvature there")
+    importance: FloatProperty(description="Persistence over the error of the gap")
 
 
 class UMBILICS_PG_summary(bpy.types.PropertyGroup):
@@ -147,6 +148,7 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     active_row: IntProperty(description="Row of the umbilic chosen last", default=-1)
     used_persistence: FloatProperty(description="Filter of what is shown; -1 for automatic")
     used_opening: BoolProperty(description="Whether what is shown was opened")
+    used_at_most: IntProperty(description="How many are shown at most; 0 for all")
 
 
 def store(obj: bpy.types.Object, detected: Record, chosen: core.Selection) -> None:
@@ -194,6 +196,7 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
         ("index", umbilics.index, np.float32),
         ("persistence", np.minimum(persistence, largest), np.float32),
         ("curvature", np.nan_to_num(umbilics.curvature), np.float32),
+        ("importance", np.minimum(umbilics.importance, largest), np.float32),
     ):
         items.foreach_set(name, np.asarray(values, dtype=dtype))
     kept.hidden_items = len(rows) - len(chosen)
