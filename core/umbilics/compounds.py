@@ -112,7 +112,8 @@ def merged(
         total = float(found.index[own].sum())
         same = own[found.index[own] * total > 0.0]
         centre = places[same].mean(axis=0)
-        triangle, weights = _nearest_place(surface, found.triangle[same], centre)
+        start = found.triangle[same], found.barycentric[same]
+        triangle, weights = _nearest_place(surface, *start, centre)
         corners = surface.triangles[triangle]
         spread = np.square(places[same] - centre).sum(axis=1) + np.square(found.uncertainty[same])
         values["hit"][row] = values["triangle"][row] = triangle
@@ -164,17 +165,20 @@ def _judged_again(
 
 
 def _nearest_place(
-    surface: Surface, triangles: np.ndarray, point: np.ndarray
+    surface: Surface, triangles: np.ndarray, barycentric: np.ndarray, point: np.ndarray
 ) -> tuple[int, np.ndarray]:
-    """The place on the surface nearest to a point in the middle of some triangles: triangle and
-    weights. Looked for from the nearest of them, from neighbour to neighbour while it gets
-    nearer."""
+    """The place on the surface nearest to a point in the middle of some places: triangle and
+    weights. Looked for from the nearest of their triangles, from neighbour to neighbour while it
+    gets nearer. Where all are so degenerate that nothing is near, the first place stays."""
     rows = triangles
-    best, triangle, weights = np.inf, -1, np.zeros(3)
+    best, triangle, weights = np.inf, int(triangles[0]), barycentric[0]
     while True:
         corners = surface.vertices[surface.triangles[rows]]
         inside = nearest_inside(corners, _over(corners, point))
         away = np.linalg.norm(np.einsum("rk,rkc->rc", inside, corners) - point, axis=1)
+        # A triangle without area has no foot of the point.
+        there = np.isfinite(away) & (np.abs(inside.sum(axis=1) - 1.0) < 1e-9)
+        away = np.where(there, away, np.inf)
         nearest = int(away.argmin())
         if not away[nearest] < best:
             return triangle, weights

@@ -70,8 +70,8 @@ def select(
     """Choose the umbilics anew by `settings.persistence`, the opening and `settings.at_most`.
 
     Nothing is computed again: only the persistence level, whether the opening is on, and how
-    many are left at most, are read; another strength of the opening takes a new detection. `pinned` and `deleted` are as
-    for `kept_rows`.
+    many are left at most, are read; another strength of the opening takes a new detection.
+    `pinned` and `deleted` are as for `kept_rows`.
     """
     candidates = detection.candidates
     cancelled = _cancelled(candidates, settings)

@@ -144,7 +144,7 @@ def _shown(
     return caches.ROWS.of((*_key(obj, settings), kinds), find)
 
 
-def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[str, float | str, bool, str, str]:
+def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[object, ...]:
     """All that decides which umbilics of the object pass the filters."""
     mine = obj.umbilics
     chosen = settings.persistence, settings.opening > 0, settings.at_most

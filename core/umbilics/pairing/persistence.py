@@ -136,7 +136,8 @@ def importance(
     level = np.where(np.isfinite(persistence), persistence, largest)
     error = _lesser_noise(partner, noise)
     error = np.where(np.isfinite(error), error, usual)
-    return np.asarray(level / np.maximum(error, np.finfo(float).tiny))
+    with np.errstate(over="ignore"):
+        return np.asarray(level / np.maximum(error, np.finfo(float).tiny))
 
 
 def significant(fits: float, chance: float) -> float:
