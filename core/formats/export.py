@@ -82,6 +82,22 @@ def export_guidance(
         The surface cannot be covered with quads.
     FormatError
         A file cannot be written.
+
+    Examples
+    --------
+    The poles and the field of an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> from pathlib import Path
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> written = core.export_guidance(
+    ...     Path("ellipsoid"),
+    ...     ["rosy", "sing"],
+    ...     guide,
+    ...     core.GuidanceSettings(),
+    ...     mesh=(vertices, triangles),
+    ... )
+    >>> [path.name for path in written.paths]
+    ['ellipsoid.rosy', 'ellipsoid.sing']
     """
     progress = progress or Progress()
     # Quads take as long as all the rest.

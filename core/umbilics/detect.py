@@ -84,6 +84,23 @@ def detect(
     ------
     InvalidMeshError, ChartError, CancelledError
         With a sentence for the user.
+
+    Examples
+    --------
+    An ellipsoid of three axes has four umbilics, all of them lemons, here as the hull of random
+    points; how the hull winds its triangles does not matter.
+
+    >>> import numpy as np
+    >>> from scipy.spatial import ConvexHull
+    >>> points = np.random.default_rng(0).normal(size=(2000, 3))
+    >>> points /= np.linalg.norm(points, axis=1, keepdims=True)
+    >>> triangles = ConvexHull(points).simplices
+    >>> detection = core.detect(points * (3.0, 2.0, 1.0), triangles)
+    >>> detection.umbilics.counts()["lemon"], detection.index_sum
+    (4, 2.0)
+    >>> x = 3.0 * np.sqrt((3.0**2 - 2.0**2) / (3.0**2 - 1.0**2))
+    >>> bool(np.allclose(np.abs(detection.umbilics.position[:, 0]), x, atol=0.02))
+    True
     """
     settings = settings or Settings()
     progress = progress or Progress()

@@ -169,7 +169,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         maps.hide(context, obj, transaction)
         homes.leave(obj, RESULTS, homes.DETECTION, transaction, home.mesh)
         transaction.keep_attributes(home.mesh, tuple(RESULTS))
-        write_results(home.mesh, inputs.arrays, results.attributes)
+        write_results(home.mesh, results.attributes)
         lost = _describe(obj, inputs, results, transaction)
         homes.settle(home, homes.DETECTION, transaction)
         filters.write(context, obj, inputs.settings, transaction, fresh=True)

@@ -106,7 +106,7 @@ class BackgroundTask:
                 self._name = f"{job.object_name}: " if count > 1 else ""
                 part = progress.part("", number / count, (number + 1) / count)
                 self._outcomes.append(outcome_of(job, part))
-        except BaseException as error:  # raised again in the main thread by `results`
+        except BaseException as error:  # noqa: BLE001 (raised again in the main thread by `results`)
             self._error = error
 
     def _report(self, fraction: float, stage: str) -> None:
