@@ -4,6 +4,7 @@ from importlib import import_module
 
 # Registered in this order and unregistered in the reverse of it.
 _MODULES = (
+    "base.translation",
     "base.caches",
     "data.preferences",
     "data.properties",

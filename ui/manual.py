@@ -12,7 +12,7 @@ _MANUAL = Path(__file__).parent / "help" / "guide.html"
 
 _RETOPOLOGY = (
     "guide", "add_pole", "remesh_to_quads", "lines", "separatrices", "ridges", "draw_guides",
-    "mark_seams", "new_retopology", "check_topology", "symmetry", "align_to_x", "export_field",
+    "mark_seams", "new_retopology", "check_topology", "show_check", "symmetry", "align_to_x", "export_field",
 )  # fmt: skip
 
 # From what Blender calls it to the chapter of the guide; the first that fits is taken.

@@ -22,6 +22,7 @@ from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
 from ..operators.ridges import UMBILICS_OT_ridges
 from ..operators.separatrices import UMBILICS_OT_separatrices
+from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.show_map import UMBILICS_OT_show_map
 from ..operators.symmetry import UMBILICS_OT_symmetry
 
@@ -45,7 +46,7 @@ _RETOPOLOGY = (
         UMBILICS_OT_ridges,
         UMBILICS_OT_draw_guides,
     ),
-    (UMBILICS_OT_new_retopology, UMBILICS_OT_check_topology),
+    (UMBILICS_OT_new_retopology, UMBILICS_OT_check_topology, UMBILICS_OT_show_check),
     (UMBILICS_OT_symmetry, UMBILICS_OT_align_to_x),
     (UMBILICS_OT_export_field,),
 )

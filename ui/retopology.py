@@ -4,6 +4,7 @@ import bpy
 
 from ..operators.add_pole import UMBILICS_OT_add_pole
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.base.translation import translated
 from ..operators.check_topology import UMBILICS_OT_check_topology
 from ..operators.data import plans, topology
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
@@ -44,7 +45,7 @@ class UMBILICS_UL_poles(bpy.types.UIList):
         row.active = change != "deleted"
         row.label(text=str(item.valence), icon=_ICON.get(item.valence, "DOT"))
         rest = row.split(factor=0.7)
-        rest.label(text=", ".join(filter(None, (item.origin, change))))
+        rest.label(text=", ".join(map(translated, filter(None, (item.origin, change)))))
         rest.label(text=f"{100.0 * item.confidence:.0f} %")
 
 
@@ -72,14 +73,14 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.template_list(
             "UMBILICS_UL_poles", "", plan, "poles", plan, "active", rows=3, maxrows=8
         )
-        total = guidance_objects.pole_sum(obj)
+        count = guidance_objects.pole_sum(obj)
         halves = layout.split(factor=0.65)
         halves.label(text="Sum of 4 - valence")
         if not plan.closed:
-            halves.label(text=f"{total} (open)")
+            halves.label(text=translated(f"{count} (open)"))
         else:
-            icon = "CHECKMARK" if total == plan.expected else "ERROR"
-            halves.label(text=f"{total} of {plan.expected}", icon=icon)
+            icon = "CHECKMARK" if count == plan.expected else "ERROR"
+            halves.label(text=translated(f"{count} of {plan.expected}"), icon=icon)
         _by_hand(layout, context, obj)
         reasons = staleness.plan_reasons(context, obj)
         if reasons:
@@ -194,7 +195,7 @@ class UMBILICS_UL_marks(bpy.types.UIList):
         state = ("Matched", "Extra", "Missing")[item.state]
         row = layout.split(factor=0.25)
         row.label(text=str(item.valence), icon=_STATE_ICON[item.state])
-        row.label(text=state)
+        row.label(text=translated(state))
 
 
 def _check(
@@ -210,12 +211,11 @@ def _check(
     box = layout.box()
     column = box.column(align=True)
     sound = kept.quads == kept.faces and kept.jacobian > 0.0
-    column.label(
-        text=f"Against {kept.against}" if sound else "Not all faces are sound quads",
-        icon="CHECKMARK" if sound else "ERROR",
-    )
+    name = kept.against
+    text = f"Against {name}" if sound else "Not all faces are sound quads"
+    column.label(text=translated(text), icon="CHECKMARK" if sound else "ERROR")
     for line in topology.sentences(kept):
-        column.label(text=line)
+        column.label(text=translated(line))
     if checks.is_old(context, obj):
         paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
     box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")
@@ -254,7 +254,7 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
         obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
-            layout.label(text=obj.umbilics_plan.mirror)
+            layout.label(text=translated(obj.umbilics_plan.mirror))
 
 
 register, unregister = bpy.utils.register_classes_factory(

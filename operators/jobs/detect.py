@@ -219,7 +219,8 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
 
 def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
     """What was analysed and what was left out, in a line for the panel."""
-    source = f"With {', '.join(works)}" if works else "The mesh itself"
+    names = ", ".join(works)
+    source = f"With {names}" if works else "The mesh itself"
     wanted = len(np.unique(arrays.polygon))
     where = {
         "WHOLE": "whole object",
@@ -228,8 +229,9 @@ def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
         "GROUP": f"group {scope.group}",
     }[scope.kind]
     left_out = 0 if scope.kind == "WHOLE" else arrays.polygon_count - wanted
-    ignored = f"; {left_out} of {arrays.polygon_count} faces left out" if left_out else ""
-    return f"{source}, {where}{ignored}"
+    count = arrays.polygon_count
+    ignored = [f"{left_out} of {count} faces left out"] if left_out else []
+    return "; ".join((f"{source}, {where}", *ignored))
 
 
 def check_object(obj: bpy.types.Object | None, with_modifiers: bool = False) -> None:
