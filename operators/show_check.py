@@ -32,8 +32,8 @@ class UMBILICS_OT_show_check(bpy.types.Operator):
             self.report(
                 {"ERROR"},
                 reported(
-                    f"The angles are not on the mesh of {obj.name}: its modifiers make other faces, "
-                    "or it was edited. Apply the modifiers and check again."
+                    f"The angles are not on the mesh of {obj.name}: its modifiers make other "
+                    "faces, or it was edited. Apply the modifiers and check again."
                 ),
             )
             return {"CANCELLED"}

@@ -54,7 +54,7 @@ _NOT_SHOWN = {
     "{name} Quads", "{name} Retopology", "Umbilics {name}", "Umbilics {kind}", "Umbilics Lift",
     "Umbilics Arrows", "Radius Top", "Radius Bottom", "umbilics reading", "umbilics strokes",
     "umbilics, going", "Origin | None", "gathered with edges", "{name_full} pole {name}",
-    "{name_full} mark {number}",
+    "{name_full} mark {number}", "Rotation Axis {order}",
     "settings = bpy.context.scene.umbilics", "only what has a record has a crowd",
     "{number} {capitalize}", "{index}", "{index_sum}", "{confidence} %", "{method}: {reason}",
     "{explained}. {click}", "{number} {translated}",

@@ -166,6 +166,8 @@ def _dropped(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         number = "candidates"
         count = sum(getattr(found, kind) for kind in core.KINDS)
         words = f"{count} of {found.candidates} kept"
+    elif not found.candidates:
+        words = "No candidates"
     elif not found.noise_multiple:
         words = "Noise unknown: none dropped"
     elif not found.persistence_level:

@@ -3,6 +3,7 @@
 import bpy
 
 from ..operators.add_pole import UMBILICS_OT_add_pole
+from ..operators.align_to_other import UMBILICS_OT_align_to_other
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
 from ..operators.base.translation import translated
 from ..operators.check_topology import UMBILICS_OT_check_topology
@@ -14,8 +15,10 @@ from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
+from ..operators.rotation_symmetry import UMBILICS_OT_rotation_symmetry
 from ..operators.scene import selection, staleness
 from ..operators.scene.retopology import by_hand, checks, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
@@ -121,6 +124,7 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout.prop(group, "symmetry")
         layout.prop(group, "adaptivity", slider=True)
         layout.prop(group, "smoothness", slider=True)
+        layout.operator(UMBILICS_OT_preview_layout.bl_idname, icon="VIEW_ORTHO")
         layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
@@ -252,9 +256,13 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
+        column.operator(UMBILICS_OT_rotation_symmetry.bl_idname, icon="FILE_REFRESH")
+        column.operator(UMBILICS_OT_align_to_other.bl_idname, icon="SNAP_ON")
         obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
             layout.label(text=translated(obj.umbilics_plan.mirror))
+        if obj is not None and obj.umbilics_plan.axis:
+            layout.label(text=translated(obj.umbilics_plan.axis))
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -193,9 +193,10 @@ def _describe(
     kept.analysed = inputs.analysed
     suits = results.suitability
     # Creases that were not fitted across smear nothing.
-    angle = inputs.settings.crease_angle
-    is_hard = suits.is_hard and not isinstance(angle, str) and angle > core.SHARP
-    kept.is_coarse, kept.is_hard = suits.is_coarse, is_hard
+    angle = results.detection.crease_angle
+    kept.is_coarse, kept.is_hard = suits.is_coarse, suits.is_hard and angle > core.SHARP
+    if inputs.settings.crease_angle == core.AUTO and angle < 180.0:
+        kept.analysed = f"{inputs.analysed}; creases of more than {angle:.0f}\N{DEGREE SIGN}"
     record.store(obj, results.record)
     return pins.carry_over(obj, chosen, before, results.record.record)
 
