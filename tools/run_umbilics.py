@@ -149,7 +149,7 @@ def _one_method(row: dict) -> str:
 
 
 def _number_of(count: int, name: str) -> str:
-    plural = "" if count == 1 or name in ("compound", "uncertain") else "s"
+    plural = "" if count == 1 or name == "uncertain" else "s"
     return f"{count or 'no'} {name}{plural}"
 
 

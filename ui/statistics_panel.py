@@ -12,7 +12,7 @@ _PLURAL = {
     "star": "Stars",
     "lemon": "Lemons",
     "monstar": "Monstars",
-    "compound": "Compound",
+    "compound": "Compounds",
     "uncertain": "Uncertain",
 }
 

@@ -42,10 +42,6 @@ from .unresolved import unresolved_sets
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2
-CURVES = (
-    "Along {} both principal curvatures are equal within their error, as on circles of surfaces of "
-    "revolution: reported as regions, because no point of them is an umbilic of its own."
-)
 
 
 def detect(
@@ -131,7 +127,12 @@ def detect(
             sets = unresolved_sets(surface, shape, noise, radius, CURVE, progress.quiet())
             regions = with_curves(surface, regions, sets, found.triangle_index)
             if regions.curves:
-                warnings.append(CURVES.format(counted(regions.curves, "curve")))
+                curves = counted(regions.curves, "curve")
+                warnings.append(
+                    f"Along {curves} both principal curvatures are equal within their error, as on "
+                    "circles of surfaces of revolution: reported as regions, because no point of "
+                    "them is an umbilic of its own."
+                )
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):

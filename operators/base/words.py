@@ -12,8 +12,6 @@ def counts_in_words(counts: dict[str, int]) -> str:
     for kind, count in sorted(counts.items(), key=lambda item: -item[1]):
         if kind == core.KINDS[-1] and count:
             parts.append(f"{count} of uncertain kind")
-        elif kind == "compound" and count:
-            parts.append(f"{count} compound")
         elif count:
             parts.append(counted(count, kind))
     if not parts:

@@ -15,7 +15,7 @@ KIND_ITEMS = [
     ("star", "Stars", "Index -1/2, three separatrices", 1),
     ("lemon", "Lemons", "Index +1/2, one separatrix", 2),
     ("monstar", "Monstars", "Index +1/2, three separatrices", 4),
-    ("compound", "Compound", "Another index: several that are not told from each other", 16),
+    ("compound", "Compounds", "Another index: several that are not told from each other", 16),
     ("uncertain", "Uncertain", "The index and the cubic form disagree about the kind", 8),
 ]
 MAPS = [
@@ -44,7 +44,7 @@ FIELDS = [
 SORTS = [
     ("persistence", "Persistence", "The most certain umbilics first"),
     ("importance", "Importance", "Those first whose persistence is largest against their error"),
-    ("kind", "Kind", "Stars, lemons, monstars, compound, uncertain"),
+    ("kind", "Kind", "Stars, lemons, monstars, compounds, uncertain"),
     ("curvature", "Curvature", "The most strongly curved places first"),
 ]
 # The slider of the filter spans the persistences that there are, on a logarithmic scale.

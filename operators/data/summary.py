@@ -65,7 +65,7 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
         "right angle",
     )
     compound: IntProperty(
-        name="Compound",
+        name="Compounds",
         description="Umbilics of another index: several that their errors do not tell from each "
         "other, or one that is no generic point",
     )
