@@ -104,11 +104,16 @@ def _looked_at(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None
         return
     if empties.EMPTY_TAG in clicked:
         row = clicked.get("umbilics_row", NONE)
-        if obj.umbilics.detected and row != obj.umbilics.active_row:
-            choose(bpy.context, obj, row)
+        is_other = obj.umbilics.detected and row != obj.umbilics.active_row
     elif clicked.get(guidance_objects.TAG) == guidance_objects.POLES:
-        if plans.index_of(obj, clicked) not in (obj.umbilics_plan.active, NONE):
-            choose_pole(bpy.context, obj, clicked.name)
+        place = plans.index_of(obj, clicked)
+        is_other = place not in (obj.umbilics_plan.active, NONE)
+    else:
+        return
+    if is_other and empties.EMPTY_TAG in clicked:
+        choose(bpy.context, obj, row)
+    elif is_other:
+        choose_pole(bpy.context, obj, clicked.name)
 
 
 _HANDLERS = (("depsgraph_update_post", _looked_at),)
