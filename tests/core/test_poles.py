@@ -146,3 +146,68 @@ def test_paths_along_edges_are_near_the_lines():
     assert np.abs(mesh.vertices[used, 1]).max() < mesh.edge_length
     # A ring: every vertex has two of them.
     assert set(np.bincount(used.ravel())) <= {0, 2}
+
+
+def without_singularities(surface, smoothing):
+    """A cross field that has lost all of them."""
+    return SimpleNamespace(
+        triangle_index=np.zeros(len(surface.triangles)),
+        smoothing=smoothing,
+        strength=np.ones(len(surface.vertices)),
+    )
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("lengths", [0.1, 8.0])
+def test_poles_that_the_field_has_lost_stand_to_both_sides_of_the_separatrix(known, lengths):
+    """By half a smoothing length, but at least an edge; somewhere where it is not known."""
+    guide = guide_of("ellipsoid")
+    surface, umbilics = guide.surface, guide.detection.umbilics
+    ray = umbilics.separatrix[:, 0]
+    if not known:
+        umbilics = replace(umbilics, separatrix=np.full_like(umbilics.separatrix, np.nan))
+    edge = 1.5 * float(np.sqrt(np.median(surface.face_normal_area[1])))
+    cross = without_singularities(surface, lengths * edge)
+    planes = guide.planes(Progress())
+    poles = plan_poles(surface, planes, cross, umbilics, [], plan="umbilics")
+    assert poles.umbilic.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert (poles.valence == 3).all() and poles.total == 8
+    apart = max(0.5 * lengths, 1.0) * edge * surface.unit
+    for number in range(4):
+        away = poles.position[poles.umbilic == number] - umbilics.position[number]
+        np.testing.assert_allclose(np.linalg.norm(away, axis=1), apart, rtol=0.1)
+        across = away / np.linalg.norm(away, axis=1, keepdims=True)
+        assert across[0] @ across[1] < -0.8
+        if known:
+            assert np.abs(across @ ray[number]).max() < 0.3
+
+
+def test_poles_are_listed_by_their_umbilics_those_without_one_last():
+    guide = guide_of("ellipsoid")
+    surface, umbilics = guide.surface, guide.detection.umbilics
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    top = np.argmax(middle[:, 1])
+    cross = without_singularities(surface, 0.01)
+    cross.triangle_index[[umbilics.triangle[2], umbilics.triangle[0], top]] = 0.25
+    poles = plan_poles(surface, guide.planes(Progress()), cross, umbilics, [])
+    assert poles.umbilic.tolist() == [0, 2, -1]
+    assert poles.triangle.tolist() == [umbilics.triangle[0], umbilics.triangle[2], top]
+
+
+def test_an_umbilic_in_the_first_triangle_has_its_poles_and_one_on_nothing_none():
+    mesh, umbilics = MESHES["ellipsoid"], guide_of("ellipsoid").detection.umbilics
+    count = len(mesh.triangles)
+    first = int(umbilics.triangle[0])
+    # The first umbilic's triangle becomes the first one; the last one is none at all.
+    triangles = np.concatenate([np.roll(mesh.triangles, -first, axis=0), [[0, 0, 1]]])
+    detection = core.detect(mesh.vertices, triangles)
+    guide = core.Guide(mesh.vertices, triangles, detection)
+    moved = (umbilics.triangle - first) % count
+    moved[1] = count
+    umbilics = replace(umbilics, triangle=moved)
+    cross = without_singularities(guide.surface, 0.01)
+    planes = guide.planes(Progress())
+    poles = plan_poles(guide.surface, planes, cross, umbilics, [], plan="umbilics")
+    assert [int((poles.umbilic == number).sum()) for number in range(4)] == [2, 0, 2, 2]
+    # The sum wants two more, which nothing places.
+    assert (poles.umbilic == -1).sum() == 2 and poles.total == 8
