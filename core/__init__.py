@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    MatchError,
     RemeshError,
     UmbilicsError,
 )
@@ -15,35 +16,43 @@ from .base.progress import Progress
 from .base.settings import Settings, defaults, options
 from .curvature.field import CurvatureField
 from .curvature.surface_types import SURFACE_TYPES
-from .formats.guidance import (
-    FILE_KINDS,
-    Exported,
-    Written,
-    export_guidance,
-    guidance_paths,
-    write_guidance,
-)
+from .formats.export import Written, export_guidance
+from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .matching.align import Alignment, align
+from .matching.identify import identify
+from .matching.rotation import RotationSymmetry, find_rotation
+from .matching.shape import Shape
 from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
+from .retopology.lines.separatrices import Separatrices
 from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
-from .retopology.quads.remesh import remesh
+from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
+from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
-from .retopology.topology_check import TopologyCheck, check_topology
-from .umbilics.compare import MethodResult, compare, comparison_table
+from .retopology.topology_check import TopologyCheck, check_quads, check_topology
+from .umbilics.compare import (
+    BASELINES,
+    METHODS,
+    MethodResult,
+    compare,
+    comparison_rows,
+    comparison_table,
+)
 from .umbilics.detect import USUAL_OPENING, detect
 from .umbilics.filters import SMOOTH_MORE, TRUSTED, Selection, filtered, kept_rows, select
+from .umbilics.numbering import numbers
 from .umbilics.pairing.persistence import noise_multiple
 from .umbilics.result import KINDS, Detection, Region, Umbilics
 from .umbilics.storage import pack, unpack
@@ -51,15 +60,20 @@ from .umbilics.suitability import COARSE, SHARP, Suitability, suitability
 
 __all__ = [
     "AUTO",
+    "BASELINES",
     "COARSE",
     "FAMILIES",
     "FILE_KINDS",
     "KINDS",
+    "LINE_KINDS",
+    "METHODS",
+    "QUAD_KINDS",
     "SHARP",
     "SMOOTH_MORE",
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
+    "Alignment",
     "CancelledError",
     "ChartError",
     "Choice",
@@ -75,18 +89,23 @@ __all__ = [
     "InvalidMeshError",
     "InvalidSettingsError",
     "Lines",
+    "MatchError",
     "MethodResult",
     "MirrorPlane",
     "Option",
     "Poles",
     "Progress",
+    "QuadLayout",
     "QuadMesh",
     "Region",
     "RemeshError",
     "RemeshSettings",
     "RidgeLines",
+    "RotationSymmetry",
     "Selection",
+    "Separatrices",
     "Settings",
+    "Shape",
     "Strokes",
     "Suitability",
     "TopologyCheck",
@@ -95,20 +114,27 @@ __all__ = [
     "UsdMesh",
     "WantedPoles",
     "Written",
+    "align",
     "check",
+    "check_quads",
     "check_topology",
     "compare",
+    "comparison_rows",
     "comparison_table",
     "defaults",
     "detect",
     "edge_paths",
     "export_guidance",
     "filtered",
+    "find_rotation",
     "guidance_paths",
+    "identify",
     "kept_rows",
     "noise_multiple",
+    "numbers",
     "options",
     "pack",
+    "quad_layout",
     "read_off",
     "remesh",
     "select",

@@ -3,7 +3,7 @@
 import bpy
 
 from .jobs import detect
-from .scene import homes
+from .scene import homes, selection
 from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
 
 
@@ -17,8 +17,8 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        obj = context.active_object
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.active(context)
         reason = detect.why_not(obj)
         if not reason and not obj.umbilics.detected:
             reason = f"{obj.name} has no results. Detect first."
@@ -31,8 +31,8 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
-        obj = context.active_object
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = selection.active(context)
         if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
             self.report({"INFO"}, f"{obj.name} has arrows already.")
             return {"CANCELLED"}
@@ -46,9 +46,4 @@ def is_ours(modifier: bpy.types.Modifier) -> bool:
     return modifier.node_group is not None and GROUP_TAG in modifier.node_group
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_add_arrows)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_add_arrows)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_add_arrows,))

@@ -3,6 +3,7 @@
 import bpy
 from mathutils import Matrix, Vector
 
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -16,16 +17,16 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        obj = context.active_object
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.active(context)
         if obj is None or not guidance_objects.parts_of(obj, guidance_objects.MIRROR):
             cls.poll_message_set("Find the mirror plane first.")
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         context.view_layer.update()
-        obj = context.active_object
+        obj = selection.active(context)
         plane = guidance_objects.parts_of(obj, guidance_objects.MIRROR)[0].matrix_world
         normal = plane.col[1].to_3d().normalized()
         if normal.x < 0.0:
@@ -38,9 +39,4 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_align_to_x)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_align_to_x)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_align_to_x,))

@@ -16,22 +16,17 @@ class UMBILICS_OT_apply_filters(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         if not filters.with_results(context):
             cls.poll_message_set("Detect umbilics first.")
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         for obj in filters.with_results(context):
             filters.apply(context, obj, filters.chosen_filters(context.scene))
         changes.notify("view", context)
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_apply_filters)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_apply_filters)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_apply_filters,))

@@ -12,20 +12,17 @@ class UMBILICS_OT_cancel(bpy.types.Operator):
     bl_options = {"INTERNAL"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         if worker.current() is None:
             cls.poll_message_set("No detection is running.")
             return False
         return True
 
-    def execute(self, context):
-        worker.current().cancel()
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        task = worker.current()
+        if task is not None:
+            task.cancel()
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_cancel)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_cancel)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_cancel,))

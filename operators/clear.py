@@ -17,7 +17,7 @@ class UMBILICS_OT_clear(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         whys = [detect.why_not(obj, to_clear=True) for obj in selection.wanted(context)]
         reason = "" if "" in whys else whys[0]
         if worker.current() is not None:
@@ -26,16 +26,16 @@ class UMBILICS_OT_clear(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         wanted = selection.wanted(context)
         cleared = [clear(context, obj) for obj in wanted if not detect.why_not(obj, to_clear=True)]
         if not (orphans.remove() or any(cleared)):
-            name = wanted[0].name if len(wanted) == 1 else "The selection"
+            name = wanted[0].name if len(wanted) == 1 and wanted[0] else "The selection"
             self.report({"INFO"}, f"{name} has no umbilics to clear.")
             return {"CANCELLED"}
         return {"FINISHED"}
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         edited = context.mode == "EDIT_MESH"
         return finished(self.execute(context), edited)
 
@@ -46,9 +46,4 @@ def clear(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     return old_copies.let_go(context, obj) or found
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_clear)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_clear)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_clear,))

@@ -18,13 +18,13 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         if worker.current() is not None:
             cls.poll_message_set("A detection is running. Wait for it, or press Esc.")
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         found = orphans.with_results()
         refused = [why for obj in found if (why := detect.why_not(obj, to_clear=True))]
         cleared = [clear(context, obj) for obj in found if not detect.why_not(obj, to_clear=True)]
@@ -37,14 +37,9 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         self.report({"INFO"}, f"Cleared {sum(cleared)} objects, and {left} left of others.")
         return {"FINISHED"}
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         edited = context.mode == "EDIT_MESH"
         return finished(self.execute(context), edited)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_clear_file)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_clear_file)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_clear_file,))

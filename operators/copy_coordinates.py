@@ -13,22 +13,15 @@ class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return chosen_umbilic.is_chosen(cls, context)
 
-    def execute(self, context):
-        obj = context.view_layer.objects.active
-        row = chosen_umbilic.chosen_row(context)
-        position, _ = record.place_now(obj, record.of(obj), row)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        position, _ = record.place_now(*chosen_umbilic.chosen(context))
         text = ", ".join(f"{value:.6g}" for value in position)
         context.window_manager.clipboard = text
         self.report({"INFO"}, f"Copied {text}")
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_copy_coordinates)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_copy_coordinates)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_copy_coordinates,))

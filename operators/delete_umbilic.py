@@ -12,17 +12,12 @@ class UMBILICS_OT_delete_umbilic(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return chosen_umbilic.can_be_changed(cls, context)
 
-    def execute(self, context):
-        chosen_umbilic.toggle(context, "deleted", chosen_umbilic.chosen_row(context))
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen_umbilic.toggle(context, "deleted")
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_delete_umbilic)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_delete_umbilic)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_delete_umbilic,))

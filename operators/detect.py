@@ -6,7 +6,7 @@ from .. import core
 from .base.words import outcome, pins_lost
 from .data import properties, reading
 from .jobs import detect, worker
-from .jobs.modal import RUNNING, BackgroundOperator
+from .jobs.modal import RUNNING, BackgroundOperator, Message
 from .scene import selection
 
 
@@ -19,7 +19,7 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         modified = _with_modifiers(context)
         wanted = selection.wanted(context)
         whys = [detect.why_not(obj, with_modifiers=modified) for obj in wanted]
@@ -30,7 +30,9 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def jobs(self, context):
+    def jobs(
+        self, context: bpy.types.Context
+    ) -> tuple[list[detect.Inputs], list[core.UmbilicsError]]:
         scene = context.scene
         settings = properties.to_settings(scene.umbilics)
         depsgraph = context.evaluated_depsgraph_get() if _with_modifiers(context) else None
@@ -45,7 +47,9 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
                 refused.append(error)
         return jobs, refused
 
-    def put(self, context, job, found):
+    def put(
+        self, context: bpy.types.Context, job: detect.Inputs, found: detect.Results
+    ) -> list[Message]:
         lost = detect.write(context, job, found)
         detection = found.detection
         level = "WARNING" if detection.warnings else "INFO"
@@ -53,13 +57,8 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         return [*messages, ("WARNING", pins_lost(lost))] if lost else messages
 
 
-def _with_modifiers(context) -> bool:
+def _with_modifiers(context: bpy.types.Context) -> bool:
     return context.scene.umbilics_display.source == "EVALUATED"
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_detect)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_detect)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_detect,))

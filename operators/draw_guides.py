@@ -2,8 +2,10 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -15,24 +17,24 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
         "strokes, a layer for each family, to trace and draw over. Layers that you add stay"
     )
 
-    def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.guides)
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        return retopology.gather(context, selection.shown(context), retopology.guides)
 
-    def done(self, context, job, found):
+    def done(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: tuple[core.Lines, core.Lines, core.RidgeLines],
+    ) -> str:
+        lines, separatrices, ridges = found
         with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_guides(
-                context, obj, job.inputs.arrays, *found, transaction=transaction
+                context, obj, job.inputs.arrays, lines, separatrices, ridges, transaction
             )
-        lines, separatrices, ridges = found
         return (
             f"{len(lines)} lines of curvature, {len(separatrices)} separatrices and "
             f"{len(ridges)} ridges drawn."
         )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_draw_guides)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_draw_guides)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_draw_guides,))

@@ -14,18 +14,15 @@ class UMBILICS_OT_explain(bpy.types.Operator):
     number: StringProperty(description="Name of the number", options={"SKIP_SAVE"})
 
     @classmethod
-    def description(cls, _context, properties):
+    def description(
+        cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties
+    ) -> str:
         # Blender ends it with a full stop.
         words = summary.UMBILICS_PG_summary.bl_rna.properties[properties.number].description
         return f"{words}. Click for the manual"
 
-    def execute(self, _context):
+    def execute(self, _context: bpy.types.Context) -> set[str]:
         return bpy.ops.wm.doc_view_manual(doc_id=f"UMBILICS_PG_summary.{self.number}")
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_explain)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_explain)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_explain,))

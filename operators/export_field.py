@@ -31,7 +31,7 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
 
     _by_hand = False
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column(heading="Files")
         for kind in core.FILE_KINDS:
             column.prop(self, kind)
@@ -43,14 +43,14 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
                 column.label(text=name)
             column.prop(self, "overwrite")
 
-    def _kinds(self):
+    def _kinds(self) -> list[str]:
         return [kind for kind in core.FILE_KINDS if getattr(self, kind)]
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._by_hand = True
         return ExportHelper.invoke(self, context, event)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         kinds = self._kinds()
         if not kinds:
             self.report({"ERROR"}, "Choose at least one kind of file.")
@@ -86,9 +86,4 @@ for _kind, _about in core.FILE_KINDS.items():
     )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_export_field)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_export_field)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_export_field,))

@@ -13,17 +13,13 @@ class UMBILICS_OT_frame_umbilic(bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return chosen_umbilic.is_chosen(cls, context)
 
-    def execute(self, context):
-        framing.frame(context, chosen_umbilic.chosen_row(context))
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj, _, row = chosen_umbilic.chosen(context)
+        framing.frame(context, obj, row)
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_frame_umbilic)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_frame_umbilic)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_frame_umbilic,))

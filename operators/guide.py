@@ -3,13 +3,17 @@
 import math
 
 import bpy
+from bpy.props import BoolProperty
 
+from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.guide"
     bl_label = "Plan Poles"
     bl_description = (
@@ -17,17 +21,45 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
         "follows it needs a vertex of three or five edges"
     )
 
-    def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.plan)
+    by_hand: BoolProperty(
+        name="Poles by Hand",
+        description="Poles that were moved, added or deleted by hand stay as they are, and the "
+        "field is bent after them; otherwise all are planned anew",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
 
-    def done(self, context, job, found):
-        guidance, umbilics = found
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        return retopology.gather(
+            context,
+            selection.shown(context),
+            retopology.plan,
+            settings=self.settings(context),
+            steered=True,
+            with_poles=self.by_hand,
+        )
+
+    def done(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: tuple[core.Guidance, guidance_objects.Kept],
+    ) -> str:
+        guidance, kept = found
         with retopology.written(context, job) as (_, transaction):
             home = retopology.home_of_plan(context, job, transaction)
-            origin = job.origin(umbilics)
+            origin = job.origin(kept.umbilics)
             guidance_objects.write_plan(
-                context, home, job.inputs.arrays, guidance, umbilics, origin, transaction
+                context,
+                home,
+                job.inputs.arrays,
+                guidance,
+                kept,
+                origin,
+                transaction,
+                by_hand=job.steering.wanted is not None,
             )
+        context.scene.umbilics_display.field = "CROSS"
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
         text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
@@ -36,10 +68,11 @@ class UMBILICS_OT_guide(GuidanceOperator, bpy.types.Operator):
             return f"{text}, four times the Euler characteristic is {poles.expected:g}."
         return f"{text} on an open surface."
 
+    def warnings(self, found: tuple[core.Guidance, core.Umbilics]) -> tuple[str, ...]:
+        return found[0].warnings
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_guide)
+
+with_settings(UMBILICS_OT_guide, plans.OF_PLAN)
 
 
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_guide)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_guide,))

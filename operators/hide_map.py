@@ -15,7 +15,7 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         area = context.area
         changed = (
             area is not None
@@ -27,7 +27,7 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         # Named first: objects that show a map go meanwhile, and Blender does not expect that of
         # one who walks through them.
         shown = [obj for obj in context.scene.objects if maps.is_shown_on(obj)]
@@ -41,9 +41,4 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_hide_map)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_hide_map)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_hide_map,))

@@ -2,22 +2,28 @@
 
 import bpy
 
+from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_lines(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.lines"
     bl_label = "Lines of Curvature"
     bl_description = (
         "Draw evenly spaced lines of curvature on the active mesh, a curve object for each family"
     )
 
-    def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.lines)
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        settings = self.settings(context)
+        return retopology.gather(
+            context, selection.shown(context), retopology.lines, settings=settings
+        )
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
@@ -25,9 +31,7 @@ class UMBILICS_OT_lines(GuidanceOperator, bpy.types.Operator):
         return f"{len(found)} lines of curvature."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_lines)
+with_settings(UMBILICS_OT_lines, plans.OF_LINES)
 
 
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_lines)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_lines,))

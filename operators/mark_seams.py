@@ -1,10 +1,12 @@
 """Operator: lines to seams, sharp edges or creases of the active mesh."""
 
 import bpy
+import numpy as np
 from bpy.props import EnumProperty
 
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 _WORK = {
@@ -40,19 +42,14 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
         ],
     )
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         work = retopology.edges_along(_WORK[self.lines])
-        return retopology.gather(context, context.active_object, work, with_edges=True)
+        return retopology.gather(context, selection.shown(context), work, with_edges=True)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: np.ndarray) -> str:
         with retopology.written(context, job) as (obj, transaction):
             count = guidance_objects.mark(obj, found, _MARK[self.mark], transaction)
         return f"{count} edges marked."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_mark_seams)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_mark_seams)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mark_seams,))

@@ -12,8 +12,7 @@ from .base import verdict
 from .data import record
 from .jobs import detect, worker
 from .mesh.read import positions
-from .scene import homes, targets
-from .scene.display_objects import source_of
+from .scene import homes, selection, targets
 from .scene.modes import object_mode
 
 # By so much the neighbourhoods grow where noise is as strong as the shape.
@@ -40,8 +39,8 @@ class UMBILICS_OT_mend(bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context):
-        obj = source_of(context.active_object)
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.active(context)
         reason = detect.why_not(obj, with_modifiers=True)
         if not reason and not targets.is_own(obj):
             reason = f"{obj.name} is linked from another file: change it there."
@@ -51,8 +50,8 @@ class UMBILICS_OT_mend(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
-        obj = source_of(context.active_object)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = selection.active(context)
         _WAYS[self.way](context, obj)
         how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
         return {"CANCELLED"} if bpy.ops.umbilics.detect(how) == {"CANCELLED"} else {"FINISHED"}
@@ -89,8 +88,9 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 def _widen(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     settings, kept = context.scene.umbilics, record.of(homes.owner_of(obj))
-    edge = float(np.median(kept.edge)) if kept is not None and len(kept.edge) else 0.0
-    rings = kept.detection.scale / edge if edge > 0.0 else settings.scale
+    rings = settings.scale
+    if kept is not None and len(kept.edge) and (edge := float(np.median(kept.edge))) > 0.0:
+        rings = kept.detection.scale / edge
     settings.scale_auto, settings.scale_unit = False, "rings"
     settings.scale = math.ceil(_WIDER * rings)
 
@@ -103,9 +103,4 @@ _WAYS = {
 }
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_mend)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_mend)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mend,))

@@ -2,7 +2,7 @@
 
 import bpy
 
-from .scene import targets
+from .scene import selection, targets
 
 
 class UMBILICS_OT_new_retopology(bpy.types.Operator):
@@ -15,15 +15,15 @@ class UMBILICS_OT_new_retopology(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        obj = context.active_object
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.active(context)
         if obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
             cls.poll_message_set("Make the surface the active object, in Object Mode.")
             return False
         return True
 
-    def execute(self, context):
-        surface = context.active_object
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        surface = selection.active(context)
         mesh = bpy.data.meshes.new(f"{surface.name} Retopology")
         made = bpy.data.objects.new(mesh.name, mesh)
         own = [one for one in surface.users_collection if targets.is_local(one)]
@@ -45,9 +45,4 @@ class UMBILICS_OT_new_retopology(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_new_retopology)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_new_retopology)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_new_retopology,))

@@ -12,17 +12,12 @@ class UMBILICS_OT_pin(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return chosen_umbilic.can_be_changed(cls, context)
 
-    def execute(self, context):
-        chosen_umbilic.toggle(context, "pinned", chosen_umbilic.chosen_row(context))
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen_umbilic.toggle(context, "pinned")
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_pin)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_pin)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_pin,))

@@ -1,17 +1,29 @@
 """Operator: a quad mesh whose edges follow the curvature, beside the active mesh."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
 import bpy
-import numpy as np
 
 from .. import core
-from .data import remeshing
+from .data import remeshing, topology
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
-from .scene import targets
-from .scene.retopology import quad_meshes
+from .jobs.adjustable import Adjustable
+from .scene import selection, targets
+from .scene.retopology import checks, quad_meshes
 
 
-class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
+@dataclass(frozen=True)
+class Made:
+    """The quads, and how they follow the surface and its plan of these poles."""
+
+    quads: core.QuadMesh
+    check: core.TopologyCheck
+    poles: core.Poles
+
+
+class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
     bl_idname = "umbilics.remesh_to_quads"
     bl_label = "Remesh to Quads"
     bl_description = (
@@ -19,49 +31,48 @@ class UMBILICS_OT_remesh_to_quads(GuidanceOperator, bpy.types.Operator):
         "irregular vertices are the planned poles"
     )
 
-    def invoke(self, context, event):
-        """Beside the window, with the settings of the panel."""
-        group = context.scene.umbilics_remesh
-        for name in remeshing.annotations():
-            if not self.properties.is_property_set(name):
-                setattr(self, name, getattr(group, name))
-        return super().invoke(context, event)
+    panel = "umbilics_remesh"
+    adjusted = tuple(remeshing.properties())
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 
-        def work(job, guide, progress):
+        def work(job: retopology.Job, guide: core.Guide, progress: core.Progress) -> Made:
             arrays = job.inputs.arrays
-            return core.remesh(
+            quads = core.remesh(
                 arrays.vertices,
                 arrays.triangles,
                 settings,
-                progress,
+                progress.part("Remeshing", 0.0, 0.8),
                 detection=guide.detection,
                 sharp=arrays.sharp,
                 zone=job.zone,
             )
+            guidance, _ = retopology.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
+            part = progress.part("Checking", 0.95, 1.0)
+            poles = guidance.poles
+            return Made(quads, core.check_quads(quads, guide, poles, part), poles)
 
-        return retopology.gather(context, context.active_object, work)
+        return retopology.gather(context, selection.shown(context), work, steered=True)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: Made) -> str:
+        quads = found.quads
         with retopology.written(context, job) as (_, transaction):
             source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
-            quad_meshes.add(context, source, job.inputs.arrays, found, delivery, transaction)
-        for warning in found.warnings:
-            self.report({"WARNING"}, warning)
-        angle = found.angle[np.isfinite(found.angle)]
-        follows = f", {np.mean(angle):.1f}\N{DEGREE SIGN} from the curvature" if len(angle) else ""
-        return f"{len(found.quads)} quads, {len(found.pole_valence)} poles{follows}."
+            made = quad_meshes.add(context, source, job.inputs.arrays, quads, delivery, transaction)
+            made.umbilics_check.surface = source
+            stamp = checks.signature_of(made, None)
+            against = job.object_name
+            checks.write(context, made, against, found.check, found.poles, stamp, transaction)
+        said = ". ".join(topology.sentences(made.umbilics_check))
+        return f"{len(quads.quads)} quads, {len(quads.pole_valence)} poles. {said}."
+
+    def warnings(self, found: Made) -> tuple[str, ...]:
+        return found.quads.warnings
 
 
-UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.annotations()
+UMBILICS_OT_remesh_to_quads.__annotations__ = remeshing.properties()
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_remesh_to_quads)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_remesh_to_quads)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_remesh_to_quads,))

@@ -3,7 +3,7 @@
 import bpy
 
 from .base import changes
-from .scene import filters, targets
+from .scene import filters, selection, targets
 
 
 class UMBILICS_OT_restore_deleted(bpy.types.Operator):
@@ -13,24 +13,19 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        obj = context.view_layer.objects.active
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.shown(context)
         if obj is None or not obj.umbilics.deleted or not targets.is_local(obj):
             cls.poll_message_set("No umbilic was deleted.")
             return False
         return True
 
-    def execute(self, context):
-        obj = context.view_layer.objects.active
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = selection.shown(context)
         obj.umbilics.deleted = ""
         filters.apply(context, obj, filters.used_filters(obj))
         changes.notify("view", context)
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_restore_deleted)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_restore_deleted)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_restore_deleted,))

@@ -2,12 +2,15 @@
 
 import bpy
 
+from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.ridges"
     bl_label = "Ridges"
     bl_description = (
@@ -15,10 +18,13 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
         "or sharp: a curve object for each"
     )
 
-    def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.ridges)
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        settings = self.settings(context)
+        return retopology.gather(
+            context, selection.shown(context), retopology.ridges, settings=settings
+        )
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.RidgeLines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
@@ -28,9 +34,7 @@ class UMBILICS_OT_ridges(GuidanceOperator, bpy.types.Operator):
         return f"{len(found) - hollow} ridges and {hollow} ravines."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_ridges)
+with_settings(UMBILICS_OT_ridges, plans.OF_RIDGES)
 
 
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_ridges)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_ridges,))

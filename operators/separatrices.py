@@ -2,12 +2,15 @@
 
 import bpy
 
+from .. import core
+from .data import plans
 from .jobs import retopology
-from .jobs.modal import GuidanceOperator
+from .jobs.adjustable import AdjustableGuidance, with_settings
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
-class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
+class UMBILICS_OT_separatrices(AdjustableGuidance, bpy.types.Operator):
     bl_idname = "umbilics.separatrices"
     bl_label = "Separatrices"
     bl_description = (
@@ -15,10 +18,13 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
         "of a layout of quads"
     )
 
-    def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.separatrices)
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        settings = self.settings(context)
+        return retopology.gather(
+            context, selection.shown(context), retopology.separatrices, settings=settings
+        )
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.SEPARATRICES
             guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
@@ -26,9 +32,7 @@ class UMBILICS_OT_separatrices(GuidanceOperator, bpy.types.Operator):
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_separatrices)
+with_settings(UMBILICS_OT_separatrices, plans.OF_SEPARATRICES)
 
 
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_separatrices)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_separatrices,))

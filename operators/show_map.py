@@ -18,7 +18,7 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         reason = ""
         if not filters.with_results(context):
             reason = "Detect umbilics first: the map shows what the detection measured."
@@ -28,7 +28,7 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         objects = filters.with_results(context)
         edited = next((obj for obj in objects if obj.mode == "EDIT"), objects[0])
         with object_mode(context, edited):
@@ -41,9 +41,4 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_show_map)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_show_map)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_show_map,))

@@ -2,8 +2,10 @@
 
 import bpy
 
+from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 from .scene.retopology import guidance_objects
 
 
@@ -15,10 +17,10 @@ class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
         "of each other"
     )
 
-    def job(self, context):
-        return retopology.gather(context, context.active_object, retopology.mirror)
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        return retopology.gather(context, selection.shown(context), retopology.mirror)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.MirrorPlane) -> str:
         with retopology.written(context, job) as (obj, transaction):
             guidance_objects.write_mirror(context, obj, job.inputs.arrays, found, transaction)
         return (
@@ -27,9 +29,4 @@ class UMBILICS_OT_symmetry(GuidanceOperator, bpy.types.Operator):
         )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_symmetry)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_symmetry)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_symmetry,))

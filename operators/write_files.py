@@ -5,8 +5,11 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
+from .. import core
+from .data import remeshing
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
+from .scene import selection
 
 
 class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
@@ -19,19 +22,16 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     kinds: StringProperty(description="Kinds of files, between blanks", options={"SKIP_SAVE"})
 
-    def job(self, context):
+    def job(self, context: bpy.types.Context) -> retopology.Job:
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
-        work = retopology.exported(stem, self.kinds.split())
-        return retopology.gather(context, context.active_object, work)
+        settings = remeshing.to_remesh_settings(context.scene.umbilics_remesh)
+        work = retopology.exported(stem, self.kinds.split(), settings)
+        return retopology.gather(context, selection.shown(context), work, steered=True)
 
-    def done(self, context, job, found):
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Written) -> str:
+        made = () if found.quads is None else found.quads.warnings
         wrote = f"Wrote {', '.join(path.name for path in found.paths)}."
-        return " ".join((wrote, *found.left_out))
+        return " ".join((wrote, *found.left_out, *made))
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_OT_write_files)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_OT_write_files)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_write_files,))

@@ -11,6 +11,7 @@ REQUIREMENTS = TOOLS / "test_requirements.txt"
 # These are installed without their dependencies.
 MESHES = TOOLS / "test_meshes.txt"
 REQUIREMENTS_TO_LINT = TOOLS / "lint_requirements.txt"
+REQUIREMENTS_TO_MUTATE = TOOLS / "mutation_requirements.txt"
 REQUIREMENTS_IN_BLENDER = TOOLS / "test_requirements_blender.txt"
 
 
@@ -45,6 +46,25 @@ def lint_python() -> Path:
 
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folder = cache_folder() / "python" / f"lint-{version}-{_key(REQUIREMENTS_TO_LINT)}"
+    return made_once(folder, make) / "bin" / "python"
+
+
+def mutation_python() -> Path:
+    """A Python with what the tests need and Cosmic Ray."""
+
+    def make(folder: Path) -> None:
+        say("installing what the tests need and Cosmic Ray, once …")
+        venv.create(folder, with_pip=True, symlinks=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install"]
+        files = ("-r", REQUIREMENTS, "-r", REQUIREMENTS_TO_MUTATE)
+        run_quietly([*command, *files], "install Cosmic Ray")
+
+    key = _key(REQUIREMENTS, REQUIREMENTS_TO_MUTATE)
+    folder = (
+        cache_folder()
+        / "python"
+        / f"mutate-{sys.version_info.major}.{sys.version_info.minor}-{key}"
+    )
     return made_once(folder, make) / "bin" / "python"
 
 

@@ -12,6 +12,7 @@ _MODULES = (
     "display_panel",
     "statistics_panel",
     "menus",
+    "keymap",
     "manual",
 )
 

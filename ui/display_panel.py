@@ -3,6 +3,7 @@
 import bpy
 
 from ..operators.hide_map import UMBILICS_OT_hide_map
+from ..operators.scene import selection
 from ..operators.scene.view import maps, view_shading
 from ..operators.show_map import UMBILICS_OT_show_map
 from .parts import Part, split
@@ -11,13 +12,13 @@ from .parts import Part, split
 class UMBILICS_PT_map(Part, bpy.types.Panel):
     bl_label = "Map"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         display = context.scene.umbilics_display
         row = layout.row(align=True)
         row.prop(display, "map", text="")
         row.operator(UMBILICS_OT_show_map.bl_idname, text="Show Map", icon="COLOR")
-        shown = maps.is_shown_on(context.active_object)
+        shown = maps.is_shown_on(selection.shown(context))
         changed = context.area is not None and view_shading.is_changed(context.screen, context.area)
         if shown or changed:
             layout.operator(UMBILICS_OT_hide_map.bl_idname, text="Put Back", icon="LOOP_BACK")
@@ -38,12 +39,12 @@ class UMBILICS_PT_map(Part, bpy.types.Panel):
 class UMBILICS_PT_overlay(Part, bpy.types.Panel):
     bl_label = "Overlay"
 
-    def draw_header(self, context):
+    def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.umbilics_display, "overlay", text="")
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
-        display = context.scene.umbilics_display
+        display, obj = context.scene.umbilics_display, selection.shown(context)
         layout.active = display.overlay
         strokes = layout.column(heading="Directions")
         strokes.prop(display, "directions", text="Strokes")
@@ -51,23 +52,17 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
             strokes.prop(display, "field")
             if display.field == "PRINCIPAL":
                 strokes.prop(display, "crosses")
-            elif not context.active_object or not context.active_object.umbilics_plan.planned:
+            elif obj is None or not obj.umbilics_plan.planned:
                 strokes.label(text="Plan Poles makes it", icon="INFO")
             strokes.prop(display, "density")
         marks = layout.column(heading="Umbilics")
         marks.prop(display, "glyphs")
+        marks.prop(display, "numbers")
         marks.prop(display, "rays")
         marks.prop(display, "discs")
+        plan = layout.column(heading="Plan")
+        plan.prop(display, "poles")
+        plan.prop(display, "checks")
 
 
-_CLASSES = (UMBILICS_PT_map, UMBILICS_PT_overlay)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_map, UMBILICS_PT_overlay))

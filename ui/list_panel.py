@@ -1,5 +1,7 @@
 """The list of umbilics, and what can be done with one of them."""
 
+from collections.abc import Callable
+
 import bpy
 
 from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
@@ -8,6 +10,7 @@ from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
 from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
 from ..operators.pin import UMBILICS_OT_pin
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
+from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, short
 
@@ -17,15 +20,24 @@ _KIND_PART = 0.4
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
-    """One line for each umbilic: kind, index, persistence, mean curvature."""
+    """One line for each umbilic: number, kind, index, persistence, mean curvature."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
         pinned = item.row in summary.rows_of(data.pinned)
         halves = layout.split(factor=_KIND_PART)
         kind = summary.kind_of(item)
         icon = kind_icons.icon_of(context, kind)
         name = halves.row(align=True)
-        name.label(text=kind.capitalize(), icon_value=icon)
+        name.label(text=f"{item.number} {kind.capitalize()}", icon_value=icon)
         if pinned:
             name.label(text="", icon="PINNED")
         columns = halves.row()
@@ -33,19 +45,22 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         columns.label(text=_persistence(item.persistence))
         columns.label(text=short(item.curvature))
 
-    def filter_items(self, context, data, name):
+    def filter_items(
+        self, context: bpy.types.Context, data: bpy.types.PropertyGroup, name: str
+    ) -> tuple[list[int], list[int]]:
         items = getattr(data, name)
         display = context.scene.umbilics_display
         wanted = self.filter_name.lower()
         flags = [
             self.bitflag_filter_item if wanted in summary.kind_of(item) else 0 for item in items
         ]
-        keys = {
+        keys: dict[str, Callable[[bpy.types.PropertyGroup], float]] = {
             "persistence": lambda item: -item.persistence,
             "kind": lambda item: item.kind,
             "curvature": lambda item: -abs(item.curvature),
-        }[display.sort]
-        order = sorted(range(len(items)), key=lambda row: keys(items[row]))
+        }
+        key = keys[display.sort]
+        order = sorted(range(len(items)), key=lambda row: key(items[row]))
         if display.descending:
             order.reverse()
         place = [0] * len(items)
@@ -53,7 +68,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
             place[old] = new
         return flags, place
 
-    def draw_filter(self, context, layout):
+    def draw_filter(self, context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         display = context.scene.umbilics_display
         row = layout.row(align=True)
         row.prop(self, "filter_name", text="", icon="VIEWZOOM")
@@ -65,16 +80,17 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
     bl_label = "Umbilics"
 
     @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.umbilics.detected
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.shown(context)
+        return obj is not None and obj.umbilics.detected
 
-    def draw_header_preset(self, context):
-        shown = context.active_object.umbilics
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        shown = selection.shown(context).umbilics
         self.layout.label(text=str(len(shown.items) + shown.hidden_items))
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        found = context.active_object.umbilics
+        found = selection.shown(context).umbilics
         _draw_names(layout)
         # So few that the map's button, which comes next, is in sight on a small screen.
         shown = {"rows": 4, "maxrows": 4}
@@ -91,7 +107,7 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
             layout.operator(UMBILICS_OT_restore_deleted.bl_idname, text=f"Restore {count} Deleted")
 
 
-def _draw_names(layout) -> None:
+def _draw_names(layout: bpy.types.UILayout) -> None:
     """What the columns of the list are, clear of the list's frame and scroll bar."""
     row = layout.row()
     row.active = False
@@ -111,14 +127,4 @@ def _persistence(value: float) -> str:
     return "–" if value < 0.0 else short(value)
 
 
-_CLASSES = (UMBILICS_UL_umbilics, UMBILICS_PT_list)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_UL_umbilics, UMBILICS_PT_list))

@@ -8,11 +8,12 @@ from ..operators.base import verdict
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
+from ..operators.compare import UMBILICS_OT_compare
 from ..operators.data.properties import GIVEN_NAMES
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
 from ..operators.mend import UMBILICS_OT_mend
-from ..operators.scene import filters, staleness
+from ..operators.scene import filters, selection, staleness
 from .parts import Part, Tab, automatic, explained, paragraph, short, split
 from .presets import UMBILICS_PT_presets
 
@@ -20,10 +21,10 @@ from .presets import UMBILICS_PT_presets
 class UMBILICS_PT_main(Tab, bpy.types.Panel):
     bl_label = "Umbilics"
 
-    def draw_header_preset(self, context):
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
         UMBILICS_PT_presets.draw_panel_header(self.layout)
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         _source(layout, context)
         actions = layout.column(align=True)
@@ -38,7 +39,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         clearing = actions.row(align=True)
         clearing.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
         clearing.operator(UMBILICS_OT_clear_file.bl_idname, text="All in File")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is not None and obj.umbilics.detected:
             _verdict(layout, context, obj.umbilics)
             _freshness(layout, context, obj)
@@ -47,7 +48,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
 class UMBILICS_PT_filters(Part, bpy.types.Panel):
     bl_label = "Filters"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         settings, display = context.scene.umbilics, context.scene.umbilics_display
         if filters.with_results(context):
@@ -57,7 +58,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
         row = layout.row(heading="Opening")
         row.prop(display, "opened", text="")
         if settings.opening:
-            row.prop(settings, "opening", text="Strength")
+            row.prop(settings, "opening", text="Passes")
             layout.prop(settings, "flatness")
             layout.prop(display, "dropped")
         halves = layout.split(factor=0.4)
@@ -74,7 +75,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             # The view's own switch: from a mesh whose origin is far off they are in the way.
             overlay = context.space_data.overlay
             row.prop(overlay, "show_relationship_lines", text="Dashed Lines", toggle=True)
-        without = filters.without_empty(context, context.active_object)
+        without = filters.without_empty(context, selection.shown(context))
         if without:
             words = f"{without} less persistent umbilics have no empty. How many may have one is "
             paragraph(layout, context, f"{words}set in the add-on's preferences.")
@@ -84,15 +85,18 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
     bl_label = "Method"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         settings = context.scene.umbilics
         layout.prop(settings, "method")
         if settings.method == "S":
             layout.prop(settings, "parametrization")
             layout.prop(settings, "triangles")
-        if settings.method == "C":
+        if settings.method == "C" or (
+            settings.method == "S" and settings.parametrization == "charts"
+        ):
             layout.prop(settings, "charts")
+        layout.operator(UMBILICS_OT_compare.bl_idname, icon="SPREADSHEET")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
         layout.prop(settings, "join_borders")
@@ -108,11 +112,14 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         automatic(layout, settings, "crease_angle")
         layout.prop(settings, "crease_marks")
         layout.prop(settings, "normal_smoothing", text="Smoothing")
+        row = layout.row()
+        row.active = settings.normal_smoothing > 0
+        row.prop(settings, "normal_filter", text="By")
 
 
-def _source(layout, context) -> None:
+def _source(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """What of the object is analysed."""
-    display, obj = context.scene.umbilics_display, context.active_object
+    display, obj = context.scene.umbilics_display, selection.shown(context)
     layout.prop(display, "source")
     layout.prop(display, "scope")
     if display.scope != "GROUP":
@@ -123,7 +130,9 @@ def _source(layout, context) -> None:
         layout.prop(display, "scope_group")
 
 
-def _verdict(layout, context, summary) -> None:
+def _verdict(
+    layout: bpy.types.UILayout, context: bpy.types.Context, summary: bpy.types.PropertyGroup
+) -> None:
     """What was analysed, what was found, how far it can be trusted, and what would mend it."""
     judged = verdict.verdict(summary)
     icon = "CHECKMARK" if judged.is_good else "ERROR" if judged.remedy else "QUESTION"
@@ -137,12 +146,12 @@ def _verdict(layout, context, summary) -> None:
         button.way = judged.remedy
 
 
-def _dropped(layout, context) -> None:
+def _dropped(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """What Persistence made of the active object's pairs, in a line.
 
     There is always one: a slider loses the mouse if rows come and go while it is dragged.
     """
-    obj = context.active_object
+    obj = selection.shown(context)
     if obj is None or not obj.umbilics.detected:
         return
     found = obj.umbilics
@@ -160,7 +169,9 @@ def _dropped(layout, context) -> None:
     explained(layout, number, words, alignment="RIGHT")
 
 
-def _freshness(layout, context, obj) -> None:
+def _freshness(
+    layout: bpy.types.UILayout, context: bpy.types.Context, obj: bpy.types.Object
+) -> None:
     """Say what the results do not show any more, with the click that mends it."""
     reasons = staleness.reasons(context, obj)
     if reasons:
@@ -173,14 +184,6 @@ def _freshness(layout, context, obj) -> None:
         box.operator(UMBILICS_OT_apply_filters.bl_idname, text="Apply Filters", icon="FILTER")
 
 
-_CLASSES = (UMBILICS_PT_main, UMBILICS_PT_filters, UMBILICS_PT_method)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(
+    (UMBILICS_PT_main, UMBILICS_PT_filters, UMBILICS_PT_method)
+)

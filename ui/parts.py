@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import textwrap
 
+import bpy
+
 from ..operators.explain import UMBILICS_OT_explain
 
 # Mean width of a letter of Blender's interface font, and what a box takes at its sides.
@@ -24,14 +26,14 @@ class Part(Tab):
     bl_parent_id = "UMBILICS_PT_main"
 
 
-def split(layout):
+def split(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     """The layout with names left of values and without animation dots."""
     layout.use_property_split = True
     layout.use_property_decorate = False
     return layout
 
 
-def automatic(layout, settings, name: str) -> None:
+def automatic(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, name: str) -> None:
     """A number beside the switch that leaves it to the add-on."""
     row = layout.row(align=True, heading=settings.bl_rna.properties[name].name)
     row.prop(settings, f"{name}_auto", text="Auto", toggle=True)
@@ -50,17 +52,26 @@ def short(value: float) -> str:
     return f"{value:.2g}" if size < 0.01 else f"{value:.{2 if size < 9.95 else 0}f}"
 
 
-def line(layout, number: str, name: str, value: str, **pictures) -> None:
+def line(
+    layout: bpy.types.UILayout,
+    number: str,
+    name: str,
+    value: str,
+    icon_value: int = 0,
+    icon: str = "NONE",
+) -> None:
     """A number of the summary: its name, which explains itself, and its value.
 
-    `pictures`: `icon_value` beside the name, `icon` beside the value.
+    `icon_value` stands beside the name, `icon` beside the value.
     """
     halves = layout.split(factor=0.6)
-    explained(halves, number, name, icon_value=pictures.get("icon_value", 0))
-    halves.label(text=value, icon=pictures.get("icon", "NONE"))
+    explained(halves, number, name, icon_value=icon_value)
+    halves.label(text=value, icon=icon)
 
 
-def explained(layout, number: str, text: str, icon_value: int = 0, alignment: str = "LEFT") -> None:
+def explained(
+    layout: bpy.types.UILayout, number: str, text: str, icon_value: int = 0, alignment: str = "LEFT"
+) -> None:
     """Text that says, when the mouse rests on it, what a number of the summary is."""
     row = layout.row()
     row.alignment = alignment
@@ -68,7 +79,9 @@ def explained(layout, number: str, text: str, icon_value: int = 0, alignment: st
     row.operator(name, text=text, icon_value=icon_value, emboss=False).number = number
 
 
-def paragraph(layout, context, text: str, icon: str = "INFO") -> None:
+def paragraph(
+    layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "INFO"
+) -> None:
     """Text broken into lines: a label of Blender's does not break by itself."""
     width = context.region.width / context.preferences.system.ui_scale
     column = layout.column(align=True)

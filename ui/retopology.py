@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..operators.add_pole import UMBILICS_OT_add_pole
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
 from ..operators.check_topology import UMBILICS_OT_check_topology
 from ..operators.data import plans, topology
@@ -14,19 +15,30 @@ from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
-from ..operators.scene import staleness
-from ..operators.scene.retopology import guidance_objects
+from ..operators.scene import selection, staleness
+from ..operators.scene.retopology import by_hand, checks, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
+from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .parts import Part, Tab, automatic, paragraph, split
 
+_STATE_ICON = ("CHECKMARK", "ADD", "CANCEL")
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
 
 
 class UMBILICS_UL_poles(bpy.types.UIList):
     """Poles: valence, where each comes from, how sure it is."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
         change = plans.change_of(item)
         row = layout.split(factor=0.2)
         row.active = change != "deleted"
@@ -41,15 +53,18 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 50
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
-        group, obj = context.scene.umbilics_guidance, context.active_object
+        group, obj = context.scene.umbilics_guidance, selection.shown(context)
         column = layout.column()
         column.prop(group, "smoothness", slider=True)
         column.prop(group, "plan")
         if obj is not None and obj.type == "MESH":
             column.prop_search(group, "zone", obj, "vertex_groups")
+        column.prop(group, "strokes")
+        if group.strokes is not None:
+            column.prop(group, "influence", slider=True)
         layout.operator(UMBILICS_OT_guide.bl_idname, icon="EMPTY_AXIS")
         if obj is None or not obj.umbilics_plan.planned:
             return
@@ -65,9 +80,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         else:
             icon = "CHECKMARK" if total == plan.expected else "ERROR"
             halves.label(text=f"{total} of {plan.expected}", icon=icon)
-        if any(map(plans.change_of, plan.poles)):
-            told = "Poles were moved or deleted by hand; lines and files do not follow them."
-            paragraph(layout, context, told)
+        _by_hand(layout, context, obj)
         reasons = staleness.plan_reasons(context, obj)
         if reasons:
             box = layout.box()
@@ -76,11 +89,28 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.prop(context.scene.umbilics_display, "field", text="Strokes Show")
 
 
+def _by_hand(layout: bpy.types.UILayout, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """What the user did to the poles, what becomes of it, and what the plan could not hold."""
+    plan = obj.umbilics_plan
+    for sentence in filter(None, plan.warnings.split("\n")):
+        paragraph(layout, context, sentence, icon="ERROR")
+    layout.operator_menu_enum(UMBILICS_OT_add_pole.bl_idname, "valence", icon="ADD")
+    if not by_hand.is_steered(obj):
+        return
+    if by_hand.is_changed(obj):
+        told = "Poles were moved, added or deleted by hand. Plan Poles bends the field after them."
+    else:
+        told = "The poles are those set by hand, and stay so."
+    paragraph(layout, context, told)
+    free = layout.operator(UMBILICS_OT_guide.bl_idname, text="Plan Without Hand", icon="LOOP_BACK")
+    free.by_hand = False
+
+
 class UMBILICS_PT_quads(Tab, bpy.types.Panel):
     bl_label = "Quads"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_remesh
@@ -94,6 +124,9 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
             column.prop(group, name)
+        obj = context.active_object
+        if obj is not None and obj.type == "MESH":
+            _check(layout, context, obj, with_table=False)
 
 
 class UMBILICS_PT_features(Tab, bpy.types.Panel):
@@ -101,7 +134,7 @@ class UMBILICS_PT_features(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         group = context.scene.umbilics_guidance
         for name in ("feature_angle", "align_sharp", "align_borders", "align_crests"):
@@ -112,7 +145,7 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
     bl_label = "Lines"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
@@ -136,7 +169,7 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_guidance
@@ -145,60 +178,95 @@ class UMBILICS_PT_ridges(Tab, bpy.types.Panel):
         layout.operator(UMBILICS_OT_ridges.bl_idname, icon="MOD_EDGESPLIT")
 
 
+class UMBILICS_UL_marks(bpy.types.UIList):
+    """Irregular vertices and planned poles of a check: valence, and what each is."""
+
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: bpy.types.PropertyGroup,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: bpy.types.PropertyGroup,
+        active_property: str,
+    ) -> None:
+        state = ("Matched", "Extra", "Missing")[item.state]
+        row = layout.split(factor=0.25)
+        row.label(text=str(item.valence), icon=_STATE_ICON[item.state])
+        row.label(text=state)
+
+
+def _check(
+    layout: bpy.types.UILayout,
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    with_table: bool,
+) -> None:
+    """How well the mesh follows its surface."""
+    kept = obj.umbilics_check
+    if not kept.checked:
+        return
+    box = layout.box()
+    column = box.column(align=True)
+    sound = kept.quads == kept.faces and kept.jacobian > 0.0
+    column.label(
+        text=f"Against {kept.against}" if sound else "Not all faces are sound quads",
+        icon="CHECKMARK" if sound else "ERROR",
+    )
+    for line in topology.sentences(kept):
+        column.label(text=line)
+    if checks.is_old(context, obj):
+        paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
+    box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")
+    if with_table:
+        box.template_list("UMBILICS_UL_marks", "", kept, "marks", kept, "active", rows=3, maxrows=8)
+
+
 class UMBILICS_PT_check(Tab, bpy.types.Panel):
     bl_label = "By Hand and Check"
     bl_parent_id = "UMBILICS_PT_retopology"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = split(self.layout)
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_new_retopology.bl_idname, icon="ADD")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is None or obj.type != "MESH":
             return
         kept = obj.umbilics_check
         layout.prop(kept, "surface")
         layout.operator(UMBILICS_OT_check_topology.bl_idname, icon="VIEWZOOM")
-        if kept.checked:
-            column = layout.column(align=True)
-            for line in topology.sentences(kept):
-                column.label(text=line)
+        _check(layout, context, obj, with_table=True)
 
 
 class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
     bl_label = "Export and Symmetry"
     bl_parent_id = "UMBILICS_PT_retopology"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.active = worker.current() is None
         layout.operator(UMBILICS_OT_export_field.bl_idname, icon="EXPORT")
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
-        obj = context.active_object
+        obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
             layout.label(text=obj.umbilics_plan.mirror)
 
 
-_CLASSES = (
-    UMBILICS_UL_poles,
-    UMBILICS_PT_retopology,
-    UMBILICS_PT_quads,
-    UMBILICS_PT_features,
-    UMBILICS_PT_lines,
-    UMBILICS_PT_ridges,
-    UMBILICS_PT_check,
-    UMBILICS_PT_hand_over,
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        UMBILICS_UL_poles,
+        UMBILICS_UL_marks,
+        UMBILICS_PT_retopology,
+        UMBILICS_PT_quads,
+        UMBILICS_PT_features,
+        UMBILICS_PT_lines,
+        UMBILICS_PT_ridges,
+        UMBILICS_PT_check,
+        UMBILICS_PT_hand_over,
+    )
 )
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -3,6 +3,8 @@
 import bpy
 
 from .. import core
+from ..operators.base import units
+from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, line, paragraph
 
@@ -13,17 +15,18 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
     bl_label = "Statistics"
 
     @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.umbilics.detected
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = selection.shown(context)
+        return obj is not None and obj.umbilics.detected
 
-    def draw(self, context):
-        found = context.active_object.umbilics
+    def draw(self, context: bpy.types.Context) -> None:
+        found = selection.shown(context).umbilics
         table = self.layout.column(align=True)
         for kind in core.KINDS:
             count = getattr(found, kind)
             if count or kind in core.KINDS[:2]:
-                icon = kind_icons.icon_of(context, kind)
-                line(table, kind, _PLURAL[kind], str(count), icon_value=icon)
+                picture = kind_icons.icon_of(context, kind)
+                line(table, kind, _PLURAL[kind], str(count), icon_value=picture)
         if found.regions:
             line(table, "regions", "Umbilical regions", str(found.regions))
         line(table, "candidates", "Candidates", str(found.candidates))
@@ -36,23 +39,22 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
             icon, value = "NONE", f"{found.euler_characteristic} (open)"
         line(sums, "euler_characteristic", "Euler characteristic", value, icon=icon)
         numbers = self.layout.column(align=True)
-        noise = f"{found.noise:.3g}" if found.noise else "unknown"
+        scene = context.scene
+        noise = units.length(scene, found.noise) if found.noise else "unknown"
         line(numbers, "noise", "Noise", noise)
-        radius = f"{found.scale:.3g}" if found.scale else "none"
+        radius = units.length(scene, found.scale) if found.scale else "none"
         line(numbers, "scale", "Fitted radius", radius)
         name = "Strongest dropped" if found.used_persistence < 0.0 else "Dropped below"
-        level = f"{found.persistence_level:.3g}" if found.persistence_level else "none"
+        dropped = found.persistence_level
+        level = units.curvature(scene, dropped) if dropped else "none"
         line(numbers, "persistence_level", name, level)
-        icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
-        ratio = f"{found.trust_ratio:.2f}"
+        icon, ratio = "QUESTION", "unknown"
+        if found.noise:
+            icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
+            ratio = f"{found.trust_ratio:.2f}"
         line(numbers, "trust_ratio", "Noise / median gap", ratio, icon=icon)
         for warning in found.warnings:
             paragraph(self.layout.box(), context, warning.text)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PT_statistics)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_PT_statistics)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_PT_statistics,))

@@ -31,7 +31,7 @@ class Settings:
             Choice(
                 "C",
                 "Curvature tensor",
-                "Interpolate the curvature tensor over a conformal unfolding (needs seams)",
+                "Interpolate the curvature tensor over a conformal unfolding",
             ),
         ),
     )
@@ -44,6 +44,7 @@ class Settings:
             Choice("conformal", "Conformal", "Rotate the tangent plane into the triangle"),
             Choice("projection", "Projection", "Project the tangent plane along the normal"),
             Choice("uv", "UV map", "Use the coordinates of the active UV map, however it is bent"),
+            Choice("charts", "Charts", "Use the charts that method C unfolds"),
         ),
     )
     triangles: str = setting(
@@ -67,11 +68,17 @@ class Settings:
         ),
     )
     charts: str = setting(
-        "seams",
+        "automatic",
         label="Charts",
         help="What cuts the mesh into the pieces that method C unfolds",
         kind="choice",
         choices=(
+            Choice(
+                "automatic",
+                "Automatic",
+                "Unfold the pieces between marked seams, cut further where they are no disks or "
+                "where a tip would be squeezed",
+            ),
             Choice("seams", "Seams", "Unfold the pieces between marked seams"),
             Choice("islands", "UV islands", "Unfold the islands of the active UV map anew"),
             Choice("uv", "UV map", "Use the active UV map as it is"),
@@ -142,6 +149,16 @@ class Settings:
         minimum=0,
         maximum=1000,
     )
+    normal_filter: str = setting(
+        "mean",
+        label="Normal Filter",
+        help="What a pass of the normal smoothing does at each vertex",
+        kind="choice",
+        choices=(
+            Choice("mean", "Mean", "Average the normals around the vertex"),
+            Choice("fit", "Linear Fit", "Fit normals that change linearly to those around it"),
+        ),
+    )
     opening: int = setting(
         0,
         label="Opening",
@@ -177,6 +194,11 @@ class Settings:
         help="Report spherical and flat areas as one region each instead of many points",
         kind="flag",
     )
+
+    @property
+    def unfolds(self) -> bool:
+        """Whether the mesh is laid into the plane by its charts."""
+        return self.method == "C" or (self.method == "S" and self.parametrization == "charts")
 
     @property
     def certified(self) -> bool:

@@ -21,6 +21,7 @@ from ..mesh.thinning import thinned
 from .closer import look_closer
 from .exact_faces import on_faces
 from .field import CurvatureField
+from .fitted_normals import fitted_normals
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
 from .scale import Scale, choose, starting_normals
@@ -87,7 +88,8 @@ def estimate(
         return _given(surface, given)
     if settings.curvature == "normals" or settings.normal_smoothing:
         passes = settings.normal_smoothing
-        normals = smooth_normals(surface, vertex_normals(surface), passes, progress)
+        smoothed = fitted_normals if settings.normal_filter == "fit" else smooth_normals
+        normals = smoothed(surface, vertex_normals(surface), passes, progress)
         return _from_normals(surface, normals)
     return _from_jets(surface, vertex_normals(surface), settings, sharp, progress, part)
 

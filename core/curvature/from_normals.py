@@ -91,12 +91,12 @@ def _face_operators(
     s11 = scale * (det * m11 + g22 * g22 * m11 - 2 * g22 * g12 * m12 + g12 * g12 * m22)
     s22 = scale * (det * m22 + g12 * g12 * m11 - 2 * g12 * g11 * m12 + g11 * g11 * m22)
     s12 = scale * (det * m12 - g22 * g12 * m11 + (g11 * g22 + g12 * g12) * m12 - g11 * g12 * m22)
-    area = _voronoi_areas(square, 0.5 * doubled)
+    area = voronoi_areas(square, 0.5 * doubled)
     area[~sound] = 0.0
     return u, normal, 0.5 * (s11 + s22), (s11 - s22) + 2j * s12, area
 
 
-def _voronoi_areas(square: np.ndarray, area: np.ndarray) -> np.ndarray:
+def voronoi_areas(square: np.ndarray, area: np.ndarray) -> np.ndarray:
     """(m, 3) area nearest to each corner, the obtuse case as in Meyer et al. 2003.
 
     `square` (m, 3) squared lengths of the sides ab, bc, ca; `area` (m,).

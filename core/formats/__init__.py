@@ -1,12 +1,13 @@
 """Files that remeshers and field libraries read: each format has a writer and a reader.
 
-docs/formats.md says who reads what. All are text in ASCII with Unix line ends.
+docs/formats.md says who reads what. All but PLY are text in ASCII with Unix line ends.
 """
 
 from .curves import read_curves, write_curves
 from .dmat import read_dmat, write_dmat
 from .mesh import read_mesh, write_mesh
 from .points import read_points_csv, read_points_json, write_points_csv, write_points_json
+from .quads import write_quads
 from .rawfield import read_rawfield, write_rawfield
 from .rosy import read_rosy, write_rosy
 from .sharp import read_sharp, write_sharp
@@ -27,6 +28,7 @@ __all__ = [
     "write_mesh",
     "write_points_csv",
     "write_points_json",
+    "write_quads",
     "write_rawfield",
     "write_rosy",
     "write_sharp",

@@ -1,20 +1,20 @@
-"""Everything that can be exported of a guidance, in one call, for front ends."""
+"""The kinds of files that a guidance can be written to, and what writes each."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import FormatError, GuidanceError
+from ..base.errors import FormatError
 from ..base.progress import Progress
 from ..retopology.guidance import Guidance
 from ..retopology.lines.polylines import Lines
 from ..retopology.planner import Guide
+from ..retopology.quads.result import QuadMesh
 from ..retopology.ridges.ridge_lines import RidgeLines
-from ..retopology.settings import GuidanceSettings
 from .curves import write_curves
 from .dmat import write_dmat
 from .mesh import write_mesh
@@ -26,6 +26,7 @@ from .points import (
     write_points_csv,
     write_points_json,
 )
+from .quads import write_quads
 from .rawfield import write_rawfield
 from .rosy import write_rosy
 from .sharp import write_sharp
@@ -43,33 +44,38 @@ class FileKind:
 
 
 FILE_KINDS = {
-    "mesh": FileKind(".obj", "Triangles", "The triangles that the field files belong to (.obj)"),
-    "rosy": FileKind(".rosy", "RoSy", "One direction of each face's cross, for QuadWild (.rosy)"),
+    "mesh": FileKind(".obj", "Triangles (OBJ)", "The triangles that the field files belong to"),
+    "rosy": FileKind(".rosy", "RoSy (QuadWild)", "One direction of each face's cross (.rosy)"),
     "rawfield": FileKind(
-        ".rawfield", "Raw Field", "All four directions of each face's cross, for Directional"
+        ".rawfield", "Raw Field (Directional)", "All four directions of each face's cross"
     ),
-    "sing": FileKind(".sing", "Singularities", "Singular vertices of the field, for Directional"),
-    "dmat": FileKind(".dmat", "DMAT", "One direction of each face's cross, for libigl"),
-    "sharp": FileKind(".sharp", "Sharp Features", "Creases and borders, for QuadWild (.sharp)"),
-    "lines": FileKind("-lines.obj", "Lines", "Lines of curvature as polylines (.obj)"),
-    "separatrices": FileKind("-separatrices.obj", "Separatrices", "As polylines (.obj)"),
-    "ridges": FileKind("-ridges.obj", "Ridges", "Ridges and ravines as polylines (.obj)"),
+    "sing": FileKind(".sing", "Singularities (Directional)", "Singular vertices of the field"),
+    "dmat": FileKind(".dmat", "DMAT (libigl)", "One direction of each face's cross"),
+    "sharp": FileKind(".sharp", "Sharp Features (QuadWild)", "Creases and borders (.sharp)"),
+    "lines": FileKind("-lines.obj", "Lines (OBJ)", "Lines of curvature as polylines"),
+    "separatrices": FileKind("-separatrices.obj", "Separatrices (OBJ)", "As polylines"),
+    "ridges": FileKind("-ridges.obj", "Ridges (OBJ)", "Ridges and ravines as polylines"),
     "ridge_figures": FileKind(
         "-ridges.csv",
-        "Ridge Figures",
-        "Kind, strength and bend of every point of the ridges (.csv, .json)",
+        "Ridge Figures (CSV, JSON)",
+        "Kind, strength and bend of every point of the ridges",
         ("-ridges.json",),
     ),
     "csv": FileKind(
-        "-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)", ("-umbilics.csv",)
+        "-poles.csv", "Tables (CSV)", "Poles and umbilics as two tables", ("-umbilics.csv",)
     ),
     "json": FileKind("-poles.json", "JSON", "Poles and umbilics in one file (.json)"),
+    "quads": FileKind("-quads.obj", "Quads (OBJ)", "The mesh remeshed to quads"),
+    "quads_ply": FileKind(
+        "-quads.ply", "Quads with Figures (PLY)", "The same with valence, patch and angle"
+    ),
 }
+QUAD_KINDS = ("quads", "quads_ply")
 
 
 @dataclass(frozen=True)
 class Exported:
-    """What there is to write; lines may be None where their kind is not asked for."""
+    """What there is to write; lines and quads may be None where their kind is not asked for."""
 
     vertices: np.ndarray
     triangles: np.ndarray
@@ -78,6 +84,7 @@ class Exported:
     lines: Lines | None = None
     separatrices: Lines | None = None
     ridges: RidgeLines | None = None
+    quads: QuadMesh | None = None
 
 
 def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
@@ -125,79 +132,6 @@ def write_guidance(
         _WRITERS[kind](*guidance_paths(stem, [kind]), data, turn)
     progress.step(1.0)
     return guidance_paths(stem, kinds)
-
-
-@dataclass(frozen=True)
-class Written:
-    """What `export_guidance` has written.
-
-    Attributes
-    ----------
-    paths:
-        The files.
-    guidance:
-        The plan that they hold.
-    left_out:
-        Sentences on what was asked for and is not there.
-    """
-
-    paths: list[Path]
-    guidance: Guidance
-    left_out: tuple[str, ...]
-
-
-def export_guidance(
-    stem: Path,
-    kinds: Sequence[str],
-    guide: Guide,
-    settings: GuidanceSettings,
-    *,
-    mesh: tuple[np.ndarray, np.ndarray],
-    sharp: np.ndarray | None = None,
-    zone: np.ndarray | None = None,
-    to_file: np.ndarray | None = None,
-    progress: Progress | None = None,
-) -> Written:
-    """Plan, trace what is asked for, and write the files of the given kinds.
-
-    A surface without lines of curvature has no file of them; the others are written.
-
-    Parameters
-    ----------
-    stem, kinds, to_file:
-        As for `write_guidance`.
-    mesh:
-        (n, 3) vertices and (m, 3) triangles, those of `guide`.
-    sharp, zone:
-        As for `Guide.guidance`.
-
-    Raises
-    ------
-    GuidanceError
-        Nothing but lines is asked for, and there are none.
-    FormatError
-        A file cannot be written.
-    """
-    progress = progress or Progress()
-    guidance = guide.guidance(settings, progress.part("Planning", 0.0, 0.4), sharp=sharp, zone=zone)
-    kinds, left_out, lines = list(kinds), [], None
-    if "lines" in kinds:
-        try:
-            lines = guide.lines(settings, progress.part("Lines", 0.4, 0.7))
-        except GuidanceError as error:
-            kinds.remove("lines")
-            left_out.append(str(error))
-            if not kinds:
-                raise
-    arcs = None
-    if "separatrices" in kinds:
-        arcs = guide.separatrices(settings, progress.part("Separatrices", 0.7, 0.75))
-    ridges = None
-    if "ridges" in kinds or "ridge_figures" in kinds:
-        ridges = guide.ridges(settings, progress.part("Ridges", 0.75, 0.8))
-    data = Exported(*mesh, guide, guidance, lines, arcs, ridges)
-    paths = write_guidance(stem, kinds, data, to_file, progress.part("Writing files", 0.8, 1.0))
-    return Written(paths, guidance, tuple(left_out))
 
 
 def _crosses(data: Exported) -> tuple[np.ndarray, np.ndarray]:
@@ -291,6 +225,21 @@ def _json(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_points_json(path, _tables(data, turn))
 
 
+def _turned_quads(data: Exported, turn: np.ndarray) -> QuadMesh:
+    if data.quads is None:
+        raise FormatError("There are no quads to write.")
+    return replace(data.quads, vertices=data.quads.vertices @ turn.T)
+
+
+def _quads(path: Path, data: Exported, turn: np.ndarray) -> None:
+    made = _turned_quads(data, turn)
+    write_mesh(path, made.vertices, made.quads)
+
+
+def _quads_ply(path: Path, data: Exported, turn: np.ndarray) -> None:
+    write_quads(path, _turned_quads(data, turn))
+
+
 _WRITERS: dict[str, Callable[..., None]] = {
     "mesh": _mesh,
     "rosy": _rosy,
@@ -304,4 +253,6 @@ _WRITERS: dict[str, Callable[..., None]] = {
     "ridge_figures": _ridge_figures,
     "csv": _csv,
     "json": _json,
+    "quads": _quads,
+    "quads_ply": _quads_ply,
 }

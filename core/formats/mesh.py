@@ -10,8 +10,8 @@ from ..base.errors import FormatError
 from .text import numbers_of, read_text, rows_of, write_text
 
 
-def write_mesh(path: Path | str, vertices: np.ndarray, triangles: np.ndarray) -> None:
-    """Write (n, 3) vertices and (m, 3) triangles, in their order.
+def write_mesh(path: Path | str, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Write (n, 3) vertices and (m, k) faces, triangles or quads, in their order.
 
     Raises
     ------
@@ -19,8 +19,8 @@ def write_mesh(path: Path | str, vertices: np.ndarray, triangles: np.ndarray) ->
         The file cannot be written.
     """
     points = rows_of(np.asarray(vertices, np.float64)).splitlines()
-    faces = rows_of(np.asarray(triangles, np.int64) + 1).splitlines()
-    text = "".join(f"v {row}\n" for row in points) + "".join(f"f {row}\n" for row in faces)
+    corners = rows_of(np.asarray(faces, np.int64) + 1).splitlines()
+    text = "".join(f"v {row}\n" for row in points) + "".join(f"f {row}\n" for row in corners)
     write_text(path, text)
 
 

@@ -181,7 +181,7 @@ def _rounding(surface: Surface, triangles: np.ndarray) -> np.ndarray:
     longest = np.sqrt(surface.side_squares[:, triangles].max(axis=0))
     height = 2.0 * area[triangles] / np.maximum(longest, np.finfo(float).tiny)
     step = np.finfo(np.float32).eps * (1.0 + np.abs(surface.origin).max() / surface.unit)
-    return np.minimum(2.0 * step / np.maximum(height, np.finfo(float).tiny), 0.2)
+    return 2.0 * step / np.maximum(height, 10.0 * step)
 
 
 def _crease_angles(turns: np.ndarray) -> list[float]:

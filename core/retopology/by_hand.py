@@ -18,6 +18,8 @@ STROKE_WEIGHT = 300.0
 # A stroke holds at a vertex where the cross is this near to it, and is said not to if that is less
 # of it than this share; vertices in the inner half of its influence count.
 HELD, ENOUGH, INNER = 15.0, 0.9, 0.5
+# What is said of strokes that pull at nothing.
+FAR = "too far from the surface to count"
 # Triangles tried for a wanted pole, so that no two of them are in one.
 NEAREST = 8
 
@@ -147,7 +149,7 @@ def strokes_not_held(
     found = []
     for stroke in range(strokes):
         if not count[stroke]:
-            found.append(f"Guide stroke {stroke + 1} is too far from the surface to count.")
+            found.append(f"Guide stroke {stroke + 1} is {FAR}.")
         elif held[stroke] < ENOUGH * count[stroke]:
             share = 100.0 * (1.0 - held[stroke] / count[stroke])
             found.append(

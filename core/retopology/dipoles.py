@@ -25,6 +25,10 @@ CLOSEST = 0.7
 # first round, twice as many in the second and so on: a tighter disc may keep them apart, a wider
 # one forgets more than it must.
 MARGIN, ROUNDS = 1.0, 3
+# A singularity is joined with this many of the nearest opposite ones: where a large triangle brings
+# all of them within reach, pairs of all with all would be too many to look at.
+PARTNERS = 4
+DISCS_PER_BLOCK = 64
 
 
 def without_dipoles(
@@ -81,24 +85,41 @@ def _around_pairs(
     place, upright = corner.mean(axis=1), surface.face_normal_area[0][single]
     edge = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
     reach = np.maximum(apart, CLOSEST * edge)
-    if not len(single):
-        return chosen
-    pairs = cKDTree(place).query_pairs(float(reach.max()), output_type="ndarray")
-    one, two = pairs.T
+    one, two = _nearest_opposite(place, index[single])
     distance = np.linalg.norm(place[one] - place[two], axis=1)
     close = distance <= np.minimum(reach[one], reach[two])
-    close &= index[single[one]] * index[single[two]] < 0
     close &= np.einsum("pc,pc->p", upright[one], upright[two]) > 0
     one, two, distance = one[close], two[close], distance[close]
     middle = 0.5 * (place[one] + place[two])
     radius = 0.5 * distance + margin * np.maximum(distance, np.maximum(edge[one], edge[two]))
-    near = cKDTree(surface.vertices).query_ball_point(middle, radius)
-    pair = np.repeat(np.arange(len(near)), [len(found) for found in near])
-    vertex = np.concatenate([np.zeros(0, np.int64), *near]).astype(np.int64)
-    # Not the other side of a thin sheet.
-    same_side = np.einsum("vc,vc->v", normal[vertex], upright[one][pair]) > 0
-    chosen[vertex[same_side]] = True
+    tree = cKDTree(surface.vertices)
+    # The largest discs first; a pair with all its corners inside these needs none of its own.
+    order = np.argsort(-radius, kind="stable")
+    for first in range(0, len(order), DISCS_PER_BLOCK):
+        some = order[first : first + DISCS_PER_BLOCK]
+        corners = surface.triangles[single[np.stack([one[some], two[some]], axis=1)]]
+        some = some[~chosen[corners].all(axis=(1, 2))]
+        near = tree.query_ball_point(middle[some], radius[some])
+        for pair, found in zip(some, near, strict=True):
+            vertex = np.asarray(found, np.int64)
+            # Not the other side of a thin sheet.
+            chosen[vertex[normal[vertex] @ upright[one[pair]] > 0]] = True
     return chosen
+
+
+def _nearest_opposite(place: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (p,) and (p,) of singularities: each with the `PARTNERS` nearest of the other sign."""
+    positive, negative = np.flatnonzero(index > 0), np.flatnonzero(index < 0)
+    if not len(positive) or not len(negative):
+        return positive[:0], negative[:0]
+    pairs = []
+    for mine, theirs in ((positive, negative), (negative, positive)):
+        count = min(PARTNERS, len(theirs))
+        near = cKDTree(place[theirs]).query(place[mine], k=np.arange(1, count + 1))[1]
+        pair = np.stack([np.repeat(mine, count), theirs[near.ravel()]])
+        pairs.append(pair if mine is positive else pair[::-1])
+    one, two = np.unique(np.concatenate(pairs, axis=1), axis=1)
+    return one, two
 
 
 def _filled(laplacian: sparse.csr_array, u: np.ndarray, free: np.ndarray) -> np.ndarray:

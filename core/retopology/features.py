@@ -15,7 +15,8 @@ from scipy.spatial import cKDTree
 from ..mesh.creases import marked_half_edges
 from ..mesh.surface import Surface
 from .crease_chains import crease_chains
-from .ridges.find import CERTAIN, CREST, Ridges
+from .lines.winding import Barriers
+from .ridges.find import CERTAIN, CREST, Chains, Ridges
 from .settings import GuidanceSettings
 
 # How far the samples of a fit reach, in root mean square distances.
@@ -85,6 +86,20 @@ def find_features(
     hard = np.flatnonzero(kind >= 0)
     crests = _crests(surface, hard, ridges, shortest)
     return Features(hard, kind[hard], chain[hard], *crests)
+
+
+def barriers(features: Features, crests: Chains) -> Barriers:
+    """Hard edges and crests, as what lines may end on."""
+    # The chord that ends at a point lies in its triangle.
+    before = np.arange(len(crests.position)) - 1
+    first, last = crests.start[:-1], crests.start[1:] - 1
+    before[first[crests.closed]] = last[crests.closed]
+    rows = np.ones(len(before), bool)
+    rows[first[~crests.closed]] = False
+    position = crests.position
+    return Barriers(
+        features.half_edge, crests.triangle[rows], position[before[rows]], position[rows]
+    )
 
 
 def _ends(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..base.errors import GuidanceError
 from ..base.progress import Progress
+from ..mesh.samples import spread_points
 from ..umbilics.result import Umbilics
 
 # Relative difference of curvature, and cosine of normals and separatrices, within a pair.
@@ -123,19 +124,12 @@ def _sampled(
     vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Any, ...]:
     """Centroid, (s, 3) points spread by area, and a tree of a denser set with its normals."""
-    normal, area = face_normal_area
+    _, area = face_normal_area
     centre = vertices[triangles].mean(axis=1)
     middle = np.average(centre, axis=0, weights=area)
     random = np.random.default_rng(0)
-
-    def points(count: int) -> tuple[np.ndarray, np.ndarray]:
-        row = random.choice(len(area), count, p=area / area.sum())
-        a, b = np.sqrt(random.random(count)), random.random(count)
-        weights = np.stack([1.0 - a, a * (1.0 - b), a * b], axis=1)
-        return np.einsum("sk,skc->sc", weights, vertices[triangles[row]]), normal[row]
-
-    samples, _ = points(SAMPLES)
-    dense, normals = points(16 * SAMPLES)
+    samples, _ = spread_points(vertices, triangles, face_normal_area, SAMPLES, random)
+    dense, normals = spread_points(vertices, triangles, face_normal_area, 16 * SAMPLES, random)
     return middle, samples, (cKDTree(dense), normals)
 
 

@@ -14,18 +14,18 @@ from ..fields.planes import FaceFrames, lay_out
 from ..mesh.input_map import places_on_surface
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
-from ..mesh.tessellated import CONICAL, CYLINDRICAL
 from ..umbilics.result import Detection
 from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
 from .cross_field import cross_field, smoothing_length
-from .features import Features, find_features
+from .features import Features, barriers, find_features
 from .field.planned import with_poles
 from .field.simplified import SimplifiedField, simplify_field
 from .field.smoothed import smoothed_field, smoothness_by_noise
 from .guidance import Guidance, disagreements, guidance_of
 from .lines.polylines import Lines
-from .lines.separatrices import discs, separatrices, skeleton
+from .lines.separatrices import Separatrices, discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
+from .lines.winding import Barriers
 from .mirror import MirrorPlane, find_mirror_plane
 from .poles import plan_poles
 from .ridges.find import find_ridges, measure_slopes
@@ -51,6 +51,11 @@ class Guide:
         (k,) rows of the detection's candidates to go on with, in place of those that its filters
         kept; None for these.
 
+    Attributes
+    ----------
+    surface, cleaning:
+        What is worked on, and sentences about what was mended to get it.
+
     Raises
     ------
     InvalidMeshError
@@ -64,7 +69,7 @@ class Guide:
         detection: Detection,
         kept: np.ndarray | None = None,
     ) -> None:
-        self.surface, _ = clean(vertices, triangles, detection.borders_joined)
+        self.surface, self.cleaning = clean(vertices, triangles, detection.borders_joined)
         if kept is not None:
             detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection
@@ -93,8 +98,7 @@ class Guide:
         """(m,) bool over the surface's triangles: those in a region without directions."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
-            # Cylinders and cones have directions, exact ones.
-            inside[region.triangles] |= region.kind not in (CYLINDRICAL, CONICAL)
+            inside[region.triangles] |= not region.has_directions
         return inside[self.surface.source_triangle]
 
     @property
@@ -261,7 +265,7 @@ class Guide:
         progress: Progress | None = None,
         *,
         both_ways: bool = False,
-    ) -> Lines:
+    ) -> Separatrices:
         """Separatrices of the kept umbilics; each arc between two once, unless `both_ways`.
 
         Where the lines are smoothed, the directions around the umbilics stay as they are: the
@@ -275,9 +279,22 @@ class Guide:
         planes, _ = self._planes_of_lines(settings, part, held)
         part = progress.part("Tracing separatrices", 0.5, 1.0)
         found = separatrices(
-            self.surface, planes, self.detection.umbilics, settings, part, self.undirected, around
+            self.surface,
+            planes,
+            self.detection.umbilics,
+            settings,
+            part,
+            self.undirected,
+            around,
+            lambda: self._barriers(settings, part.quiet()),
         )
         return found if both_ways else skeleton(found)
+
+    def _barriers(self, settings: GuidanceSettings, progress: Progress) -> Barriers:
+        """Creases and the crests that bend as far."""
+        slopes = self._measured(progress)
+        crests = find_ridges(self.surface, slopes, least_bend=settings.feature_angle)
+        return barriers(find_features(self.surface, settings), crests.chains)
 
     def _planes_of_lines(
         self, settings: GuidanceSettings, progress: Progress, held: np.ndarray | None = None

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..base.options import AUTO, Choice, check, setting
+from . import field_settings
 
 
 @dataclass(frozen=True)
@@ -21,34 +22,9 @@ class GuidanceSettings:
         A value is of the wrong type, out of bounds or not among the choices.
     """
 
-    # The middle of the slider smooths over one and a half edges of a mesh of 2,000 quads: detail
-    # finer than that no quads follow, and smoothing more only turns them from the curvature.
-    smoothness: float = setting(
-        0.45,
-        label="Smoothness",
-        help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
-        "creases and borders allow",
-        kind="number",
-        minimum=0.0,
-        maximum=1.0,
-    )
-    feature_angle: float = setting(
-        40.0,
-        label="Feature Angle",
-        help="The cross field runs along creases sharper than this, where edges go on in a "
-        "chain; 180 leaves creases alone",
-        kind="number",
-        minimum=0.0,
-        maximum=180.0,
-        unit="degrees",
-    )
-    align_sharp: bool = setting(
-        True,
-        label="Marked Sharp Edges",
-        help="The cross field runs along edges that are marked sharp; ignored where more than a "
-        "fifth of all edges are, as some importers leave them",
-        kind="flag",
-    )
+    smoothness: float = field_settings.smoothness()
+    feature_angle: float = field_settings.feature_angle()
+    align_sharp: bool = field_settings.align_sharp()
     align_borders: bool = setting(
         True,
         label="Open Borders",

@@ -16,7 +16,9 @@ from ..fields.planes import FaceFrames, in_plane
 from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
+from .quads.conformity import scaled_jacobian
 from .quads.finishing.projection import ClosestPoints
+from .quads.result import QuadMesh
 
 REACH = 3.0
 """Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
@@ -44,6 +46,9 @@ class TopologyCheck:
         below it; NaN for other faces and where the surface has no direction.
     mean_angle:
         Their mean in degrees, by area and by the gap of the curvatures; NaN without any.
+    jacobian:
+        (f,) float64 scaled Jacobian, the least sine at a corner of each quad: 1 for rectangles, 0
+        or less for degenerate and folded ones; NaN for other faces.
     distance:
         (n,) float64 length from each vertex to the surface.
     edge:
@@ -57,6 +62,7 @@ class TopologyCheck:
     quads: int
     angle: np.ndarray
     mean_angle: float
+    jacobian: np.ndarray
     distance: np.ndarray
     edge: float
 
@@ -69,6 +75,16 @@ class TopologyCheck:
     def extra(self) -> int:
         """How many irregular vertices no planned pole asks for."""
         return int(np.count_nonzero(self.pole < 0))
+
+    @property
+    def least_jacobian(self) -> float:
+        """Of the worst quad; NaN without quads."""
+        return float(np.nanmin(self.jacobian)) if self.quads else float("nan")
+
+    @property
+    def edges_away(self) -> float:
+        """The largest distance from the surface in mean edges."""
+        return float(self.distance.max(initial=0.0)) / self.edge if self.edge > 0.0 else 0.0
 
 
 def check_topology(
@@ -117,8 +133,12 @@ def check_topology(
     quads = np.flatnonzero(np.diff(start) == 4)
     angle = np.full(len(start) - 1, np.nan)
     weight = np.zeros(len(start) - 1)
+    jacobian = np.full(len(start) - 1, np.nan)
     if len(quads):
         at = own[corners[start[quads][:, None] + np.arange(4)]]
+        jacobian[quads] = scaled_jacobian(
+            at.reshape(-1, 3), np.arange(4 * len(quads)).reshape(-1, 4)
+        )
         planes = guide.planes(progress.part("Comparing directions", 0.5, 1.0))
         angle[quads], weight[quads] = _angles(at, whole, planes, closest)
     progress.step(1.0)
@@ -133,9 +153,18 @@ def check_topology(
         mean_angle=float(np.average(angle[known], weights=weight[known]))
         if known.any()
         else float("nan"),
+        jacobian=jacobian,
         distance=np.linalg.norm(there - own, axis=1) * whole.unit,
         edge=edge,
     )
+
+
+def check_quads(
+    mesh: QuadMesh, guide: Guide, poles: Poles, progress: Progress | None = None
+) -> TopologyCheck:
+    """Hold the quads that the remeshing made against their own surface; as `check_topology`."""
+    start = np.arange(0, mesh.quads.size + 1, 4)
+    return check_topology(mesh.vertices, mesh.quads.ravel(), start, guide, poles, progress)
 
 
 def _edges(

@@ -1,4 +1,4 @@
-"""Methods S, I and C side by side on one mesh."""
+"""Methods S, I and C, and what they are measured against, side by side on one mesh."""
 
 from __future__ import annotations
 
@@ -12,10 +12,19 @@ from ..base.errors import ChartError
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.field import CurvatureField
+from ..mesh.input_map import places_in_input
+from ..mesh.repair import clean
+from ..mesh.surface import Surface
 from .detect import detect
-from .result import KINDS, Detection
+from .methods.at_vertices import alike, least_difference, least_gap
+from .methods.vertex_index import a_corner
+from .result import KINDS, UNCERTAIN, Detection, Umbilics
 
+# Edges within which a point of one method is one of another.
+NEAR = 2.0
 METHODS = ("S", "I", "C")
+LEAST_GAP, LEAST_DIFFERENCE, ALIKE_RATIO = "k1-k2", "H2-K", "ratio"
+BASELINES = (LEAST_GAP, LEAST_DIFFERENCE, ALIKE_RATIO)
 
 
 @dataclass(frozen=True)
@@ -25,9 +34,10 @@ class MethodResult:
     Attributes
     ----------
     method:
-        "S", "I" or "C".
+        "S", "I" or "C", or one of the `BASELINES`.
     detection:
-        Its result, None where it could not be done.
+        Its result, None where it could not be done. Baselines find vertices without index or
+        kind: 0 and "uncertain".
     refusal:
         Why not, in a sentence for the user; else empty.
     seconds:
@@ -38,6 +48,9 @@ class MethodResult:
         How many have none.
     unmatched:
         How many of this method's points are farther than two edges from every umbilic of S.
+    error:
+        Median distance of the confirmed umbilics to this method's nearest point, in edges; NaN
+        without any.
     """
 
     method: str
@@ -47,6 +60,7 @@ class MethodResult:
     confirmed: int
     missed: int
     unmatched: int
+    error: float = float("nan")
 
 
 def compare(
@@ -60,11 +74,12 @@ def compare(
     uv: np.ndarray | None = None,
     sharp: np.ndarray | None = None,
 ) -> tuple[MethodResult, ...]:
-    """Run all three methods on the same shape operators.
+    """Run all three methods on the same shape operators, and the usual ways beside them.
 
     The arguments are those of `core.detect`; `Settings.method` is not read. The operators are
     estimated once, for method S, and handed to the others. A chart that method C cannot unfold
-    is not an error here: the result says why.
+    is not an error here: the result says why. Then follow the `BASELINES`: vertices where the
+    gap, or H^2 - K, is less than around them, and those where the curvatures are nearly alike.
 
     Raises
     ------
@@ -81,7 +96,7 @@ def compare(
     # Given operators are used as they are, so a filter of the normals must not come again.
     other = replace(settings, curvature="given", normal_smoothing=0)
     for number, method in enumerate(METHODS[1:]):
-        part = progress.part(f"Method {method}", 0.6 + 0.2 * number, 0.8 + 0.2 * number)
+        part = progress.part(f"Method {method}", 0.6 + 0.15 * number, 0.75 + 0.15 * number)
         start = time.perf_counter()
         try:
             found = detect(
@@ -100,7 +115,61 @@ def compare(
             continue
         seconds = _after_operators(found)
         results.append(_result(method, found, by_shape, vertices, triangles, seconds))
+    progress.part("Vertices", 0.9, 1.0)
+    surface, _ = clean(vertices, triangles, settings.join_borders)
+    for method in BASELINES:
+        start = time.perf_counter()
+        found = _at_vertices(method, surface, by_shape)
+        seconds = time.perf_counter() - start
+        results.append(_result(method, found, by_shape, vertices, triangles, seconds))
+    progress.step(1.0)
     return tuple(results)
+
+
+def _at_vertices(method: str, surface: Surface, by_shape: Detection) -> Detection:
+    """What a baseline finds, with the same shape operators, as a detection."""
+    field = by_shape.curvature
+    at_surface = CurvatureField(
+        **{name: value[surface.source_vertex] for name, value in vars(field).items()}
+    )
+    if method == LEAST_GAP:
+        vertex = least_gap(surface, at_surface)
+    elif method == LEAST_DIFFERENCE:
+        vertex = least_difference(surface)
+    else:
+        vertex = alike(surface, at_surface)
+    triangle, corner = a_corner(surface, vertex)
+    input_triangle, barycentric = places_in_input(surface, triangle, np.eye(3)[corner])
+    count = len(vertex)
+    unknown, no = np.full(count, np.nan), np.zeros(count, bool)
+    umbilics = Umbilics(
+        position=surface.vertices[vertex] * surface.unit + surface.origin,
+        normal=at_surface.normal[vertex],
+        triangle=input_triangle,
+        barycentric=barycentric,
+        vertex=surface.source_vertex[vertex],
+        index=np.zeros(count),
+        kind=np.full(count, UNCERTAIN),
+        curvature=0.5 * (at_surface.k1 + at_surface.k2)[vertex],
+        persistence=unknown,
+        partner=np.full(count, -1),
+        uncertainty=unknown,
+        noise=unknown,
+        separatrix=np.full((count, 3, 3), np.nan),
+        at_border=no,
+        certain=no,
+        resolved=~no,
+        elliptic=~no,
+    )
+    return replace(
+        by_shape,
+        umbilics=umbilics,
+        candidates=umbilics,
+        regions=(),
+        triangle_index=np.zeros(len(by_shape.triangle_index)),
+        index_sum=float("nan"),
+        warnings=(),
+    )
 
 
 def _after_operators(detection: Detection) -> float:
@@ -116,11 +185,13 @@ def _result(
     seconds: float,
 ) -> MethodResult:
     ours, theirs = found.umbilics, by_shape.umbilics
-    there = within_edges(vertices, triangles, theirs.triangle, theirs.position, ours.position)
+    away = edges_away(vertices, triangles, theirs.triangle, theirs.position, ours.position)
     here = within_edges(vertices, triangles, ours.triangle, ours.position, theirs.position)
+    there = away <= NEAR
     confirmed = int(there.sum())
+    error = float(np.median(away[there])) if confirmed else float("nan")
     return MethodResult(
-        method, found, "", seconds, confirmed, len(theirs) - confirmed, int((~here).sum())
+        method, found, "", seconds, confirmed, len(theirs) - confirmed, int((~here).sum()), error
     )
 
 
@@ -130,36 +201,51 @@ def within_edges(
     triangle: np.ndarray,
     points: np.ndarray,
     others: np.ndarray,
-    edges: float = 2.0,
+    edges: float = NEAR,
 ) -> np.ndarray:
     """(k,) bool, whether points (k, 3) in the triangles (k,) have one of the others (j, 3)
     within so many times the mean side of their triangle, in a straight line."""
+    return edges_away(vertices, triangles, triangle, points, others) <= edges
+
+
+def edges_away(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    triangle: np.ndarray,
+    points: np.ndarray,
+    others: np.ndarray,
+) -> np.ndarray:
+    """(k,) distance of points (k, 3) in the triangles (k,) to the nearest of the others (j, 3)
+    over the mean side of their triangle; infinite without others."""
     if not len(points) or not len(others):
-        return np.zeros(len(points), dtype=bool)
+        return np.full(len(points), np.inf)
     corners = np.asarray(vertices, dtype=np.float64)[np.asarray(triangles)[triangle]]
     side = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(axis=1)
     distance, _ = cKDTree(others).query(points)
-    return distance <= edges * side
+    return np.asarray(distance / np.maximum(side, np.finfo(float).tiny))
 
 
-def table(results: tuple[MethodResult, ...]) -> list[list[str]]:
+def comparison_rows(results: tuple[MethodResult, ...]) -> list[list[str]]:
     """The comparison as rows of text, a heading first."""
-    rows = [["method", "points", *KINDS, "index sum", "near S", "missed", "elsewhere", "seconds"]]
+    heading = ["method", "points", *KINDS, "index sum", "near S", "missed", "elsewhere"]
+    rows = [[*heading, "edges away", "seconds"]]
     for result in results:
         if result.detection is None:
             rows.append([result.method, "refused"] + ["–"] * (len(rows[0]) - 2))
             continue
         umbilics = result.detection.umbilics
         counts = umbilics.counts()
+        named = result.method in METHODS
         rows.append(
             [
                 result.method,
                 str(len(umbilics)),
-                *(str(counts[kind]) for kind in KINDS),
-                f"{result.detection.index_sum:+g}",
+                *(str(counts[kind]) if named else "–" for kind in KINDS),
+                f"{result.detection.index_sum:+g}" if named else "–",
                 str(result.confirmed),
                 str(result.missed),
                 str(result.unmatched),
+                f"{result.error:.2f}" if result.confirmed else "–",
                 f"{result.seconds:.2f}",
             ]
         )
@@ -168,7 +254,7 @@ def table(results: tuple[MethodResult, ...]) -> list[list[str]]:
 
 def comparison_table(results: tuple[MethodResult, ...]) -> str:
     """The comparison as lines of aligned columns, and why a method was refused."""
-    rows = table(results)
+    rows = comparison_rows(results)
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     lines = [
         "  ".join(

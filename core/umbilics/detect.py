@@ -70,7 +70,8 @@ def detect(
     seams, sharp:
         (s, 2) vertex pairs of the edges marked as seams (method C) and as sharp.
     uv:
-        (m, 3, 2) UV coordinates of the corners, for method C with charts "islands" or "uv".
+        (m, 3, 2) UV coordinates of the corners, for charts "islands" or "uv" and for the
+        parametrization "uv".
 
     Raises
     ------
@@ -82,8 +83,8 @@ def detect(
     clock = _Clock()
     with clock.stage("cleaning"):
         progress.part("Reading the surface", 0.0, 0.1)
-        # Seams that method C cuts along may be borders already, and stay so.
-        join = settings.join_borders and not (settings.method == "C" and settings.charts == "seams")
+        # Seams that charts are cut along may be borders already, and stay so.
+        join = settings.join_borders and not (settings.unfolds and settings.charts == "seams")
         surface, warnings = clean(vertices, triangles, join)
     with clock.stage("faces"):
         cad = _tessellated(surface, settings)
@@ -175,19 +176,30 @@ def _found(
         unfolding = None
         if settings.parametrization == "uv":
             unfolding = unfolded_by_uv(surface, triangles, _required(uv))
+        elif settings.parametrization == "charts":
+            unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
         return _by_shape_operators(surface, shape, settings, unfolding, progress)
     if settings.method == "I":
         hits = detect_by_index(surface, shape, progress)
-    elif settings.charts in ("islands", "uv"):
-        conformal = settings.charts == "islands"
-        unfolding = unfolded_by_uv(surface, triangles, _required(uv), conformal)
-        hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
     else:
-        marked = np.zeros((0, 2), int) if seams is None else seams
-        unfolding = unfolded_along_seams(surface, marked, progress)
+        unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
         hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
     index = np.bincount(hits.triangle, weights=hits.index, minlength=len(surface.triangles))
     return _Found(hits, index)
+
+
+def _unfolded(
+    surface: Surface,
+    settings: Settings,
+    triangles: np.ndarray,
+    seams: np.ndarray | None,
+    uv: np.ndarray | None,
+    progress: Progress,
+) -> Unfolding:
+    if settings.charts in ("islands", "uv"):
+        return unfolded_by_uv(surface, triangles, _required(uv), settings.charts == "islands")
+    marked = np.zeros((0, 2), int) if seams is None else seams
+    return unfolded_along_seams(surface, marked, progress, settings.charts == "automatic")
 
 
 def _required(uv: np.ndarray | None) -> np.ndarray:

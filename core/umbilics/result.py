@@ -132,6 +132,11 @@ class Region:
     kind: str
     curvature: float
 
+    @property
+    def has_directions(self) -> bool:
+        """Whether directions mean something within: those of cylinders and cones are exact."""
+        return self.kind in (CYLINDRICAL, CONICAL)
+
 
 @dataclass(frozen=True)
 class Detection:

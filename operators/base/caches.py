@@ -73,7 +73,7 @@ _ALL = (RECORDS, ROWS, DETECTIONS, GUIDES, FINGERPRINTS)
 
 
 @persistent
-def _after_load(*_):
+def _after_load(*_: object) -> None:
     for cache in _ALL:
         cache.clear()
 

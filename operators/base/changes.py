@@ -1,4 +1,5 @@
-"""Who is told when the user changes a property: "filter", "glyphs", "view", "map" or "active"."""
+"""Who is told when the user changes a property: "filter", "glyphs", "view", "map",
+"active" (of the umbilics), "pole" or "mark" (of a check)."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

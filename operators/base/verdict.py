@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import bpy
+
 from ... import core
 from .words import counts_in_words
 
@@ -45,7 +47,7 @@ class Verdict:
     remedy: str
 
 
-def verdict(summary) -> Verdict:
+def verdict(summary: bpy.types.PropertyGroup) -> Verdict:
     """The judgement of a detection by its `summary.UMBILICS_PG_summary`."""
     umbilics = sum(getattr(summary, kind) for kind in core.KINDS)
     found = f"{umbilics or 'no'} umbilic{'' if umbilics == 1 else 's'}"
@@ -62,7 +64,7 @@ def verdict(summary) -> Verdict:
     return Verdict(found, "trust good", True, "")
 
 
-def _remedy(summary) -> str:
+def _remedy(summary: bpy.types.PropertyGroup) -> str:
     texts = [warning.text for warning in summary.warnings]
     if any("Merge by Distance" in text for text in texts):
         return MERGE

@@ -42,3 +42,30 @@ def pins_lost(count: int) -> str:
     if count == 1:
         return "One pinned or deleted umbilic has no umbilic of its index near it any more."
     return f"{count} pinned or deleted umbilics have none of their index near them any more."
+
+
+def topology_in_words(
+    *,
+    matched: int,
+    missing: int,
+    extra: int,
+    faces: int,
+    quads: int,
+    angle: float,
+    jacobian: float,
+    edges: float,
+) -> list[str]:
+    """How well a mesh follows a surface and its plan, in lines.
+
+    `angle` is in degrees, `jacobian` the least scaled one, `edges` the largest distance in edges;
+    what there is not is NaN.
+    """
+    lines = [f"{matched} of {matched + missing} planned poles, {missing} missing, {extra} extra"]
+    if quads < faces:
+        lines.append(f"{faces - quads} of {faces} faces are no quads")
+    if math.isfinite(angle):
+        lines.append(f"{angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
+    if math.isfinite(jacobian):
+        lines.append(f"Least scaled Jacobian {jacobian:.2f}")
+    lines.append(f"Within {max(edges, 0.001):.2g} edges of the surface")
+    return lines

@@ -1,10 +1,12 @@
 """The command line: `blender -b --command umbilics FILE…`."""
 
+from typing import Any
+
 import bpy
 
 from .command import run
 
-_handles = []
+_handles: list[Any] = []
 
 
 def register() -> None:

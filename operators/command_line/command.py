@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 import traceback
+from typing import Any
 
 import bpy
 
 from ... import core
-from . import batch, exit_codes, importers, messages, one_file, version
+from . import batch, exit_codes, importers, messages, one_file, topology, version
 from .arguments import parser as arguments
 from .arguments.request import Request
 from .batch import lifetime, supervised
@@ -56,7 +57,7 @@ def _done(request: Request) -> int:
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
-def _one_file(request: Request, file: str | None, base: str, outputs: dict) -> bool:
+def _one_file(request: Request, file: str | None, base: str, outputs: dict[str, Any]) -> bool:
     """Do one file, so that the next ones are done whatever is in it; whether all went well."""
     label = "" if file is None else f"{shown(file)}: "
     start = time.monotonic()
@@ -64,8 +65,12 @@ def _one_file(request: Request, file: str | None, base: str, outputs: dict) -> b
         messages.tell("start", file=None if file is None else shown(file))
     failure = ""
     try:
+        # Before the file itself is opened: Blender has one file open at a time.
+        checked = None
+        if request.check is not None and file is not None:
+            checked = topology.from_file(request.check, file)
         opened = importers.open_file(file, base)
-        done = one_file.analyse(request, file, opened, outputs)
+        done = one_file.analyse(request, file, opened, outputs, checked)
     except core.UmbilicsError as error:
         failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
     except MemoryError:

@@ -26,7 +26,7 @@ class Guard:
         self._written: dict[object, str] = {}
         self._folders: dict[str, str] = {}
 
-    def reads(self, paths: Iterable[os.PathLike | str]) -> None:
+    def reads(self, paths: Iterable[os.PathLike[str] | str]) -> None:
         """Files that are read; results may be claimed already.
 
         Raises
@@ -43,7 +43,7 @@ class Guard:
                     )
                 self._read.setdefault(key, shown(path))
 
-    def writes(self, path: os.PathLike | str) -> None:
+    def writes(self, path: os.PathLike[str] | str) -> None:
         """Claim the path of a result.
 
         Raises
@@ -65,7 +65,7 @@ class Guard:
         for key in keys:
             self._written[key] = shown(path)
 
-    def _keys(self, path: os.PathLike | str) -> list[object]:
+    def _keys(self, path: os.PathLike[str] | str) -> list[object]:
         """What tells files apart: the real path, and for a file that exists its place on the disk.
 
         Nothing for what is no file, such as a pipe: nothing is lost by writing there.
@@ -91,7 +91,7 @@ class Guard:
         return keys
 
 
-def shown(path: os.PathLike | str) -> str:
+def shown(path: os.PathLike[str] | str) -> str:
     """A path as text that can be encoded and printed on one line, whatever bytes are in it."""
     text = os.fsencode(path).decode("utf-8", "backslashreplace")
     return "".join(

@@ -1,16 +1,19 @@
-"""The command's part in retopology: `--guide DIR` and the settings of the guidance."""
+"""The command's part in retopology: `--guide DIR`, `--quads N` and their settings."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ... import core
 from ..jobs import detect
+from . import topology
+from .arguments import values
 from .batch.names import result_name
 from .guard import Guard
 
@@ -20,11 +23,16 @@ _RIDGES = ("ridges", "ridge_figures")
 
 @dataclasses.dataclass(frozen=True)
 class GuidanceRequest:
-    """Which files to write of every mesh, where, and how to plan."""
+    """Which files to write of every mesh, where, how to plan and how to remesh."""
 
     folder: Path
     kinds: tuple[str, ...]
     settings: core.GuidanceSettings
+    remeshing: core.RemeshSettings
+
+    @property
+    def makes_quads(self) -> bool:
+        return any(kind in core.QUAD_KINDS for kind in self.kinds)
 
     def stem(self, file: str | None, object_name: str, frame: int | None) -> Path:
         """The path of a mesh's files, without their endings."""
@@ -55,10 +63,15 @@ class GuidanceRequest:
                     guard.writes(path)
 
 
-def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
+def add_arguments(
+    parser: argparse.ArgumentParser,
+    add_setting: Callable[[argparse._ArgumentGroup, str, core.Option, Any], None],
+) -> None:
     """Add the options; `add_setting` adds one to a group by name, option and default."""
     group = parser.add_argument_group(
-        "retopology", "With --guide a cross field, its poles and lines are written for remeshers."
+        "retopology",
+        "With --guide a cross field, its poles and lines are written for remeshers, with --quads "
+        "a mesh of quads alone.",
     )
     group.add_argument(
         "--guide",
@@ -71,47 +84,103 @@ def add_arguments(parser: argparse.ArgumentParser, add_setting) -> None:
         metavar="KIND",
         nargs="+",
         choices=tuple(core.FILE_KINDS),
-        default=_USUAL,
         help=f"which: {', '.join(core.FILE_KINDS)} (default: {' '.join(_USUAL)})",
     )
     group.add_argument(
         "--ridges",
         action="store_true",
-        help="with --guide: write the ridges and their figures too",
+        help="with --guide or --out: write the ridges and their figures too",
+    )
+    group.add_argument(
+        "--check-topology",
+        metavar="MESH",
+        help="hold the quads of the file MESH against the surface of FILE and its plan: numbers in "
+        "the JSON; of a folder MESH the mesh that is called like FILE, and without FILE the "
+        "object MESH of the open file",
     )
     for name, option in core.options(core.GuidanceSettings).items():
         add_setting(group, name, option, core.defaults(core.GuidanceSettings)[name])
+    group = parser.add_argument_group(
+        "quads",
+        "Written as FILE-OBJECT-quads.obj where --guide says, or with --out alone in "
+        "OUT/FILE/; --guide-files quads_ply has valence, patch and angle too.",
+    )
+    group.add_argument(
+        "--quads",
+        metavar="N",
+        type=values.whole_number,
+        help="remesh each mesh to about N quads along its curvature",
+    )
+    for name, option in core.options(core.RemeshSettings).items():
+        if name != "quads":
+            default = core.defaults(core.RemeshSettings)[name]
+            add_setting(group, quad_setting(name), option, default)
+
+
+def quad_setting(name: str) -> str:
+    """What a setting of the remeshing is called here, where others may have its name."""
+    taken = core.options().keys() | core.options(core.GuidanceSettings).keys()
+    return f"quad_{name}" if name in taken else name
+
+
+def settings_of(
+    parser: argparse.ArgumentParser, found: argparse.Namespace
+) -> core.GuidanceSettings:
+    """How to plan, whatever the plan is for."""
+    given = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
+    try:
+        return core.GuidanceSettings(**given)
+    except core.InvalidSettingsError as error:
+        parser.error(str(error))
 
 
 def request_of(
-    parser: argparse.ArgumentParser, found: argparse.Namespace
+    parser: argparse.ArgumentParser, found: argparse.Namespace, settings: core.GuidanceSettings
 ) -> GuidanceRequest | None:
-    """What the arguments ask for; None without --guide."""
-    if found.guide is None:
-        if found.ridges:
-            parser.error("--ridges needs --guide DIR, the folder that the files go to.")
+    """What the arguments ask for; None without --guide and --quads."""
+    folder = found.guide or found.out
+    if folder is None and found.quads is not None:
+        parser.error("--quads needs a folder that the quads go to: --guide DIR, or --out DIR.")
+    if folder is None and found.ridges:
+        parser.error("--ridges needs a folder that the files go to: --guide DIR, or --out DIR.")
+    if found.guide is None and found.quads is None and not found.ridges:
         return None
-    if found.guide.exists() and not found.guide.is_dir():
-        parser.error(f"--guide {found.guide} is a file; name a folder.")
-    values = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
+    if folder.exists() and not folder.is_dir():
+        parser.error(f"{'--guide' if found.guide else '--out'} {folder} is a file; name a folder.")
+    quads = {
+        name: getattr(found, quad_setting(name))
+        for name in core.options(core.RemeshSettings)
+        if name != "quads" or found.quads is not None
+    }
     try:
-        settings = core.GuidanceSettings(**values)
+        remeshing = core.RemeshSettings(**quads)
     except core.InvalidSettingsError as error:
         parser.error(str(error))
-    ridges = _RIDGES if found.ridges else ()
-    kinds = tuple(dict.fromkeys((*found.guide_files, *ridges)))
-    return GuidanceRequest(found.guide, kinds, settings)
+    kinds = list(found.guide_files or (_USUAL if found.guide else ()))
+    kinds += _RIDGES if found.ridges else ()
+    if found.quads is not None and not any(kind in core.QUAD_KINDS for kind in kinds):
+        kinds.append(core.QUAD_KINDS[0])
+    return GuidanceRequest(folder, tuple(dict.fromkeys(kinds)), settings, remeshing)
+
+
+def worker_arguments(request: GuidanceRequest, words_of: Callable[..., list[str]]) -> list[str]:
+    """What gives another process the same files; `words_of` tells settings by their options."""
+    arguments = ["--guide-files", *request.kinds]
+    if request.makes_quads:
+        arguments += words_of(core.options(core.RemeshSettings), request.remeshing, quad_setting)
+    return arguments
 
 
 def write(
     request: GuidanceRequest,
     stem: Path,
     inputs: detect.Inputs,
-    detection: core.Detection,
+    guide: core.Guide,
     to_file: np.ndarray,
     progress: core.Progress,
-) -> list[str]:
-    """Write the files of one mesh; sentences on what was written and what there is not.
+) -> tuple[list[str], dict[str, Any]]:
+    """Write the files of one mesh; sentences on what was written and what there is not, and
+    what the report says of the quads.
 
     Raises
     ------
@@ -122,17 +191,23 @@ def write(
     found = core.export_guidance(
         stem,
         request.kinds,
-        core.Guide(arrays.vertices, arrays.triangles, detection),
+        guide,
         request.settings,
         mesh=(arrays.vertices, arrays.triangles),
         sharp=arrays.sharp,
         to_file=to_file,
+        remeshing=request.remeshing,
         progress=progress,
     )
     poles = found.guidance.poles
     three = int(np.count_nonzero(poles.valence == 3))
-    return [
+    said = [
         f"Poles: {three} of valence 3, {len(poles) - three} of valence 5. "
         f"Wrote {', '.join(path.name for path in found.paths)}.",
         *found.left_out,
+        *found.guidance.warnings,
     ]
+    if found.quads is None or found.check is None:
+        return said, {}
+    said += [topology.in_words(found.check), *found.quads.warnings]
+    return said, {"quads": topology.of_quads(found.quads, found.check, request.remeshing)}

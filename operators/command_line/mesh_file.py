@@ -20,7 +20,8 @@ _VERTEX = [
     *((name, "<f4") for name in ("k1", "k2", "d1x", "d1y", "d1z", "d2x", "d2y", "d2z")),
     ("surface_type", "<i4"),
 ]
-_FACE = [("count", "u1"), ("vertex_indices", "<i4", 3), ("index", "<f4"), ("region", "<i4")]
+_FACE_VALUES = [("index", "<f4"), ("region", "<i4")]
+_FACE = [("count", "u1"), ("vertex_indices", "<i4", 3), *_FACE_VALUES]
 _NAMES = {"<f8": "double", "<f4": "float", "<i4": "int"}
 
 
@@ -41,7 +42,7 @@ def write(path: Path, found: list[tuple[Inputs, core.Detection]], to_file: np.nd
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
     header += [f"property {_NAMES[kind]} {name}" for name, kind in _VERTEX]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
-    header += [f"property {_NAMES[kind]} {name}" for name, kind in _FACE[2:]]
+    header += [f"property {_NAMES[kind]} {name}" for name, kind in _FACE_VALUES]
     try:
         with core.whole_file(path) as partial, open(partial, "wb") as file:
             file.write("\n".join([*header, "end_header\n"]).encode())

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from typing import Any
 
 from ... import core
 
@@ -32,7 +33,7 @@ def tell(event: str, **facts: object) -> None:
 class Watched:
     """A report to hand to `core.Progress`: an event now and then for one mesh."""
 
-    def __init__(self, about: dict) -> None:
+    def __init__(self, about: dict[str, Any]) -> None:
         self._about = about
         self._told = 0.0
 

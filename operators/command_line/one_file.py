@@ -7,6 +7,7 @@ import errno
 import os
 import time
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -17,7 +18,7 @@ from ..data import properties
 from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
-from . import frames, guidance, importers, mesh_file, messages, report
+from . import frames, guidance, importers, mesh_file, messages, report, topology
 from .arguments.request import Request
 from .guard import shown
 from .messages import complain
@@ -34,13 +35,22 @@ class _Frame:
 
     number: int | None
     done: list[tuple[detect.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
-    compared: list[tuple] = dataclasses.field(default_factory=list)
+    checked: topology.Checked | None = None
+    compared: list[tuple[detect.Inputs, tuple[core.MethodResult, ...]]] = dataclasses.field(
+        default_factory=list
+    )
 
 
 def analyse(
-    request: Request, file: str | None, opened: importers.Opened, outputs: dict[str, Path]
+    request: Request,
+    file: str | None,
+    opened: importers.Opened,
+    outputs: dict[str, Path],
+    checked: topology.Checked | None = None,
 ) -> bool:
     """Do what is asked for with an opened file; whether all went well.
+
+    `checked` is the mesh of another file that is held against its surfaces.
 
     Raises
     ------
@@ -61,6 +71,9 @@ def analyse(
         if number is not None:
             bpy.context.scene.frame_set(number)
         found = _Frame(number)
+        if request.check is not None and file is None:
+            checked = topology.from_object(request.check)
+        found.checked = checked
         for name in wanted:
             entries.append(_one_object(request, file, opened, name, found, "blend" in outputs))
         if found.done:
@@ -78,13 +91,13 @@ def _one_object(
     name: str,
     found: _Frame,
     is_kept: bool,
-) -> dict:
+) -> dict[str, Any]:
     """Detect on one mesh; its entry in the report."""
     label = name if file is None else f"{shown(file)}: {name}"
     if found.number is not None:
         label += f", frame {found.number}"
     told = None if file is None else shown(file)
-    about = {"file": told, "object": name}
+    about: dict[str, Any] = {"file": told, "object": name}
     about |= {} if found.number is None else {"frame": found.number}
     seconds = request.limits.seconds
     progress = messages.progress_until(
@@ -93,11 +106,11 @@ def _one_object(
     )
     try:
         inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
-        said = []
+        rest = progress.part("Planning", 0.6, 1.0)
+        stem = None
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
-            part = progress.part("Planning", 0.6, 1.0)
-            said = guidance.write(request.guidance, stem, inputs, detection, opened.to_file, part)
+        said, facts = _guided(request, stem, found.checked, inputs, detection, opened, rest)
     except core.CancelledError:
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
@@ -107,11 +120,12 @@ def _one_object(
         if results:
             found.compared.append((inputs, results))
         entry = report.success(about, inputs, detection, opened.to_file, request.per_vertex)
+        entry |= facts
         if results:
             entry["comparison"] = report.comparison(results, opened.to_file)
         if request.events:
-            facts = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
-            messages.tell("object", **about, **facts)
+            news = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
+            messages.tell("object", **about, **news)
         else:
             _say(label, detection, said, results)
         return entry
@@ -132,16 +146,48 @@ def _detected(
     inputs = detect.gather(
         obj, request.settings, request.given_names, request.compare, depsgraph, source.scope
     )
-    share = 0.6 if request.guidance is not None else 1.0
+    share = 0.6 if request.guidance is not None or request.check is not None else 1.0
     part = progress.part("Detecting", 0.0, share)
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
+    assert detection is not None, "method S, the first, refuses nothing"
     if is_kept or frame is None:
         detect.write(context, inputs, detect.results_of(inputs, detection))
     return inputs, detection, results
 
 
-def _say(label: str, detection: core.Detection, said: list[str], results: tuple) -> None:
+def _guided(
+    request: Request,
+    stem: Path | None,
+    checked: topology.Checked | None,
+    inputs: detect.Inputs,
+    detection: core.Detection,
+    opened: importers.Opened,
+    progress: core.Progress,
+) -> tuple[list[str], dict[str, Any]]:
+    """The guidance's files, named after `stem`, and the check, as far as they are asked for;
+    sentences on them and what the report says."""
+    said: list[str] = []
+    facts: dict[str, Any] = {}
+    if request.guidance is None and checked is None:
+        return said, facts
+    arrays = inputs.arrays
+    guide = core.Guide(arrays.vertices, arrays.triangles, detection)
+    if request.guidance is not None and stem is not None:
+        part = progress.part("Planning", 0.0, 0.6)
+        said, facts = guidance.write(request.guidance, stem, inputs, guide, opened.to_file, part)
+    if checked is not None:
+        part = progress.part("Checking", 0.6, 1.0)
+        more, check = topology.check(
+            checked, guide, request.planning, arrays.sharp, opened.to_file, part
+        )
+        said, facts = said + more, facts | check
+    return said, facts
+
+
+def _say(
+    label: str, detection: core.Detection, said: list[str], results: tuple[core.MethodResult, ...]
+) -> None:
     lines = [f"{label}: {outcome(detection)}."]
     lines += [f"  {sentence}" for sentence in (*detection.warnings, *said)]
     lines += [core.comparison_table(results)] if results else []
@@ -174,6 +220,9 @@ def _wanted(
     # Modifiers may make the faces.
     solid = [obj for obj in objects if obj.data.polygons or (evaluated and obj.modifiers)]
     solid = [obj for obj in solid if not display_objects.is_ours(obj)]
+    if file is None:
+        # A mesh that is checked is no surface.
+        solid = [obj for obj in solid if obj.name != request.check]
     if evaluated:
         layer = bpy.context.view_layer
         for obj in solid:

@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -22,7 +23,7 @@ SCHEMA = 1
 _PIECE = 1 << 20
 
 
-def source_of(file: str | None) -> dict | None:
+def source_of(file: str | None) -> dict[str, Any] | None:
     """What tells a file from every other; None for what Blender has open without a file.
 
     Raises
@@ -45,12 +46,12 @@ def source_of(file: str | None) -> dict | None:
 
 
 def success(
-    about: dict,
+    about: dict[str, Any],
     inputs: Inputs,
     detection: core.Detection,
     to_file: np.ndarray,
     per_vertex: bool,
-) -> dict:
+) -> dict[str, Any]:
     """What the report says of one object besides the names in `about`; `to_file` (3, 3) turns
     world into file coordinates."""
     entry = {
@@ -94,8 +95,8 @@ def success(
     return entry
 
 
-def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> list[dict]:
-    """What the report says of the three methods side by side; `to_file` as in `success`."""
+def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> list[dict[str, Any]]:
+    """What the report says of the methods side by side; `to_file` as in `success`."""
     return [
         {
             "method": result.method,
@@ -108,13 +109,19 @@ def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> l
             "confirmed": result.confirmed,
             "missed": result.missed,
             "unmatched": result.unmatched,
+            "error": result.error,
             "seconds": result.seconds,
         }
         for result in results
     ]
 
 
-def write(path: Path, settings: core.Settings, source: dict | None, entries: list[dict]) -> None:
+def write(
+    path: Path,
+    settings: core.Settings,
+    source: dict[str, Any] | None,
+    entries: list[dict[str, Any]],
+) -> None:
     """Write the report, whole or not at all.
 
     Raises
@@ -139,7 +146,7 @@ def write(path: Path, settings: core.Settings, source: dict | None, entries: lis
         raise FileError(f"{shown(path)}: cannot be written ({error.strerror}).") from error
 
 
-def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> list[dict]:
+def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> list[dict[str, Any]]:
     arrays = inputs.arrays
     columns = {
         "kind": umbilics.kind,
@@ -168,7 +175,7 @@ def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> l
     return rows
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     """The value in JSON's own types; what is not finite becomes null."""
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist())

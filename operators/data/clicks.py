@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 
 import bpy
-from bpy.props import IntProperty, PointerProperty, StringProperty
+from bpy.props import IntProperty, StringProperty
+
+from ..base import property_groups
 
 # Milliseconds are counted round and round, within Blender's whole numbers.
 _ROUND = 1 << 30
@@ -28,11 +30,6 @@ def is_second(context: bpy.types.Context, what: str) -> bool:
     return second
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_click)
-    bpy.types.WindowManager.umbilics_click = PointerProperty(type=UMBILICS_PG_click)
-
-
-def unregister() -> None:
-    del bpy.types.WindowManager.umbilics_click
-    bpy.utils.unregister_class(UMBILICS_PG_click)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_click,), (bpy.types.WindowManager, "umbilics_click", UMBILICS_PG_click)
+)

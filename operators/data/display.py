@@ -6,8 +6,10 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
 from ..base.changes import notify
 from . import reading, record
+from .belonging import mesh_behind
 
 KIND_ITEMS = [
     (core.KINDS[0], "Stars", "Index -1/2, three separatrices", 1),
@@ -47,24 +49,24 @@ SORTS = [
 _DECADES = 4.0
 
 
-def _filter_changed(self, context):
+def _filter_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("filter", context)
 
 
-def _view_changed(self, context):
+def _view_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("view", context)
 
 
-def _glyphs_changed(self, context):
+def _glyphs_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("glyphs", context)
     notify("view", context)
 
 
-def _map_changed(self, context):
+def _map_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("map", context)
 
 
-def _top(obj) -> float:
+def _top(obj: bpy.types.Object) -> float:
     """The largest finite persistence of the object's candidates; 0 without any."""
     kept = record.of(obj)
     return kept.top if kept else 0.0
@@ -72,21 +74,22 @@ def _top(obj) -> float:
 
 def _active() -> bpy.types.Object | None:
     # Not every context that a property is read in has an active object.
-    return getattr(bpy.context, "active_object", None)
+    return mesh_behind(getattr(bpy.context, "active_object", None))
 
 
-def _get_strength(self) -> float:
+def _get_strength(self: bpy.types.PropertyGroup) -> float:
     settings = self.id_data.umbilics
     top = _top(_active())
     level = settings.persistence
     if settings.persistence_auto:
-        level = record.of(_active()).automatic_level if top else 0.0
+        kept = record.of(_active())
+        level = kept.automatic_level if kept and top else 0.0
     if top <= 0.0 or level <= 0.0:
         return 0.0
     return min(max(1.0 + math.log10(level / (1.001 * top)) / _DECADES, 0.0), 1.0)
 
 
-def _set_strength(self, value: float) -> None:
+def _set_strength(self: bpy.types.PropertyGroup, value: float) -> None:
     settings = self.id_data.umbilics
     top = _top(_active())
     level = 1.001 * top * 10.0 ** (_DECADES * (value - 1.0)) if value > 0.0 else 0.0
@@ -96,11 +99,11 @@ def _set_strength(self, value: float) -> None:
         settings.persistence_auto = False
 
 
-def _get_opened(self) -> bool:
+def _get_opened(self: bpy.types.PropertyGroup) -> bool:
     return self.id_data.umbilics.opening > 0
 
 
-def _set_opened(self, value: bool) -> None:
+def _set_opened(self: bpy.types.PropertyGroup, value: bool) -> None:
     settings = self.id_data.umbilics
     kept = record.of(_active())
     strength = (kept.settings.opening if kept else 0) or core.USUAL_OPENING
@@ -183,6 +186,27 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         "fingers, where there is no empty that shows them",
         default=True,
         update=_glyphs_changed,
+    )
+    poles: BoolProperty(
+        name="Poles",
+        description="The poles of the last plan: a triangle with a 3 where three edges should "
+        "meet, a pentagon with a 5 where five should",
+        default=True,
+        update=_glyphs_changed,
+    )
+    checks: BoolProperty(
+        name="Check Marks",
+        description="Of a topology that was checked: a green disc where a vertex stands for a "
+        "planned pole, a yellow diamond where it is extra, a red hexagon where a pole has none",
+        default=True,
+        update=_view_changed,
+    )
+    numbers: BoolProperty(
+        name="Numbers",
+        description="The number of each umbilic, which it has in the list, the outliner and the "
+        "table of poles as well. Without them that of the active one is drawn",
+        default=False,
+        update=_view_changed,
     )
     rays: BoolProperty(
         name="Separatrices",
@@ -268,11 +292,6 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
 UMBILICS_PG_display.__annotations__ |= reading.properties()
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_display)
-    bpy.types.Scene.umbilics_display = bpy.props.PointerProperty(type=UMBILICS_PG_display)
-
-
-def unregister() -> None:
-    del bpy.types.Scene.umbilics_display
-    bpy.utils.unregister_class(UMBILICS_PG_display)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_display,), (bpy.types.Scene, "umbilics_display", UMBILICS_PG_display)
+)

@@ -16,7 +16,8 @@ _REACH = 4.0
 
 def rows(obj: bpy.types.Object) -> tuple[list[int], list[int]]:
     """Rows of the candidates that are pinned and that are deleted."""
-    return tuple(summary.rows_of(getattr(obj.umbilics, name)) for name in LISTS)
+    pinned, deleted = (summary.rows_of(getattr(obj.umbilics, name)) for name in LISTS)
+    return pinned, deleted
 
 
 def carry_over(
@@ -40,13 +41,13 @@ def carry_over(
 
 def counterparts(
     chosen: tuple[list[int], list[int]], before: Record, after: Record
-) -> tuple[tuple[list[int], ...], int]:
+) -> tuple[tuple[list[int], list[int]], int]:
     """Rows pinned and rows deleted in another detection of the object, and how many are lost."""
     old = np.array(sorted({row for part in chosen for row in part}), dtype=int)
     old = old[old < len(before.detection.candidates)]
     new = dict(zip(old.tolist(), _counterparts(before, after, old).tolist(), strict=True))
-    carried = tuple([new[row] for row in part if new.get(row, -1) >= 0] for part in chosen)
-    return carried, sum(row < 0 for row in new.values())
+    pinned, deleted = ([new[row] for row in part if new.get(row, -1) >= 0] for part in chosen)
+    return (pinned, deleted), sum(row < 0 for row in new.values())
 
 
 def _counterparts(before: Record, after: Record, old: np.ndarray) -> np.ndarray:

@@ -17,7 +17,8 @@ from bpy.props import (
 )
 
 from ... import core
-from ..base import caches
+from ..base import caches, property_groups
+from ..base.changes import notify
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.scope import Scope, scope_in_file
 from .properties import annotations_of, values_of
@@ -26,11 +27,15 @@ UNREADABLE = (
     "The plan cannot be read: another version of this add-on made it, or the file is damaged. "
     "Plan again."
 )
-# Settings that only lines read, which a plan does not hang on.
-_OF_LINES = (
-    "spacing", "closest", "line_smoothness", "families", "shortest", "length_limit",
-    "least_bend", "ridge_kinds",
+# Kinds of objects that can hold guide strokes: Grease Pencil has two names, old and new.
+STROKE_TYPES = ("CURVE", "GREASEPENCIL", "GPENCIL")
+# Which settings each of the steps reads.
+OF_PLAN = (
+    "smoothness", "feature_angle", "align_sharp", "align_borders", "align_crests", "plan",
 )  # fmt: skip
+OF_LINES = ("families", "spacing", "closest", "line_smoothness", "shortest")
+OF_SEPARATRICES = ("line_smoothness", "length_limit")
+OF_RIDGES = ("least_bend", "ridge_kinds")
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,8 @@ class Origin:
         Name of the vertex group that poles avoid, or nothing.
     kept:
         Digest of the umbilics that were kept, see `scene.filters.kept_digest`.
+    strokes:
+        Digest of the guide strokes, or nothing.
     """
 
     fingerprint: Fingerprint
@@ -60,6 +67,7 @@ class Origin:
     settings: core.GuidanceSettings
     zone: str
     kept: str
+    strokes: str = ""
 
     def to_text(self) -> str:
         values = vars(self) | {"fingerprint": self.fingerprint.to_text()}
@@ -78,6 +86,7 @@ class Origin:
                 settings=core.GuidanceSettings(**values["settings"]),
                 zone=str(values["zone"]),
                 kept=str(values["kept"]),
+                strokes=str(values.get("strokes", "")),
             )
         except (ValueError, TypeError, LookupError, RecursionError, core.InvalidSettingsError):
             return None
@@ -92,6 +101,22 @@ UMBILICS_PG_guidance.__annotations__ = annotations_of(core.GuidanceSettings) | {
         name="Avoid",
         description="Vertex group that poles keep out of, for example where the mesh deforms",
     ),
+    "strokes": PointerProperty(
+        type=bpy.types.Object,
+        poll=lambda _, obj: obj.type in STROKE_TYPES,
+        name="Guide Strokes",
+        description="Curves or Grease Pencil strokes on the surface that the field of the next "
+        "plan and the edges of the quads are to run along",
+    ),
+    "influence": FloatProperty(
+        name="Influence",
+        description="How far a guide stroke counts to both sides, in parts of the size of the "
+        "mesh; 0 is along the stroke alone",
+        default=0.1,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+    ),
 }
 
 
@@ -104,26 +129,26 @@ class UMBILICS_PG_pole(bpy.types.PropertyGroup):
     place: FloatVectorProperty(description="Where the plan put its empty", size=3)
 
 
-def _pole_chosen(self, context):
-    """Select the empty of the pole that was clicked in the table."""
-    obj = self.id_data
-    if obj.mode != "OBJECT" or not self.active < len(self.poles):
-        return
-    name = self.poles[self.active].name
-    for child in obj.children:
-        if "umbilics_valence" in child and child.name in context.view_layer.objects:
-            child.select_set(child.name == name)
+def _pole_chosen(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    notify("pole", context)
 
 
 class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     """The pole plan of an object, in numbers."""
 
     planned: BoolProperty(description="The object has a plan")
+    by_hand: BoolProperty(description="Its poles were moved, added or deleted by the user")
+    warnings: StringProperty(description="What the plan could not hold, a sentence a line")
     stamp: StringProperty(description="Digest of what it was made of")
     origin: StringProperty(description="What it was made of, see data/plans.py")
     source: StringProperty(description="What was planned on: BASE or EVALUATED")
     poles: CollectionProperty(type=UMBILICS_PG_pole)
-    active: IntProperty(update=_pole_chosen)
+    active: IntProperty(
+        name="Active Pole",
+        description="Click to select the pole, double-click to bring it into view",
+        default=-1,
+        update=_pole_chosen,
+    )
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
     expected: IntProperty(description="What the sum of 4 - valence must be on a closed surface")
     mirror: StringProperty(description="The mirror plane that was found, in words")
@@ -132,27 +157,37 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     )
 
 
-def to_guidance_settings(group: UMBILICS_PG_guidance) -> core.GuidanceSettings:
-    """The core's settings with the values of the property group.
+def to_guidance_settings(
+    group: UMBILICS_PG_guidance,
+    given: bpy.types.Operator | None = None,
+    names: tuple[str, ...] = (),
+) -> core.GuidanceSettings:
+    """The core's settings with the values of the property group, but those of some `names` with
+    the values that an operator was given.
 
     Raises
     ------
     core.InvalidSettingsError
         A value is out of bounds.
     """
-    return core.GuidanceSettings(**values_of(group, core.GuidanceSettings))
+    values = values_of(group, core.GuidanceSettings)
+    if given is not None:
+        values |= values_of(given, core.GuidanceSettings, names)
+    return core.GuidanceSettings(**values)
 
 
 def store(
     obj: bpy.types.Object,
     made_of: Origin,
-    poles: core.Poles,
+    guidance: core.Guidance,
     empties: list[bpy.types.Object],
     origins: list[str],
+    by_hand: bool,
 ) -> None:
     """Put a plan into the object's table, in place of an earlier one."""
-    plan = obj.umbilics_plan
-    plan.planned = True
+    plan, poles = obj.umbilics_plan, guidance.poles
+    plan.planned, plan.by_hand = True, by_hand
+    plan.warnings = "\n".join(guidance.warnings)
     plan.origin = made_of.to_text()
     plan.stamp = blake2b(plan.origin.encode(), digest_size=16).hexdigest()
     plan.closed = math.isfinite(poles.expected)
@@ -185,7 +220,7 @@ def changed_settings(group: UMBILICS_PG_guidance, made: Origin) -> list[str]:
     changed = [
         option.label
         for name, option in core.options(core.GuidanceSettings).items()
-        if name not in _OF_LINES and getattr(now, name) != getattr(made.settings, name)
+        if name in OF_PLAN and getattr(now, name) != getattr(made.settings, name)
     ]
     if group.zone != made.zone:
         changed.append(group.bl_rna.properties["zone"].name)
@@ -193,10 +228,13 @@ def changed_settings(group: UMBILICS_PG_guidance, made: Origin) -> list[str]:
 
 
 def change_of(pole: UMBILICS_PG_pole) -> str:
-    """What the user has done to a pole of the table: "deleted", "moved" or nothing."""
+    """What the user has done to a pole of the table: "deleted", "moved", "changed" (its valence)
+    or nothing."""
     empty = bpy.data.objects.get(pole.name)
     if empty is None or not empty.users_scene:
         return "deleted"
+    if empty.get("umbilics_valence") != pole.valence:
+        return "changed"
     return "moved" if tuple(empty.location) != tuple(pole.place) else ""
 
 
@@ -207,18 +245,8 @@ def forget(obj: bpy.types.Object) -> bool:
     return was_there
 
 
-_CLASSES = (UMBILICS_PG_guidance, UMBILICS_PG_pole, UMBILICS_PG_plan)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.Scene.umbilics_guidance = PointerProperty(type=UMBILICS_PG_guidance)
-    bpy.types.Object.umbilics_plan = PointerProperty(type=UMBILICS_PG_plan)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics_plan
-    del bpy.types.Scene.umbilics_guidance
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_guidance, UMBILICS_PG_pole, UMBILICS_PG_plan),
+    (bpy.types.Scene, "umbilics_guidance", UMBILICS_PG_guidance),
+    (bpy.types.Object, "umbilics_plan", UMBILICS_PG_plan),
+)

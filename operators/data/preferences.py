@@ -25,7 +25,7 @@ STROKE_COLOUR_2 = (0.95, 0.95, 0.97, 0.75)
 _ADD_ON = __package__.rsplit(".", 2)[0]
 
 
-def _changed(self, context):
+def _changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("view", context)
 
 
@@ -95,7 +95,7 @@ class UMBILICS_preferences(bpy.types.AddonPreferences):
         update=_changed,
     )
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         column = layout.column(heading="Overlay")
@@ -144,9 +144,4 @@ class Appearance:
         }
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_preferences)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(UMBILICS_preferences)
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_preferences,))

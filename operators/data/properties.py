@@ -5,11 +5,14 @@ number `<name>`, which counts when the switch is off.
 """
 
 import math
+from collections.abc import Collection
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ... import core
+from ..base import property_groups
 from ..base.changes import notify
 
 # Settings that act on results at once, without a new detection.
@@ -22,12 +25,12 @@ class UMBILICS_PG_settings(bpy.types.PropertyGroup):
     """How to detect; one for each scene."""
 
 
-def _filter_changed(self, context):
+def _filter_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("filter", context)
 
 
-def _property(name: str, option: core.Option, default):
-    text = {"name": option.label, "description": option.help}
+def _property(name: str, option: core.Option, default: Any) -> Any:
+    text: dict[str, Any] = {"name": option.label, "description": option.help}
     if name in LIVE:
         text["update"] = _filter_changed
     if option.kind == "choice":
@@ -49,15 +52,19 @@ def _property(name: str, option: core.Option, default):
             subtype="ANGLE",
             **text,
         )
+    if option.unit == "length":
+        text["subtype"] = "DISTANCE"
     bounds = {"min": option.minimum, "max": option.maximum}
     bounds = {name: bound for name, bound in bounds.items() if math.isfinite(bound)}
     return FloatProperty(default=default, precision=4, **bounds, **text)
 
 
-def annotations_of(settings: type) -> dict:
-    """Blender properties for the options of a class of settings."""
+def annotations_of(settings: type, names: Collection[str] | None = None) -> dict[str, Any]:
+    """Blender properties for the options of a class of settings, all or those of some `names`."""
     made = {}
     for name, option in core.options(settings).items():
+        if names is not None and name not in names:
+            continue
         default = core.defaults(settings)[name]
         if option.automatic:
             made[f"{name}_auto"] = BoolProperty(
@@ -70,7 +77,7 @@ def annotations_of(settings: type) -> dict:
     return made
 
 
-def _properties() -> dict:
+def _properties() -> dict[str, Any]:
     made = annotations_of(core.Settings)
     for name in GIVEN_NAMES:
         made[f"given_{name}"] = StringProperty(
@@ -95,10 +102,17 @@ def to_settings(group: UMBILICS_PG_settings) -> core.Settings:
     return core.Settings(**values_of(group, core.Settings))
 
 
-def values_of(group: bpy.types.PropertyGroup, settings: type) -> dict:
-    """The values of a property group that `annotations_of` made, as the core wants them."""
+def values_of(
+    group: bpy.types.PropertyGroup | bpy.types.Operator,
+    settings: type,
+    names: Collection[str] | None = None,
+) -> dict[str, Any]:
+    """The values of a property group that `annotations_of` made, all or those of some `names`, as
+    the core wants them."""
     values = {}
     for name, option in core.options(settings).items():
+        if names is not None and name not in names:
+            continue
         value = getattr(group, name)
         if option.automatic and getattr(group, f"{name}_auto"):
             value = core.AUTO
@@ -127,11 +141,6 @@ def given_names(group: UMBILICS_PG_settings) -> tuple[str, ...]:
     return tuple(getattr(group, f"given_{name}").strip() for name in GIVEN_NAMES)
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_settings)
-    bpy.types.Scene.umbilics = bpy.props.PointerProperty(type=UMBILICS_PG_settings)
-
-
-def unregister() -> None:
-    del bpy.types.Scene.umbilics
-    bpy.utils.unregister_class(UMBILICS_PG_settings)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_settings,), (bpy.types.Scene, "umbilics", UMBILICS_PG_settings)
+)

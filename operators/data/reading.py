@@ -6,6 +6,7 @@ One definition serves the panel, the scripts and the command line, as for the co
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 from bpy.props import StringProperty
@@ -53,7 +54,7 @@ class Reading:
         core.check(self)
 
 
-def properties() -> dict:
+def properties() -> dict[str, Any]:
     """The choices as Blender properties."""
     made = annotations_of(Reading)
     made["scope_group"] = StringProperty(name=GROUP_LABEL, description=GROUP_HELP)

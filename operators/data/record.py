@@ -72,6 +72,11 @@ class Record:
         return codes
 
     @cached_property
+    def numbers(self) -> np.ndarray:
+        """(k,) the number of each candidate, see `core.numbers`."""
+        return core.numbers(self.detection.candidates)
+
+    @cached_property
     def top(self) -> float:
         """The largest finite persistence of the candidates; 0 without any."""
         values = self.detection.candidates.persistence

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
-from bpy.props import PointerProperty
 
 from ... import core
+from ..base import property_groups
 from .properties import annotations_of, values_of
 
 
@@ -35,7 +36,7 @@ class Delivery:
     )
 
 
-def annotations() -> dict:
+def properties() -> dict[str, Any]:
     """Blender properties for all of it: the scene's group and the operator have the same."""
     return annotations_of(core.RemeshSettings) | annotations_of(Delivery)
 
@@ -44,7 +45,7 @@ class UMBILICS_PG_remesh(bpy.types.PropertyGroup):
     """How to remesh; one for each scene."""
 
 
-UMBILICS_PG_remesh.__annotations__ = annotations()
+UMBILICS_PG_remesh.__annotations__ = properties()
 
 
 def to_remesh_settings(values: bpy.types.PropertyGroup | bpy.types.Operator) -> core.RemeshSettings:
@@ -63,11 +64,6 @@ def to_delivery(values: bpy.types.PropertyGroup | bpy.types.Operator) -> Deliver
     return Delivery(**values_of(values, Delivery))
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_remesh)
-    bpy.types.Scene.umbilics_remesh = PointerProperty(type=UMBILICS_PG_remesh)
-
-
-def unregister() -> None:
-    del bpy.types.Scene.umbilics_remesh
-    bpy.utils.unregister_class(UMBILICS_PG_remesh)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_remesh,), (bpy.types.Scene, "umbilics_remesh", UMBILICS_PG_remesh)
+)

@@ -15,6 +15,7 @@ from bpy.props import (
 )
 
 from ... import core
+from ..base import property_groups
 from ..base.changes import notify, silence
 from ..base.words import is_balanced
 from .record import Record
@@ -25,7 +26,7 @@ MOST_ITEMS = 1000
 _MOST_DIGITS = 12
 
 
-def _active_changed(self, context):
+def _active_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     notify("active", context)
 
 
@@ -39,6 +40,7 @@ class UMBILICS_PG_item(bpy.types.PropertyGroup):
     """One umbilic of the list."""
 
     row: IntProperty(description="Row among all candidates of the detection")
+    number: IntProperty(description="Its number in list, view and pole table")
     kind: IntProperty(description="Row of the kind in star, lemon, monstar, uncertain")
     index: FloatProperty(description="Index of the direction field around it")
     persistence: FloatProperty(description="Gap at which it cancels with its partner")
@@ -182,6 +184,7 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
     largest = float(np.finfo(np.float32).max)
     for name, values, dtype in (
         ("row", chosen, np.int32),
+        ("number", detected.numbers[chosen], np.int32),
         ("kind", detected.kind_codes[chosen], np.int32),
         ("index", umbilics.index, np.float32),
         ("persistence", np.minimum(persistence, largest), np.float32),
@@ -219,16 +222,7 @@ def forget(obj: bpy.types.Object) -> bool:
     return was_there
 
 
-_CLASSES = (UMBILICS_PG_warning, UMBILICS_PG_item, UMBILICS_PG_summary)
-
-
-def register() -> None:
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.Object.umbilics = PointerProperty(type=UMBILICS_PG_summary)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_warning, UMBILICS_PG_item, UMBILICS_PG_summary),
+    (bpy.types.Object, "umbilics", UMBILICS_PG_summary),
+)

@@ -5,13 +5,44 @@ from __future__ import annotations
 import math
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+import numpy as np
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 from ... import core
+from ..base import property_groups
+from ..base.changes import notify, silence
+from ..base.words import topology_in_words
+
+STATES = ("matched", "extra", "missing")
+MATCHED, EXTRA, MISSING = range(3)
+# A mesh of triangles is irregular nearly everywhere: more are no help to anybody.
+MOST_MARKS = 2000
+# Stands for none: no sine is as large.
+_NO_JACOBIAN = 2.0
 
 
-def _is_mesh(_, obj: bpy.types.Object) -> bool:
+def _is_mesh(_: bpy.types.Object, obj: bpy.types.Object) -> bool:
     return obj.type == "MESH"
+
+
+class UMBILICS_PG_mark(bpy.types.PropertyGroup):
+    """An irregular vertex, or a planned pole without one."""
+
+    state: IntProperty(description="Row of `STATES`")
+    valence: IntProperty(description="Edges that meet there, or that should")
+    place: FloatVectorProperty(description="In the space of the object", size=3)
+
+
+def _mark_chosen(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    notify("mark", context)
 
 
 class UMBILICS_PG_check(bpy.types.PropertyGroup):
@@ -35,38 +66,69 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
         description="Mean angle between the quads and the directions of curvature, in degrees; "
         "negative where there is none"
     )
+    jacobian: FloatProperty(
+        description="Least scaled Jacobian of the quads: the least sine at a corner, 1 for "
+        "rectangles, 0 or less where one is folded; above 1 where there are no quads"
+    )
     distance: FloatProperty(description="Largest distance from a vertex to the surface")
     edges: FloatProperty(description="The same in mean edges")
+    stamp: StringProperty(description="What tells the mesh that was checked from another")
+    marks: CollectionProperty(type=UMBILICS_PG_mark)
+    active: IntProperty(
+        description="The irregular vertex or pole that is chosen in the table",
+        default=-1,
+        update=_mark_chosen,
+    )
 
 
-def store(obj: bpy.types.Object, against: str, found: core.TopologyCheck) -> None:
-    """Put the numbers of a check away with the object, in place of earlier ones."""
+def store(
+    obj: bpy.types.Object,
+    against: str,
+    stamp: str,
+    found: core.TopologyCheck,
+    irregular: np.ndarray,
+    missing_valence: np.ndarray,
+    missing: np.ndarray,
+) -> None:
+    """Put a check away with the object, in place of an earlier one: its numbers, and a table of at
+    most `MOST_MARKS` vertices and poles, the missing first, then the extra ones.
+
+    `irregular` (k, 3) and `missing` (r, 3) are places in the object's space.
+    """
     kept = obj.umbilics_check
-    kept.checked, kept.against = True, against
+    kept.checked, kept.against, kept.stamp = True, against, stamp
     kept.matched, kept.missing, kept.extra = found.matched, len(found.missing), found.extra
     kept.quads, kept.faces = found.quads, len(found.angle)
     kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
+    kept.jacobian = found.least_jacobian if found.quads else _NO_JACOBIAN
     kept.distance = float(found.distance.max(initial=0.0))
-    kept.edges = kept.distance / found.edge if found.edge > 0.0 else 0.0
+    kept.edges = found.edges_away
+    extra, matched = np.flatnonzero(found.pole < 0), np.flatnonzero(found.pole >= 0)
+    rows = [(MISSING, *one) for one in zip(missing_valence, missing, strict=True)]
+    for state, mine in ((EXTRA, extra), (MATCHED, matched)):
+        rows += [(state, found.valence[row], irregular[row]) for row in mine]
+    kept.marks.clear()
+    with silence("mark"):
+        kept.active = -1
+    for state, valence, place in rows[:MOST_MARKS]:
+        mark = kept.marks.add()
+        mark.state, mark.valence, mark.place = state, int(valence), place
 
 
 def sentences(kept: UMBILICS_PG_check) -> list[str]:
     """The check in lines for the panel and for reports."""
-    poles = kept.matched + kept.missing
-    lines = [f"{kept.matched} of {poles} planned poles, {kept.missing} missing, {kept.extra} extra"]
-    if kept.quads < kept.faces:
-        lines.append(f"{kept.faces - kept.quads} of {kept.faces} faces are no quads")
-    if kept.angle >= 0.0:
-        lines.append(f"{kept.angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
-    lines.append(f"At most {kept.edges:.2g} edges from the surface")
-    return lines
+    return topology_in_words(
+        matched=kept.matched,
+        missing=kept.missing,
+        extra=kept.extra,
+        faces=kept.faces,
+        quads=kept.quads,
+        angle=kept.angle if kept.angle >= 0.0 else math.nan,
+        jacobian=kept.jacobian if kept.jacobian < _NO_JACOBIAN else math.nan,
+        edges=kept.edges,
+    )
 
 
-def register() -> None:
-    bpy.utils.register_class(UMBILICS_PG_check)
-    bpy.types.Object.umbilics_check = PointerProperty(type=UMBILICS_PG_check)
-
-
-def unregister() -> None:
-    del bpy.types.Object.umbilics_check
-    bpy.utils.unregister_class(UMBILICS_PG_check)
+register, unregister = property_groups.factory(
+    (UMBILICS_PG_mark, UMBILICS_PG_check), (bpy.types.Object, "umbilics_check", UMBILICS_PG_check)
+)

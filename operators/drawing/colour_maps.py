@@ -7,6 +7,8 @@ its pale middle, so that it is read right without hue as well.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 # Linear sRGB to cone responses, and their cube roots to OKLab.
@@ -28,9 +30,18 @@ _FROM_LMS = np.linalg.inv(_TO_LMS)
 _FROM_LAB = np.linalg.inv(_TO_LAB)
 
 _STEPS = 256
-# Lightness at the ends, hue in degrees at the ends, and chroma at its largest.
-_SEQUENTIAL = {"lightness": (0.28, 0.93), "hue": (292.0, 98.0), "chroma": 0.135}
-_DIVERGING = {"lightness": (0.40, 0.95), "hue": (256.0, 38.0), "chroma": 0.145}
+
+
+class _Scale(NamedTuple):
+    """Lightness at the ends, hue in degrees at the ends, and chroma at its largest."""
+
+    lightness: tuple[float, float]
+    hue: tuple[float, float]
+    chroma: float
+
+
+_SEQUENTIAL = _Scale(lightness=(0.28, 0.93), hue=(292.0, 98.0), chroma=0.135)
+_DIVERGING = _Scale(lightness=(0.40, 0.95), hue=(256.0, 38.0), chroma=0.145)
 
 TYPE_COLOURS = np.array(
     [
@@ -74,22 +85,22 @@ def decoded(srgb: np.ndarray) -> np.ndarray:
 def sequential() -> np.ndarray:
     """(256, 3) sRGB from dark violet to light yellow, lightness rising evenly."""
     t = np.linspace(0.0, 1.0, _STEPS)
-    low, high = _SEQUENTIAL["lightness"]
-    start, end = _SEQUENTIAL["hue"]
+    low, high = _SEQUENTIAL.lightness
+    start, end = _SEQUENTIAL.hue
     # The way round over red, where sRGB has room at medium lightness.
     hue = np.radians(start + (end + 360.0 - start) * t)
-    return _in_gamut(low + (high - low) * t, np.full(_STEPS, _SEQUENTIAL["chroma"]), hue)
+    return _in_gamut(low + (high - low) * t, np.full(_STEPS, _SEQUENTIAL.chroma), hue)
 
 
 def diverging() -> np.ndarray:
     """(256, 3) sRGB from blue over near-white to red, the middle for zero."""
     t = np.linspace(-1.0, 1.0, _STEPS)
-    dark, light = _DIVERGING["lightness"]
-    cold, warm = np.radians(_DIVERGING["hue"])
+    dark, light = _DIVERGING.lightness
+    cold, warm = np.radians(_DIVERGING.hue)
     away = np.abs(t)
     lightness = light + (dark - light) * away
     # Full chroma is reached before the end, which stays in gamut there.
-    chroma = _DIVERGING["chroma"] * np.minimum(1.0, 1.6 * away) * (1.0 - 0.1 * away)
+    chroma = _DIVERGING.chroma * np.minimum(1.0, 1.6 * away) * (1.0 - 0.1 * away)
     # On both sides the same chroma, the largest that both hues can show.
     sides = [_largest_chroma(lightness, chroma, np.full(_STEPS, hue)) for hue in (cold, warm)]
     chroma = np.minimum(*sides)

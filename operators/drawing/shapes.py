@@ -62,7 +62,7 @@ def repeated(
     corners: np.ndarray,
     colours: np.ndarray,
     triangles: np.ndarray,
-    opacities: Sequence[float] | np.ndarray = 1.0,
+    opacities: float | Sequence[float] | np.ndarray = 1.0,
 ) -> Shape:
     """The same corners (c, 4) and triangles (t, 3) at each of k places.
 
@@ -70,12 +70,14 @@ def repeated(
     """
     count, size = len(places.centre), len(corners)
     first = (np.arange(count) * size)[:, None, None]
-    each = [np.repeat(values, size, axis=0).astype(np.float32) for values in places]
+    centre, u, v = (np.repeat(values, size, axis=0).astype(np.float32) for values in places)
     colours = np.broadcast_to(colours, (count, 4))
     each_colour = np.repeat(colours, size, axis=0).astype(np.float32)
     each_colour[:, 3] *= np.tile(np.broadcast_to(opacities, size), count)
     return Shape(
-        *each,
+        centre,
+        u,
+        v,
         np.tile(corners, (count, 1)).astype(np.float32),
         each_colour,
         (triangles[None] + first).reshape(-1, 3).astype(np.int32),

@@ -49,8 +49,10 @@ def arranged(places: np.ndarray, d1: np.ndarray, d2: np.ndarray, gap: np.ndarray
     known = np.flatnonzero(d1.any(axis=1))
     layered = layers(places[known])
     order = known[np.concatenate(layered.rows)]
-    typical = float(np.median(gap[known])) if len(known) else 0.0
-    ratio = gap[order] / (_CLEAR_GAP * typical) if typical > 0.0 else np.ones(len(order))
+    # A gap of exactly 0 says that there is no direction.
+    told = gap[known][gap[known] > 0.0]
+    typical = float(np.median(told)) if len(told) else 0.0
+    ratio = gap[order] / (_CLEAR_GAP * typical) if typical > 0.0 else np.zeros(len(order))
     weight = np.clip((ratio - 0.2) / 0.8, 0.0, 1.0)
     blocks, first = [], 0
     for layer, rows in enumerate(layered.rows):

@@ -77,14 +77,14 @@ def glyphs(kind: str, places: Places, look: Look, opacity: float) -> list[Shape]
     # A middle, the outline, and the outline once more where its edge has faded out.
     opacities = np.repeat((1.0, 1.0, 0.0), (1, *(len(outline),) * 2))
     triangles = np.vstack([fan(len(outline)), 1 + bands(2, len(outline))])
-    for grown, colour in (
+    for grown, shade in (
         (outline * (1.0 + (_RIM - 1.0) / np.maximum(reach, 0.3)), _DARK),
         (outline, look.colours[kind][:3]),
     ):
         faded = grown * (1.0 + 2.0 * SOFT / (size * np.linalg.norm(grown, axis=1)))[:, None]
         corners = np.zeros((2 * len(outline) + 1, 4), np.float32)
         corners[1:, 2:] = size * np.vstack([grown, faded])
-        colour = np.array([*colour, opacity])
+        colour = np.array([*shade, opacity])
         shapes.append(repeated(places, corners, colour, triangles, opacities))
     return shapes
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -19,13 +20,14 @@ from ..data import pins, record, summary
 from ..mesh import fingerprint
 from ..mesh.attributes import RESULTS, check_result_names, write_results
 from ..mesh.evaluated import is_in, outside, works_on
-from ..mesh.read import MeshArrays, check_unchanged, read_mesh, unit_vectors
+from ..mesh.fetch import unit_vectors
+from ..mesh.read import MeshArrays, check_unchanged, read_mesh
 from ..mesh.scope import WHOLE, Scope
 from ..scene import display_objects, empties, filters, homes, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
-from ..scene.view import maps
+from ..scene.view import dashed_lines, maps
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ def compare(inputs: Inputs, progress: core.Progress | None = None) -> tuple[core
     )
 
 
-def _extra(arrays: MeshArrays) -> dict:
+def _extra(arrays: MeshArrays) -> dict[str, Any]:
     """What the core takes besides vertices and triangles."""
     given = None
     if arrays.given is not None:
@@ -173,6 +175,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         filters.write(context, obj, inputs.settings, transaction, fresh=True)
         if was_shown:
             maps.write(context, [obj], transaction)
+    dashed_lines.settle()
     return lost
 
 
@@ -191,7 +194,7 @@ def _describe(
     suits = results.suitability
     # Creases that were not fitted across smear nothing.
     angle = inputs.settings.crease_angle
-    is_hard = suits.is_hard and angle != core.AUTO and angle > core.SHARP
+    is_hard = suits.is_hard and not isinstance(angle, str) and angle > core.SHARP
     kept.is_coarse, kept.is_hard = suits.is_coarse, is_hard
     record.store(obj, results.record)
     return pins.carry_over(obj, chosen, before, results.record.record)
@@ -210,6 +213,7 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         stands_in = display_objects.is_ours(obj)
         if stands_in:
             display_objects.remove(context, obj, transaction)
+    dashed_lines.settle()
     return bool(values or emptied or described or guided or stands_in)
 
 

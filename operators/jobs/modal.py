@@ -6,14 +6,16 @@ only, see `worker.Job`), and the operator writes (`put`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import bpy
 
 from ... import core
+from ..scene import selection
 from ..scene.modes import finished
-from . import detect, worker
+from . import detect, retopology, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
 
@@ -26,6 +28,10 @@ class BackgroundOperator:
 
     bl_options = {"REGISTER", "UNDO"}
 
+    # `bpy.types.Operator` has it.
+    report: Callable[[set[str], str], None]
+
+    @abstractmethod
     def jobs(
         self, context: bpy.types.Context
     ) -> tuple[Sequence[worker.Job], list[core.UmbilicsError]]:
@@ -36,19 +42,18 @@ class BackgroundOperator:
         core.UmbilicsError
             There is nothing to compute.
         """
-        raise NotImplementedError
 
-    def put(self, context: bpy.types.Context, job: worker.Job, found: Any) -> list[Message]:
-        """Write what a job has found; what to tell the user.
+    @abstractmethod
+    def put(self, context: bpy.types.Context, job: Any, found: Any) -> list[Message]:
+        """Write what a job, one of `jobs`, has found; what to tell the user.
 
         Raises
         ------
         core.UmbilicsError
             It cannot be written; the scene is as it was.
         """
-        raise NotImplementedError
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         """Run straight through."""
         try:
             jobs, refused = self._gathered(context)
@@ -56,7 +61,7 @@ class BackgroundOperator:
             return self._fail([error])
         return self._write(context, jobs, [worker.outcome_of(job) for job in jobs], refused)
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Run beside the window."""
         try:
             jobs, self._refused = self._gathered(context)
@@ -69,8 +74,11 @@ class BackgroundOperator:
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         task = worker.current()
+        if task is None:
+            # Whoever ended it, as by opening a file, has taken the progress away.
+            return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
             task.cancel()
             return {"RUNNING_MODAL"}
@@ -88,18 +96,26 @@ class BackgroundOperator:
         edited = context.mode == "EDIT_MESH"
         return finished(self._write(context, task.jobs, outcomes, self._refused), edited)
 
-    def cancel(self, context):
+    def cancel(self, context: bpy.types.Context) -> None:
         """End the thread and take the progress away, also when a file is opened or closed."""
         worker.end()
         context.window_manager.event_timer_remove(self._timer)
         worker.show(context)
 
-    def _gathered(self, context):
+    def _gathered(
+        self, context: bpy.types.Context
+    ) -> tuple[Sequence[worker.Job], list[core.UmbilicsError]]:
         # The transforms of objects made or moved by a script are brought up to date only here.
         context.view_layer.update()
         return self.jobs(context)
 
-    def _write(self, context, jobs, outcomes, refused):
+    def _write(
+        self,
+        context: bpy.types.Context,
+        jobs: Sequence[worker.Job],
+        outcomes: Sequence[Any],
+        refused: Sequence[core.UmbilicsError],
+    ) -> set[str]:
         errors, written = list(refused), 0
         for job, found in zip(jobs, outcomes, strict=True):
             try:
@@ -115,11 +131,11 @@ class BackgroundOperator:
                 self.report({level}, f"{name}{sentence}")
         if not written:
             return self._fail(errors)
-        for error in errors:
-            self.report({"WARNING"}, str(error))
+        for reason in errors:
+            self.report({"WARNING"}, str(reason))
         return {"FINISHED"}
 
-    def _fail(self, errors):
+    def _fail(self, errors: Sequence[core.UmbilicsError]) -> set[str]:
         self.report({"ERROR"}, " ".join(str(error) for error in errors))
         return {"CANCELLED"}
 
@@ -127,10 +143,13 @@ class BackgroundOperator:
 class NeedsMesh:
     """A mixin: possible where the active object can be guided and nothing else is computed."""
 
+    # `bpy.types.Operator` has it.
+    poll_message_set: Callable[[str], None]
+
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         evaluated = context.scene.umbilics_display.source == "EVALUATED"
-        reason = detect.why_not(context.active_object, with_modifiers=evaluated)
+        reason = detect.why_not(selection.active(context), with_modifiers=evaluated)
         if worker.current() is not None:
             reason = RUNNING
         if reason:
@@ -139,12 +158,25 @@ class NeedsMesh:
 
 
 class GuidanceOperator(NeedsMesh, BackgroundOperator):
-    """A mixin of operators that make one thing of the active mesh: subclasses have
-    `job(context)` and, like `put`, `done(context, job, found)`, which answers with a sentence."""
+    """A mixin of operators that make one thing of the active mesh; what `warnings(found)` says is
+    told as well."""
 
-    def jobs(self, context):
+    @abstractmethod
+    def job(self, context: bpy.types.Context) -> retopology.Job:
+        """The one of `jobs`."""
+
+    @abstractmethod
+    def done(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> str:
+        """As `put`, with a sentence for the user."""
+
+    def jobs(self, context: bpy.types.Context) -> tuple[list[retopology.Job], list[Any]]:
         return [self.job(context)], []
 
-    def put(self, context, job, found):
+    def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
         sentence = self.done(context, job, found)
-        return [("INFO", sentence), *(("WARNING", text) for text in job.notes)]
+        warnings = (*self.warnings(found), *job.notes)
+        return [("INFO", sentence), *(("WARNING", text) for text in warnings)]
+
+    def warnings(self, found: Any) -> Sequence[str]:
+        """Sentences on what of it could not be had."""
+        return ()

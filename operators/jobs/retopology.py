@@ -27,8 +27,9 @@ from ..mesh.read import check_unchanged, current_mesh, edge_vertices
 from ..mesh.scope import Scope, in_vertex_group, scope_in_file
 from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
-from ..scene.retopology import guidance_objects
+from ..scene.retopology import by_hand, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
+from ..scene.view import dashed_lines
 from . import detect
 
 
@@ -53,12 +54,12 @@ class Choice:
     def rows_in(self, inputs: detect.Inputs, detection: core.Detection) -> np.ndarray:
         """(k,) rows of the candidates of a detection that are kept."""
         after = record.of_detection(inputs.arrays, inputs.settings, detection)
-        candidates = [one.detection.candidates for one in (self.record, after)]
-        triangles, places = (
-            [getattr(one, name) for one in candidates] for name in ("triangle", "barycentric")
-        )
+        then, now = self.record.detection.candidates, after.detection.candidates
         by_hand = self.by_hand
-        if not (np.array_equal(*triangles) and np.array_equal(*places, equal_nan=True)):
+        if not (
+            np.array_equal(then.triangle, now.triangle)
+            and np.array_equal(then.barycentric, now.barycentric, equal_nan=True)
+        ):
             by_hand, _ = pins.counterparts(by_hand, self.record, after)
         return core.kept_rows(detection, self.filters, *by_hand)
 
@@ -81,6 +82,8 @@ class Job:
         (e, 2) vertices of the mesh's edges, if they are wanted.
     work:
         What is to be made of a `core.Guide`; touches arrays only.
+    steering:
+        What the user drew and moved.
     notes:
         Sentences for the user, beside what comes of it.
     """
@@ -92,6 +95,7 @@ class Job:
     zone_name: str
     edges: np.ndarray | None
     work: Callable[[Job, core.Guide, core.Progress], Any] = field(repr=False)
+    steering: by_hand.ByHand = field(default_factory=by_hand.ByHand)
     notes: tuple[str, ...] = ()
 
     @property
@@ -116,16 +120,23 @@ class Job:
             settings=self.settings,
             zone=self.zone_name,
             kept=filters.digest_of(umbilics),
+            strokes=self.steering.digest,
         )
+
+    def kept_rows(self, detection: core.Detection) -> np.ndarray:
+        """(k,) rows of the candidates of a detection of the inputs that are kept."""
+        if self.choice is None:
+            return core.kept_rows(detection, self.inputs.settings)
+        return self.choice.rows_in(self.inputs, detection)
 
     def _prepared(self, progress: core.Progress) -> core.Guide:
         """The mesh with its detection and the umbilics that are kept; that of the step before if
         it is the very same."""
         arrays = self.inputs.arrays
         detection = detect.known_or_computed(self.inputs, progress)
-        rows = None if self.choice is None else self.choice.rows_in(self.inputs, detection)
+        rows = self.kept_rows(detection)
         return caches.GUIDES.of(
-            (detect.content(self.inputs), None if rows is None else rows.tobytes()),
+            (detect.content(self.inputs), rows.tobytes()),
             lambda: core.Guide(arrays.vertices, arrays.triangles, detection, rows),
         )
 
@@ -135,8 +146,15 @@ def gather(
     obj: bpy.types.Object,
     work: Callable[[Job, core.Guide, core.Progress], Any],
     with_edges: bool = False,
+    *,
+    settings: core.GuidanceSettings | None = None,
+    steered: bool = False,
+    with_poles: bool = True,
 ) -> Job:
     """Read an object; the scene is not changed.
+
+    Without `settings` they are those of the scene. `steered` says that guide strokes count, and
+    `with_poles` that poles which the user moved, added or deleted are to stay so.
 
     Raises
     ------
@@ -144,7 +162,7 @@ def gather(
         The object cannot be read, or results could not be stored; the text says why.
     """
     scene = context.scene
-    settings = plans.to_guidance_settings(scene.umbilics_guidance)
+    settings = settings or plans.to_guidance_settings(scene.umbilics_guidance)
     known, choice = record.of(obj), None
     if known is not None:
         detecting, names = known.settings, known.given_names
@@ -167,7 +185,10 @@ def gather(
         if zone_name:
             zone = in_vertex_group(obj, mesh, zone_name)
     notes = () if known is None else _outdated(known, inputs)
-    return Job(inputs, settings, choice, zone, zone_name, edges, work, notes)
+    steering = by_hand.ByHand()
+    if steered:
+        steering = by_hand.read(scene, homes.owner_of(obj), inputs.arrays, with_poles)
+    return Job(inputs, settings, choice, zone, zone_name, edges, work, steering, notes)
 
 
 def _outdated(known: record.Record, inputs: detect.Inputs) -> tuple[str, ...]:
@@ -223,6 +244,7 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Ob
         if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
             homes.home_for(context, obj, depsgraph, transaction)
         yield homes.owner_of(obj), transaction
+    dashed_lines.settle()
 
 
 def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:
@@ -234,10 +256,19 @@ def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction)
 
 def plan(
     job: Job, guide: core.Guide, progress: core.Progress
-) -> tuple[core.Guidance, core.Umbilics]:
+) -> tuple[core.Guidance, guidance_objects.Kept]:
     """Cross field and poles, and the umbilics they come from."""
-    guidance = guide.guidance(job.settings, progress, sharp=job.inputs.arrays.sharp, zone=job.zone)
-    return guidance, guide.detection.umbilics
+    guidance = guide.guidance(
+        job.settings,
+        progress,
+        sharp=job.inputs.arrays.sharp,
+        zone=job.zone,
+        strokes=job.steering.strokes,
+        wanted=job.steering.wanted,
+    )
+    found = guide.detection
+    numbers = core.numbers(found.candidates)[job.kept_rows(found)]
+    return guidance, guidance_objects.Kept(found.umbilics, numbers)
 
 
 def lines(job: Job, guide: core.Guide, progress: core.Progress) -> core.Lines:
@@ -276,12 +307,15 @@ def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
 
     def work(job: Job, guide: core.Guide, progress: core.Progress) -> np.ndarray:
         found = traced(job, guide, progress)
+        assert job.edges is not None, "gathered with edges"
         return core.edge_paths(job.inputs.arrays.vertices, job.edges, found)
 
     return work
 
 
-def exported(stem: Path, kinds: list[str]) -> Callable[..., core.Written]:
+def exported(
+    stem: Path, kinds: list[str], remeshing: core.RemeshSettings
+) -> Callable[..., core.Written]:
     """Work that writes files of the given kinds, named after `stem`."""
 
     def work(job: Job, guide: core.Guide, progress: core.Progress) -> core.Written:
@@ -294,6 +328,9 @@ def exported(stem: Path, kinds: list[str]) -> Callable[..., core.Written]:
             mesh=(arrays.vertices, arrays.triangles),
             sharp=arrays.sharp,
             zone=job.zone,
+            remeshing=remeshing,
+            strokes=job.steering.strokes,
+            wanted=job.steering.wanted,
             progress=progress,
         )
 

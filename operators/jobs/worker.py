@@ -14,7 +14,8 @@ from ... import core
 # Seconds between two looks of the user's at the progress.
 PACE = 0.25
 
-_current: BackgroundTask | None = None
+# The running task, if there is one.
+_running: list[BackgroundTask] = []
 
 
 class Job(Protocol):
@@ -130,26 +131,24 @@ def outcome_of(job: Job, progress: core.Progress | None = None) -> Any:
 
 def current() -> BackgroundTask | None:
     """The task that is running, if there is one."""
-    return _current
+    return _running[0] if _running else None
 
 
 def begin(*jobs: Job) -> BackgroundTask:
     """Start jobs beside the window, one after the other; there is one task at a time."""
-    global _current
-    _current = BackgroundTask(jobs)
-    _current.start()
-    return _current
+    task = BackgroundTask(jobs)
+    _running.append(task)
+    task.start()
+    return task
 
 
 def end() -> None:
     """Stop the running task, if there is one, and wait until its thread is gone."""
-    global _current
-    if _current is None:
-        return
-    if not _current.finished:
-        _current.cancel()
-    _current.join()
-    _current = None
+    for task in _running:
+        if not task.finished:
+            task.cancel()
+        task.join()
+    _running.clear()
 
 
 def show(context: bpy.types.Context) -> None:
@@ -158,7 +157,8 @@ def show(context: bpy.types.Context) -> None:
     Nothing is drawn again unless the text is another one: a sidebar that overlaps its view has
     the whole view drawn with it.
     """
-    text = None if _current is None else _current.news()
+    task = current()
+    text = None if task is None else task.news()
     if text == "":
         return
     context.workspace.status_text_set(text)

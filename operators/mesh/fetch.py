@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bpy
 import numpy as np
 
 # Kind of attribute: values per element, their NumPy type, the name foreach_get reads, and
@@ -19,9 +20,11 @@ DOMAIN_LABEL = {
 }
 
 
-def fetch(collection, key: str, width: int, dtype) -> np.ndarray:
+def fetch(
+    collection: bpy.types.bpy_prop_collection, key: str, width: int, dtype: type
+) -> np.ndarray:
     """All values of one property of a collection: (count,) or (count, width)."""
-    values = np.empty(len(collection) * width, dtype=dtype)
+    values: np.ndarray = np.empty(len(collection) * width, dtype=dtype)
     if len(values):
         collection.foreach_get(key, values)
     return values if width == 1 else values.reshape(-1, width)

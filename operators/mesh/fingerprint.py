@@ -98,7 +98,7 @@ def digest(*arrays: np.ndarray | None) -> str:
         values = np.ascontiguousarray(values)
         found.update(f"{values.dtype.str}{values.shape}".encode())
         # A flat view of bytes: hashing takes no other shapes.
-        found.update(values.reshape(-1).view(np.uint8) if values.size else b"")
+        found.update(values.reshape(-1).view(np.uint8).data if values.size else b"")
     return found.hexdigest()
 
 
@@ -141,8 +141,8 @@ def read_by(settings: core.Settings, all_methods: bool = False) -> tuple[str, ..
         parts.append(GIVEN)
     elif settings.crease_marks:
         parts.append(SHARP)
-    if settings.method == "C" or all_methods:
-        parts.append(SEAMS if settings.charts == "seams" else UV)
+    if settings.unfolds or all_methods:
+        parts.append(SEAMS if settings.charts in ("automatic", "seams") else UV)
     if settings.method == "S" and settings.parametrization == "uv" and UV not in parts:
         parts.append(UV)
     return tuple(parts)

@@ -200,6 +200,18 @@ def positions(mesh: bpy.types.Mesh) -> np.ndarray:
     return fetch(position.data, "vector", 3, np.float32).astype(np.float64)
 
 
+def polygons_in_world(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n, 3) places in the world, (c,) vertices of the faces one behind the other, and (f + 1,)
+    where each begins, of a mesh as `current_mesh` has it."""
+    with current_mesh(obj, depsgraph) as mesh:
+        places = _to_world(positions(mesh), np.array(obj.matrix_world))
+        corners = fetch(mesh.loops, "vertex_index", 1, np.int32)
+        start = np.append(fetch(mesh.polygons, "loop_start", 1, np.int32), len(corners))
+    return places, corners, start
+
+
 def vertex_normals(mesh: bpy.types.Mesh) -> np.ndarray:
     """(n, 3) float32 unit normals of the vertices in the object's space."""
     return fetch(mesh.vertex_normals, "vector", 3, np.float32)

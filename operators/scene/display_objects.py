@@ -9,10 +9,13 @@ is neither replaced nor removed.
 
 from __future__ import annotations
 
+from typing import Any, TypeGuard
+
 import bpy
 
+from ..data.belonging import OWNER_TAG, mesh_behind
 from ..mesh.fingerprint import mesh_signature
-from .empties import OWNER_TAG, local_views
+from .empties import local_views
 from .targets import is_local
 from .transaction import Transaction
 
@@ -22,15 +25,16 @@ _LIFT = "Umbilics Lift"
 _HEIGHT = 1e-3
 
 
-def is_ours(obj: bpy.types.Object | None) -> bool:
+def is_ours(obj: bpy.types.Object | None) -> TypeGuard[bpy.types.Object]:
     """Whether an object is one of these and as we made it."""
     if obj is None or obj.type != "MESH" or obj.get(TAG) is None or not is_local(obj):
         return False
     return obj.mode == "OBJECT" and obj[TAG].to_dict() == _state(obj)
 
 
-def source_of(obj: bpy.types.Object | None) -> bpy.types.Object | None:
-    """The object that one of ours stands for; any other object itself."""
+def source_of(obj: bpy.types.Object | None) -> Any:
+    """The object that one of ours stands for or belongs to; any other object itself."""
+    obj = mesh_behind(obj)
     return obj.parent if is_ours(obj) and obj.parent is not None else obj
 
 
@@ -98,7 +102,7 @@ def remove(context: bpy.types.Context, display: bpy.types.Object, transaction: T
         transaction.discard([mesh])
 
 
-def _state(obj: bpy.types.Object) -> dict:
+def _state(obj: bpy.types.Object) -> dict[str, Any]:
     """What tells one that we made from one that the user has changed."""
     return {
         "name": obj.name,

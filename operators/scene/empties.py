@@ -16,18 +16,21 @@ umbilics_barycentric  weights of those vertices
 umbilics_persistence  gap at which it cancels with its partner, in 1 / world length;
                       3.4e38, the largest float, where topology keeps it; -1 where unknown
 umbilics_row          row among all candidates of the detection
+umbilics_number       its number in list, view and pole table, from 1
 umbilics_of           full name of the object, then
 """
 
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix
 
 from ... import core
+from ..data.belonging import OWNER_TAG
 from ..data.preferences import Appearance
 from ..data.record import Record
 from ..drawing.frames import frames_of
@@ -36,8 +39,6 @@ from .view.glyph_images import UNIT, image_of, unused_without
 
 COLLECTION_TAG = "umbilics"
 EMPTY_TAG = "umbilics_kind"
-# Also on other objects that belong to one: by it they are known when that is gone.
-OWNER_TAG = "umbilics_of"
 PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
 # Size of the cross under a glyph of the overlay, in sizes of the glyph.
@@ -100,6 +101,11 @@ def _exchange(
     _sweep([collection] if collection is not None else [], transaction)
 
 
+def name_of(kind: str, number: int) -> str:
+    """What an umbilic is called, for example "Lemon 3"."""
+    return f"{kind.capitalize()} {number}"
+
+
 def _sweep(collections: list[bpy.types.Collection], transaction: Transaction) -> None:
     """Have our collections and images go with the last that is in them or shows them."""
     transaction.sweep(partial(empty_without, collections))
@@ -131,8 +137,8 @@ def _add(
     to_object = Matrix(record.matrix).inverted()
     views = local_views(context, obj)
     for place, row in enumerate(rows.tolist()):
-        kind = str(umbilics.kind[place])
-        empty = transaction.made(bpy.data.objects.new(kind.capitalize(), None))
+        kind, number = str(umbilics.kind[place]), int(record.numbers[row])
+        empty = transaction.made(bpy.data.objects.new(name_of(kind, number), None))
         _dress(empty, images.get(kind), float(size[place]), look.colours[kind])
         empty.parent = obj
         # The inverse undoes a non-uniform scale, which would shear the empty.
@@ -141,13 +147,14 @@ def _add(
         for name, value in _properties(umbilics, record.corners[row], place).items():
             empty[f"umbilics_{name}"] = value
         empty["umbilics_row"] = row
+        empty["umbilics_number"] = number
         empty[OWNER_TAG] = obj.name_full
         collection.objects.link(empty)
         for view in views:
             empty.local_view_set(view, True)
 
 
-def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list:
+def local_views(context: bpy.types.Context, obj: bpy.types.Object) -> list[bpy.types.SpaceView3D]:
     """The 3D views in local view that show the object: what is new there has to be let in."""
     return [
         area.spaces.active
@@ -214,7 +221,7 @@ def _dress(
     empty.empty_image_side = "FRONT"
 
 
-def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict:
+def _properties(umbilics: core.Umbilics, corners: np.ndarray, row: int) -> dict[str, Any]:
     return {
         "index": float(umbilics.index[row]),
         "kind": str(umbilics.kind[row]),

@@ -7,19 +7,18 @@ import numpy as np
 
 from ... import core
 from ..base import caches, changes
-from ..data import clicks, pins, record, summary
+from ..data import pins, record, summary
 from ..data.preferences import Appearance
 from ..mesh.fingerprint import digest
-from . import empties, targets
+from . import empties, selection, targets
 from .transaction import Transaction, all_or_nothing
-from .view import framing
 
 AUTOMATIC = -1.0
 
 
 def with_results(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The active and the selected objects that have results and can be changed."""
-    objects = [context.view_layer.objects.active, *context.view_layer.objects.selected]
+    objects = [selection.shown(context), *context.view_layer.objects.selected]
     return [
         obj
         for obj in dict.fromkeys(objects)
@@ -140,7 +139,7 @@ def _shown(
     return caches.ROWS.of((*_key(obj, settings), kinds), find)
 
 
-def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple:
+def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[str, float | str, bool, str, str]:
     """All that decides which umbilics of the object pass the filters."""
     mine = obj.umbilics
     return mine.stamp, settings.persistence, settings.opening > 0, mine.pinned, mine.deleted
@@ -152,35 +151,9 @@ def _filter_changed(context: bpy.types.Context) -> None:
     changes.notify("view", context)
 
 
-def _glyphs_changed(context: bpy.types.Context) -> None:
-    for obj in with_results(context):
-        empties.dress_all(context, obj)
-
-
-def _active_changed(context: bpy.types.Context) -> None:
-    """Select the umbilic that was clicked in the list; frame it if it is clicked twice."""
-    obj = context.view_layer.objects.active
-    if obj is None or not 0 <= obj.umbilics.active < len(obj.umbilics.items):
-        return
-    row = obj.umbilics.items[obj.umbilics.active].row
-    if clicks.is_second(context, f"{obj.name_full} {row}"):
-        framing.frame(context, row)
-    obj.umbilics.active_row = row
-    if obj.mode == "OBJECT":
-        for empty in empties.empties_of(obj):
-            chosen = empty.get("umbilics_row") == row
-            if empty.name in context.view_layer.objects and empty.select_get() != chosen:
-                empty.select_set(chosen)
-    changes.notify("view", context)
-
-
 def register() -> None:
     changes.listen("filter", _filter_changed)
-    changes.listen("active", _active_changed)
-    changes.listen("glyphs", _glyphs_changed)
 
 
 def unregister() -> None:
     changes.forget("filter", _filter_changed)
-    changes.forget("active", _active_changed)
-    changes.forget("glyphs", _glyphs_changed)

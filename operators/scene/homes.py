@@ -204,6 +204,9 @@ def same_faces(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:
     """Whether faces join the same vertices in two meshes, wherever those are."""
     counts = [(len(m.vertices), len(m.polygons), len(m.loops)) for m in (one, other)]
     return counts[0] == counts[1] and all(
-        np.array_equal(*(fetch(getattr(m, kind), key, 1, np.int32) for m in (one, other)))
+        (
+            fetch(getattr(one, kind), key, 1, np.int32)
+            == fetch(getattr(other, kind), key, 1, np.int32)
+        ).all()
         for kind, key in (("polygons", "loop_start"), ("loops", "vertex_index"))
     )

@@ -10,6 +10,7 @@ from functools import partial
 
 import bpy
 
+from ..data.belonging import OWNER_TAG
 from ..mesh.attributes import RESULTS, remove_results
 from . import display_objects, empties, homes
 from .retopology import guidance_objects
@@ -58,7 +59,10 @@ def _is_tagged(obj: bpy.types.Object) -> bool:
     if obj.type == "MESH":
         return display_objects.is_ours(obj)
     if empties.EMPTY_TAG in obj and obj.type == "EMPTY":
-        return obj.name.partition(".")[0] == str(obj[empties.EMPTY_TAG]).capitalize()
+        kind = str(obj[empties.EMPTY_TAG])
+        # Without a number in files of earlier versions.
+        ours = (empties.name_of(kind, obj.get("umbilics_number", 0)), kind.capitalize())
+        return obj.name.partition(".")[0] in ours
     return guidance_objects.TAG in obj
 
 
@@ -69,7 +73,7 @@ def _is_alone(obj: bpy.types.Object, names: set[str]) -> bool:
     if obj.animation_data is not None or obj.constraints or obj.children:
         return False
     # One whose object is there was unparented by the user.
-    return str(obj.get(empties.OWNER_TAG, "")) not in names
+    return str(obj.get(OWNER_TAG, "")) not in names
 
 
 def _is_ours(collection: bpy.types.Collection) -> bool:

@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 
+from . import homes
 from .display_objects import source_of
+
+
+def active(context: bpy.types.Context) -> Any:
+    """The object that is worked on: the active one, or the mesh behind one of ours; or None."""
+    return source_of(context.view_layer.objects.active)
+
+
+def shown(context: bpy.types.Context) -> Any:
+    """The object whose results the panel shows: it keeps those of the `active` one; or None."""
+    obj = active(context)
+    return None if obj is None else homes.owner_of(obj)
 
 
 def wanted(context: bpy.types.Context) -> list[bpy.types.Object | None]:

@@ -7,6 +7,7 @@ that the object was touched; in between the answer is remembered (`base.caches.F
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Any
 
 import bpy
 import numpy as np
@@ -21,6 +22,7 @@ from ..mesh.read import fingerprint_of
 from ..mesh.scope import Scope, scope_in_file
 from . import filters
 from .display_objects import source_of
+from .retopology import by_hand
 
 
 def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
@@ -51,6 +53,8 @@ def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]
     is_current = known is not None and not _changed_parts(context, obj, known)
     if is_current and filters.kept_digest(obj) != made.kept:
         found.append("Other umbilics are kept.")
+    if by_hand.digest_of(context.scene) != made.strokes:
+        found.append("The guide strokes are others.")
     changed = plans.changed_settings(context.scene.umbilics_guidance, made)
     if changed:
         found.append(f"Changed since: {', '.join(changed)}.")
@@ -110,7 +114,8 @@ def _is_read(name: str, settings: core.Settings) -> bool:
     """Whether a setting plays a part beside the others."""
     return {
         "parametrization": settings.method == "S",
-        "charts": settings.method == "C",
+        "charts": settings.unfolds,
+        "normal_filter": settings.normal_smoothing > 0,
         "scale": settings.curvature == "jets",
         "scale_unit": settings.curvature == "jets" and settings.scale != core.AUTO,
     }.get(name, True)
@@ -177,7 +182,9 @@ def _changed(
     return then.changed(now, wanted)
 
 
-def _look(context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read) -> Fingerprint:
+def _look(
+    context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *read: Any
+) -> Fingerprint:
     if not evaluated:
         return fingerprint_of(obj, obj.data, *read)
     shown = obj.evaluated_get(context.view_layer.depsgraph)
@@ -189,7 +196,7 @@ def _look(context: bpy.types.Context, obj: bpy.types.Object, evaluated: bool, *r
 
 
 @persistent
-def _touched(scene, depsgraph):
+def _touched(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not len(caches.FINGERPRINTS):
         return
     names = {
@@ -198,11 +205,11 @@ def _touched(scene, depsgraph):
         if update.is_updated_geometry and isinstance(update.id, bpy.types.Object)
     }
     if names:
-        caches.FINGERPRINTS.drop(lambda key: key[0] in names)
+        caches.FINGERPRINTS.drop(lambda key: isinstance(key, tuple) and key[0] in names)
 
 
 @persistent
-def _restored(*_):
+def _restored(*_: object) -> None:
     caches.FINGERPRINTS.clear()
 
 

@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 
 from ..base import changes
+from ..data.belonging import mesh_behind
 from ..mesh.fetch import LAYOUT, fetch
 
 # The colours of a map, beside the types that results are of.
@@ -96,7 +97,19 @@ class Transaction:
         going = set(self._unwanted)
         for find in self._sweeps:
             going |= set(find(going))
+        _leave(going)
         bpy.data.batch_remove(going)
+
+
+def _leave(going: set[bpy.types.ID]) -> None:
+    """Make the mesh behind the active object active where that goes."""
+    objects = bpy.context.view_layer.objects
+    behind = mesh_behind(objects.active)
+    if behind is None or objects.active not in going or behind in going:
+        return
+    if behind.name in objects:
+        behind.select_set(True)
+        objects.active = behind
 
 
 def empty_without(
@@ -129,7 +142,7 @@ def _remove_if_there(data: bpy.types.ID) -> None:
 
 def _values_of(group: bpy.types.PropertyGroup) -> dict[str, Any]:
     """All values of a group, those of the groups in it included."""
-    values = {}
+    values: dict[str, Any] = {}
     for item in group.bl_rna.properties:
         if item.identifier == "rna_type":
             continue

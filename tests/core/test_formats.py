@@ -1,6 +1,7 @@
 """Each format: the exact bytes, the round trip, and what is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,9 @@ def exported():
         lines=guide.lines(),
         separatrices=guide.separatrices(),
         ridges=guide.ridges(),
+        quads=core.remesh(
+            mesh.vertices, mesh.triangles, core.RemeshSettings(quads=150), detection=detection
+        ),
     )
 
 
@@ -100,6 +104,26 @@ def test_curves_round_trip(tmp_path, exported):
         assert np.array_equal(found, lines.points(line))
 
 
+def test_quads_as_ply_have_their_figures(tmp_path, exported):
+    made = exported.quads
+    formats.write_quads(tmp_path / "q.ply", made)
+    data = (tmp_path / "q.ply").read_bytes()
+    header, _, body = data.partition(b"end_header\n")
+    counts = [int(line.split()[2]) for line in header.splitlines() if line.startswith(b"element")]
+    assert counts == [len(made.vertices), len(made.quads)]
+    # Three doubles and a whole number; a count, four corners, a whole number and a float.
+    assert len(body) == 28 * counts[0] + 25 * counts[1]
+    rows = np.frombuffer(body[: 28 * counts[0]], np.dtype([("p", "<f8", 3), ("valence", "<i4")]))
+    assert np.array_equal(rows["p"], made.vertices)
+    assert sorted(rows["valence"][rows["valence"] > 0].tolist()) == [3] * 8
+    kind = np.dtype([("n", "u1"), ("c", "<i4", 4), ("patch", "<i4"), ("angle", "<f4")])
+    faces = np.frombuffer(body[28 * counts[0] :], kind)
+    assert (faces["n"] == 4).all()
+    assert np.array_equal(faces["c"], made.quads)
+    assert np.array_equal(faces["patch"], made.patch)
+    assert np.array_equal(faces["angle"], made.angle.astype(np.float32), equal_nan=True)
+
+
 def test_tables_round_trip(tmp_path, exported):
     tables = {
         "poles": poles_table(exported.guidance.poles),
@@ -124,6 +148,11 @@ def test_all_kinds_at_once(tmp_path, exported):
     vertices, triangles = formats.read_mesh(tmp_path / "new" / "thing.obj")
     assert np.array_equal(triangles, exported.triangles)
     assert np.allclose(vertices, exported.vertices @ turn.T, rtol=0, atol=1e-15)
+    rows = (tmp_path / "new" / "thing-quads.obj").read_text().splitlines()
+    places = np.array([row.split()[1:] for row in rows if row[0] == "v"], float)
+    assert np.allclose(places, exported.quads.vertices @ turn.T, rtol=0, atol=1e-15)
+    corners = np.array([row.split()[1:] for row in rows if row[0] == "f"], int)
+    assert np.array_equal(corners - 1, exported.quads.quads)
     direction, _ = formats.read_rosy(tmp_path / "new" / "thing.rosy")
     corner = vertices[triangles]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -161,6 +190,14 @@ def test_broken_files_are_refused_with_a_reason(tmp_path, reader, text, what):
         reader(path)
     with pytest.raises(FormatError, match="cannot be read"):
         reader(tmp_path / "missing")
+
+
+def test_what_is_not_there_is_not_written(tmp_path, exported):
+    without = replace(exported, lines=None, ridges=None, quads=None)
+    for kind in ("lines", "ridge_figures", *core.QUAD_KINDS):
+        with pytest.raises(FormatError, match="There are no"):
+            core.write_guidance(tmp_path / "thing", [kind], without)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_that_cannot_be_written_is_an_error(tmp_path, exported):

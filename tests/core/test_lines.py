@@ -11,12 +11,13 @@ from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 
 import core
 from core.base.progress import Progress
-from core.fields.planes import lay_out
+from core.fields.planes import barycentric_of, lay_out
 from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.polylines import points_of
-from core.retopology.lines.separatrices import BUNDLED, unwound
+from core.retopology.lines.separatrices import BUNDLED, ENDS
 from core.retopology.lines.streamlines import AUTO_SPACING
-from core.retopology.lines.tracing import BORDER, LIMIT, Starts, trace
+from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, Starts, trace
+from core.retopology.lines.winding import Barriers, ended_on_features, unwound
 
 
 def guided(mesh):
@@ -72,8 +73,7 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     limit = np.full(count, 3.0) / surface.unit
     free = np.full(len(surface.triangles), -1)
     traces = trace(surface, planes, starts, limit, free, Progress())
-    # Those that would go around an umbilic within two edges end there.
-    assert (traces.end == LIMIT).sum() >= 50
+    assert (traces.end == LIMIT).sum() >= 57  # one may lose its way in an umbilic's triangle
     points = points_of(surface, planes, traces.triangle, traces.z) * surface.unit + surface.origin
     off = []
     for line in np.flatnonzero(traces.end == LIMIT):
@@ -253,7 +253,7 @@ def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
     # They still begin at every umbilic, as many.
     assert list(smooth.source) == list(raw.source)
     ratio = turning(smooth, 2 * mesh.edge_length) / turning(raw, 2 * mesh.edge_length)
-    assert ratio < 0.85, ratio
+    assert ratio < 0.8, ratio
 
 
 def test_separatrices_do_not_follow_the_swirls_of_dropped_pairs():
@@ -262,7 +262,7 @@ def test_separatrices_do_not_follow_the_swirls_of_dropped_pairs():
     mesh = noisy(ellipsoid(subdivisions=5), 0.05)
     detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(curvature="normals"))
     found = core.Guide(mesh.vertices, mesh.triangles, detection).separatrices(both_ways=True)
-    assert turning(found, 2 * mesh.edge_length) < 22.0
+    assert turning(found, 2 * mesh.edge_length) < 16.0
     assert (found.target >= 0).sum() > 6
 
 
@@ -309,22 +309,31 @@ def test_lines_do_not_turn_on_circles_of_umbilics(columns, rows, jitter):
         along = np.abs(np.einsum("ij,ij->i", step, meridian)) / np.maximum(length, 1e-12)
         shares = [length[along > 0.9].sum(), length[along < 0.42].sum()]
         turning += min(shares) > 0.15 * length.sum()
-    assert len(lines) > 150 and turning <= 0.01 * len(lines)
-
-
-TRUNK = pytest.mark.xfail(
-    reason="nine of 68 join a trunk that winds around the arm until its length limit", strict=False
-)
+    assert len(lines) > 150 and turning == 0
 
 
 @pytest.mark.parametrize(
-    "name", ["spot_os.obj", "hand_closed_os.obj", pytest.param("rocker-arm.obj", marks=TRUNK)]
+    "name", ["spot_os.obj", "hand_closed_os.obj", "rocker-arm.obj", "bunny_hr_os.obj"]
 )
 def test_separatrices_of_real_meshes_end_at_umbilics(name, meshes_folder):
+    """Around the arm of the rocker arm nine of 68 would wind for ever, beside a closed line."""
     vertices, triangles = read_mesh(meshes_folder / name)
     guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
     found = guide.separatrices(both_ways=True)
-    assert len(found) > 50 and (found.target >= 0).mean() > 0.9
+    ends = np.array(ENDS)[found.end]
+    assert len(found) > 50 and np.isin(ends, ENDS[:4]).mean() > 0.95
+    assert np.array_equal(ends == "umbilic", found.target >= 0)
+    if name in ("spot_os.obj", "hand_closed_os.obj"):
+        assert (found.target >= 0).mean() > 0.9
+    if name == "rocker-arm.obj":
+        # Those ends lie on creases or crests.
+        last = found.position[found.start[1:] - 1][ends == "feature"]
+        crests = guide.ridges(core.GuidanceSettings(least_bend=40.0)).position
+        creases = guide.surface.vertices * guide.surface.unit + guide.surface.origin
+        creases = creases[guide.surface.triangles.ravel()[guide.features().half_edge]]
+        edge = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).mean()
+        assert len(last) > 3
+        assert cKDTree(np.vstack([crests, creases])).query(last)[0].max() < edge
 
 
 def test_a_line_without_end_is_cut_where_it_winds():
@@ -344,6 +353,54 @@ def test_a_line_without_end_is_cut_where_it_winds():
     assert 0.75 < wide.travelled[-1] * surface.unit / (2 * np.pi * 0.5) < 1.1
     narrow = unwound(surface, planes, spiral, 0.01 / surface.unit)
     assert len(narrow.travelled) == len(spiral.travelled) and narrow.end == LIMIT
+
+
+def test_a_winding_line_ends_on_the_last_feature_that_it_crosses():
+    """On a square whose lines are spirals that go clockwise from the x axis."""
+    surface, place = flat_surface(cells=81)
+    angle = np.angle(place) + 0.5 * np.pi + 0.03
+    planes = lay_out(surface, field_on_plane(np.exp(2j * angle)).lines, Progress())
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    triangle = np.linalg.norm(middle - (0.5, 0.0, 0.0), axis=1).argmin(keepdims=True)
+    z = planes.corner[triangle].mean(axis=1)
+    starts = Starts.plain(triangle, z, np.sqrt(planes.deviator(triangle, z)), np.zeros(1))
+    free = np.full(len(surface.triangles), -1)
+    limit = np.array([9.0]) / surface.unit
+    spiral = trace(surface, planes, starts, limit, free, Progress())
+    wide = unwound(surface, planes, spiral, 0.15 / surface.unit)
+    none = np.zeros((0, 3))
+    assert wide.end == MET
+
+    def ended(*rays, hard=()):
+        """Where the line ends with pieces of crests along rays at the angles given."""
+        tail, head, rows = [none], [none], [np.zeros(0, np.int64)]
+        for ray in rays:
+            way = np.array([np.cos(ray), np.sin(ray), 0.0])
+            along = middle @ way
+            near = np.linalg.norm(middle - along[:, None] * way, axis=1) < 0.02
+            near &= along > 0
+            rows.append(np.flatnonzero(near))
+            for ends, shift in ((tail, -0.05), (head, 0.05)):
+                ends.append(((along[near, None] + shift) * way - surface.origin) / surface.unit)
+        barriers = Barriers(
+            np.array(hard, np.int64), np.concatenate(rows), np.vstack(tail), np.vstack(head)
+        )
+        found = ended_on_features(surface, planes, wide, barriers)
+        last = points_of(surface, planes, found.triangle[-1:], found.z[-1:])[0]
+        return found, last * surface.unit + surface.origin
+
+    same, _ = ended()
+    assert same.end == MET and len(same.z) == len(wide.z)
+    for rays, expected in (((5.0,), 5.0), ((5.0, 4.0), 4.0), ((4.0, 5.0), 4.0)):
+        found, last = ended(*rays)
+        assert found.end == FEATURE
+        assert np.arctan2(last[1], last[0]) % (2 * np.pi) == pytest.approx(expected, abs=1e-6)
+        assert 0.4 < np.hypot(last[0], last[1]) < 0.65
+    # A hard edge is crossed where the line's point lies on it.
+    at = len(wide.z) // 2
+    corner = barycentric_of(planes, wide.triangle[[at]], wide.z[[at]])[0].argmin()
+    found, last = ended(hard=[3 * wide.triangle[at] + (corner + 1) % 3])
+    assert found.end == FEATURE and found.travelled[-1] == wide.travelled[at]
 
 
 def test_automatic_smoothness_goes_by_the_noise_of_the_directions():

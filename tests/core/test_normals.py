@@ -3,8 +3,10 @@ import pytest
 from fields import surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from surfaces import cylinder, ellipsoid, noisy, plane, similar, sphere
+from surfaces import cylinder, ellipsoid, noisy, plane, seed_patch, similar, sphere
 
+import core
+from core.curvature.fitted_normals import _intercepts, fitted_normals
 from core.mesh.normals import smooth_normals, vertex_normals
 from core.mesh.repair import clean
 
@@ -69,3 +71,48 @@ def test_smoothed_normals_of_a_cylinder_stay_horizontal(passes: int) -> None:
     smooth = smooth_normals(surface_of(mesh), mesh.normal, passes)
     np.testing.assert_allclose(smooth[:, 2], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(smooth, axis=1), 1.0)
+
+
+def linear_on_a_plane(surface):
+    """Normals of a flat surface that turn at a constant rate, and their own plane."""
+    x, y = surface.vertices[:, 0], surface.vertices[:, 1]
+    return np.stack([0.02 * x + 0.01 * y, -0.03 * x, np.ones(len(x))], axis=1)
+
+
+def test_a_linear_fit_keeps_what_changes_linearly_also_at_a_ragged_border() -> None:
+    patch = seed_patch(600, seed=3)
+    flat, _ = clean(patch.vertices * (1.0, 1.0, 0.0), patch.triangles)
+    linear = linear_on_a_plane(flat)
+    up = np.tile([0.0, 0.0, 1.0], (len(linear), 1))
+    matrix = _intercepts(flat, up)
+    fixed = np.abs(matrix @ linear - linear).max(axis=1)
+    # All but corners of the hull whose few neighbours lie in a line.
+    assert np.mean(fixed < 1e-12) > 0.97
+    assert np.abs(np.asarray(matrix.sum(axis=1)) - 1.0).max() < 1e-12
+    assert np.abs(smooth_normals(flat, linear, 1)[:, :2] - linear[:, :2]).max() > 1e-3
+
+
+def test_a_linear_fit_takes_noise_away_and_stays_within_bounds() -> None:
+    mesh = ellipsoid(subdivisions=4)
+    surface = surface_of(noisy(mesh, 0.05, seed=3))
+    raw = vertex_normals(surface)
+    errors = [
+        np.linalg.norm(fitted_normals(surface, raw, passes) - mesh.normal, axis=1).mean()
+        for passes in (0, 1, 3)
+    ]
+    assert errors[2] < errors[1] < 0.7 * errors[0]
+    many = fitted_normals(surface, raw, 200)
+    np.testing.assert_allclose(np.linalg.norm(many, axis=1), 1.0, atol=1e-12)
+
+
+def test_the_setting_chooses_the_filter() -> None:
+    mesh = noisy(seed_patch(1500, seed=2), 0.05, seed=3)
+    found = [
+        core.detect(
+            mesh.vertices,
+            mesh.triangles,
+            core.Settings(curvature="normals", normal_smoothing=3, normal_filter=name),
+        )
+        for name in ("mean", "fit")
+    ]
+    assert np.nanmax(np.abs(found[0].curvature.k1 - found[1].curvature.k1)) > 0.01

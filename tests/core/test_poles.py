@@ -1,11 +1,16 @@
 """The pole plan: counts, sums, zones, what each pole says."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
+from core.base.progress import Progress
 from core.retopology.lines.edge_paths import edge_paths
+from core.retopology.poles import plan_poles
 
 
 def planned(mesh, zone=None, detection_settings=None, **settings):
@@ -35,6 +40,35 @@ def test_every_lemon_becomes_two_three_poles(plan):
         ray = detection.umbilics.separatrix[umbilic, 0]
         apart = (pair[1] - pair[0]) / np.linalg.norm(pair[1] - pair[0])
         assert abs(apart @ ray) < 0.1
+
+
+@pytest.mark.parametrize("lengths, edges, claimed", [(7.5, 5.5, True), (8.5, 6.5, False)])
+def test_an_umbilic_takes_what_smoothing_has_moved_a_few_lengths_and_edges(lengths, edges, claimed):
+    mesh = ellipsoid(subdivisions=4)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    surface = guide.surface
+    edge = 1.5 * float(np.sqrt(np.median(surface.face_normal_area[1])))
+    smoothing = 0.5 * edge
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    away = np.linalg.norm(middle[:, None] - detection.umbilics.position, axis=2).min(axis=1)
+    wanted = (lengths * smoothing + edges * edge) * surface.unit
+    moved = np.argmin(np.abs(away - wanted))
+    assert abs(away[moved] - wanted) < 0.1 * edge * surface.unit
+    index = np.zeros(len(surface.triangles))
+    index[moved] = 0.25
+    cross = SimpleNamespace(triangle_index=index, smoothing=smoothing)
+    poles = plan_poles(surface, guide.planes(Progress()), cross, detection.umbilics, [])
+    assert (poles.umbilic[0] >= 0) == claimed
+
+
+def test_poles_of_an_umbilic_that_is_not_certain_are_half_as_sure():
+    mesh = ellipsoid(subdivisions=3)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    doubted = replace(detection.umbilics, certain=np.array([True, False, True, False]))
+    detection = replace(detection, umbilics=doubted)
+    poles = core.Guide(mesh.vertices, mesh.triangles, detection).guidance().poles
+    assert np.array_equal(poles.confidence, np.where(doubted.certain, 1.0, 0.5)[poles.umbilic])
 
 
 def test_every_umbilic_has_its_poles_where_all_are_wanted():

@@ -55,6 +55,18 @@ def test_a_spiral_has_the_angle_that_it_was_given(guide):
     )
 
 
+def test_jacobians_are_sines_and_tell_a_folded_quad(guide):
+    vertices, quads = grid(40, 20, torus)
+    found = check(guide, vertices, quads)
+    # Lines of curvature meet at right angles; the quads between them are trapezoids.
+    assert 0.9 < found.least_jacobian <= found.jacobian.max() <= 1.0
+    folded = quads.copy()
+    folded[7] = folded[7][[0, 2, 1, 3]]
+    found = check(guide, vertices, folded)
+    assert found.least_jacobian == found.jacobian[7] <= 0.0
+    assert (np.delete(found.jacobian, 7) > 0.9).all()
+
+
 def test_distance_is_that_of_an_offset(guide):
     vertices, quads = grid(40, 20, torus)
     u = np.repeat(2 * np.pi * np.arange(40) / 40, 20)
@@ -68,6 +80,7 @@ def test_triangles_have_no_angle_and_all_valences_count(guide):
     vertices, quads = grid(40, 20, torus)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     found = check(guide, vertices, triangles)
+    assert np.isnan(found.least_jacobian)
     assert found.quads == 0 and np.isnan(found.mean_angle) and np.isnan(found.angle).all()
     assert set(found.valence) == {6} and len(found.irregular) == found.extra == 800
 
@@ -126,3 +139,17 @@ def test_a_vertex_stands_for_a_pole_within_three_edges_and_for_one_only(ellipsoi
 def test_a_mesh_without_faces_is_refused(ellipsoid):
     with pytest.raises(core.InvalidMeshError, match="no faces"):
         check(ellipsoid, np.zeros((3, 3)), np.zeros((0, 4), int))
+
+
+def test_quads_that_were_made_are_checked_like_any_other_mesh(ellipsoid):
+    surface = ellipsoid.surface
+    made = core.remesh(
+        surface.vertices * surface.unit + surface.origin,
+        surface.triangles,
+        core.RemeshSettings(quads=300),
+        detection=ellipsoid.detection,
+    )
+    found = core.check_quads(made, ellipsoid, ellipsoid.guidance().poles)
+    assert (found.matched, found.extra, len(found.missing)) == (8, 0, 0)
+    assert found.quads == len(found.angle) == len(made.quads)
+    assert found.least_jacobian > 0.5

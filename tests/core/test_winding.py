@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.base.progress import Progress
-from core.fields.winding import certified_index
+from core.fields.winding import certified_index, edge_turns
 
 
 def test_exact_directions_give_the_true_umbilics():
@@ -62,3 +62,35 @@ def test_renumbering_changes_nothing(seed):
         index = certified_index(surface, field.d1, field.d2, Progress())
         sums.append(np.sort(index[index != 0]))
     np.testing.assert_array_equal(*sums)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_exact_half_turns_are_shared_by_both_triangles(seed):
+    """A turn of pi may be taken for one of -pi; both sides of an edge have to agree on it."""
+    random = np.random.default_rng(seed)
+    surface = surface_of(surfaces.sphere(subdivisions=2))
+    normal = random.standard_normal(surface.vertices.shape)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    d1 = np.cross(normal, random.standard_normal(normal.shape))
+    d1 /= np.linalg.norm(d1, axis=1)[:, None]
+    rows = np.arange(len(surface.triangles))
+    free = np.ones(len(normal), bool)
+    angle = np.zeros(len(normal))
+    turns = edge_turns(surface, rows, d1, np.cross(normal, d1))
+    for (tail, head), turn in zip(sides(surface), turns.ravel(), strict=True):
+        if free[tail] and free[head]:
+            free[[tail, head]] = False
+            angle[head] = 0.5 * (np.pi - turn)
+    d1 = np.cos(angle)[:, None] * d1 + np.sin(angle)[:, None] * np.cross(normal, d1)
+    turns = edge_turns(surface, rows, d1, np.cross(normal, d1))
+    assert (np.abs(np.abs(turns) - np.pi) < 1e-12).sum() > 50
+    assert certified_index(surface, d1, np.cross(normal, d1), Progress()).sum() == 2
+
+
+def sides(surface):
+    """The tail and the head of each side of each triangle."""
+    return zip(
+        surface.triangles.ravel().tolist(),
+        surface.triangles[:, [1, 2, 0]].ravel().tolist(),
+        strict=True,
+    )

@@ -73,7 +73,7 @@ def run(addon, stop_at=None):
             worker.cancel()
 
     worker._report = report
-    running._current = worker
+    running._running.append(worker)
     worker.start()
     try:
         if stop_at is None:

@@ -1,8 +1,9 @@
 """Check Topology in Blender: numbers and attributes on the user's mesh, nothing on the surface."""
 
 import bpy
+import numpy as np
 import pytest
-from scene_building import add_ellipsoid
+from scene_building import add_ellipsoid, values
 
 
 @pytest.fixture
@@ -26,12 +27,14 @@ def test_our_own_quads_have_all_poles(pair):
 
 
 def test_without_a_surface_it_says_how_to_choose_one(pair):
+    pair[1].umbilics_check.surface = None
     with pytest.raises(RuntimeError, match="Choose the surface"):
         bpy.ops.umbilics.check_topology()
 
 
 def test_the_other_selected_mesh_is_the_surface(pair):
     surface, quads = pair
+    quads.umbilics_check.surface = None
     surface.select_set(True)
     assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
     assert quads.umbilics_check.against == surface.name
@@ -53,3 +56,120 @@ def test_a_new_mesh_sticks_to_the_surface():
     assert [modifier.target for modifier in made.modifiers] == [surface]
     assert made.umbilics_check.surface == surface
     bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def marks(obj):
+    """States and valences in the table of a check."""
+    kept = obj.umbilics_check
+    return [(("matched", "extra", "missing")[mark.state], mark.valence) for mark in kept.marks]
+
+
+def test_what_was_remeshed_is_checked_at_once(pair):
+    surface, quads = pair
+    kept = quads.umbilics_check
+    assert (kept.checked, kept.against, kept.surface) == (True, surface.name, surface)
+    assert (kept.matched, kept.missing, kept.extra) == (8, 0, 0)
+    assert 0.3 < kept.jacobian <= 1.0
+    assert marks(quads) == [("matched", 3)] * 8
+    places = {tuple(mark.place) for mark in kept.marks}
+    valence = values(quads, "umbilics_valence")
+    assert places == {tuple(quads.data.vertices[row].co) for row in np.flatnonzero(valence)}
+    both = values(quads, "umbilics_check_angle") - values(quads, "umbilics_angle")
+    assert np.median(np.abs(both)) < 1.0
+
+
+def test_missing_and_extra_ones_are_in_the_table_first(pair):
+    _surface, quads = pair
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    valence = values(quads, "umbilics_valence")
+    # A corner of the cube becomes another shape: its quads are cut into triangles.
+    corner = int(np.flatnonzero(valence)[0])
+    for polygon in quads.data.polygons:
+        polygon.select = corner in polygon.vertices
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.quads_convert_to_tris()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+    kept = quads.umbilics_check
+    assert kept.quads == kept.faces - 6
+    states = [state for state, _ in marks(quads)]
+    assert states == sorted(states, key=("missing", "extra", "matched").index)
+    assert states.count("matched") == kept.matched
+    assert states.count("missing") == kept.missing
+    assert states.count("extra") == kept.extra > 0
+    assert kept.matched + kept.missing == 8
+
+
+def test_an_edited_mesh_makes_its_check_old(addon, pair):
+    is_old = addon.operators.scene.retopology.checks.is_old
+    _, quads = pair
+    assert not is_old(bpy.context, quads)
+    quads.data.vertices[0].co.x += 0.1
+    quads.data.update()
+    bpy.context.view_layer.update()
+    assert is_old(bpy.context, quads)
+    bpy.ops.umbilics.check_topology()
+    assert not is_old(bpy.context, quads)
+
+
+def test_what_is_seen_is_checked(addon, pair):
+    """Half of a mesh under a Mirror modifier is checked as a whole one."""
+    surface, _ = pair
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.objects.active = surface
+    surface.select_set(True)
+    bpy.ops.umbilics.remesh_to_quads(quads=300, relaxation=5, symmetry="x", hide_original=False)
+    quads = bpy.context.view_layer.objects.active
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.bisect(plane_co=(0, 0, 0), plane_no=(1, 0, 0), clear_outer=True)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    quads.modifiers.new("Mirror", "MIRROR")
+    for source, matched in (("EVALUATED", 8), ("BASE", 4)):
+        bpy.context.scene.umbilics_display.source = source
+        assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+        assert quads.umbilics_check.matched == matched
+        assert not addon.operators.scene.retopology.checks.is_old(bpy.context, quads)
+    # Values of the whole have no place on the half; those of the half have.
+    assert len(values(quads, "umbilics_check_angle")) == len(quads.data.polygons)
+
+
+def test_the_map_is_dark_where_quads_follow_and_goes_without_a_trace(addon, pair):
+    _, quads = pair
+    before = [layer.name for layer in quads.data.color_attributes]
+    assert bpy.ops.umbilics.show_check() == {"FINISHED"}
+    layer = quads.data.color_attributes["umbilics_map"]
+    colours = np.empty(4 * len(layer.data), np.float32)
+    layer.data.foreach_get("color_srgb", colours)
+    light = colours.reshape(-1, 4)[::4, :3].sum(axis=1)
+    angle = values(quads, "umbilics_check_angle")
+    order = np.argsort(angle)
+    assert (np.diff(light[order]) > -0.03).all() and light[order[-1]] > light[order[0]]
+    legend = addon.operators.scene.view.maps.legend(bpy.context.scene, quads)
+    assert (legend.low, legend.high) == (0.0, 45.0)
+    assert bpy.ops.umbilics.hide_map() == {"FINISHED"}
+    assert [layer.name for layer in quads.data.color_attributes] == before
+
+
+def test_marks_of_a_check_have_a_shape_each(addon, pair):
+    _, quads = pair
+    shapes = addon.operators.scene.view.facing_shapes
+    kept = quads.umbilics_check
+    kept.marks[0].state, kept.marks[1].state = 1, 2
+    upright = np.eye(3)[:2]
+    drawn = shapes.shapes_of_check(bpy.context, quads, upright, False)
+    # A rim, a polygon and a number for each of three states.
+    assert len({tuple(shape.colour[0]) for shape in drawn}) >= 5
+    assert len(drawn) == 9
+    faint = shapes.shapes_of_check(bpy.context, quads, upright, True)
+    assert max(shape.colour[:, 3].max() for shape in faint) < 0.5
+
+    def widest():
+        found = shapes.shapes_of_check(bpy.context, quads, upright, False)
+        return max(shape.reach.max() for shape in found)
+
+    before = widest()
+    kept.active = 0
+    assert widest() > 1.3 * before

@@ -38,7 +38,9 @@ def test_a_table_a_picture_and_json(run, tmp_path, capsys):
     assert [word for word in first_words if word in ("S", "I", "C")] == ["S", "I", "C"]
     (entry,) = json.loads(target.read_text())["objects"]
     rows = {row["method"]: row for row in entry["comparison"]}
-    assert list(rows) == ["S", "I", "C"]
+    assert list(rows) == ["S", "I", "C", "k1-k2", "H2-K", "ratio"]
+    assert rows["S"]["error"] == 0.0 < rows["k1-k2"]["error"]
+    assert rows["ratio"]["index_sum"] is None
     assert len(rows["S"]["positions"]) == len(entry["umbilics"])
     assert all(row["refusal"] is None for row in rows.values())
     for row in rows.values():
@@ -53,13 +55,18 @@ def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capsys):
     add_ellipsoid(subdivisions=3, name="Egg")
     file = save(tmp_path / "egg.blend")
     target = tmp_path / "out.json"
-    assert run([file, "--compare", "--json", str(target)]) == 0
+    assert run([file, "--compare", "--charts", "seams", "--json", str(target)]) == 0
     (entry,) = json.loads(target.read_text())["objects"]
     refused = [row["method"] for row in entry["comparison"] if row["refusal"]]
     assert refused == ["C"]
     assert "seams" in capsys.readouterr().out
-    assert run([file, "--method", "C", "--json", str(target)]) == 1
+    alone = [file, "--method", "C", "--json", str(target)]
+    assert run([*alone, "--charts", "seams"]) == 1
     assert "seams" in capsys.readouterr().err
+    # By default it cuts the mesh open itself.
+    assert run(alone) == 0
+    (entry,) = json.loads(target.read_text())["objects"]
+    assert entry["counts"]["lemon"] == 4
 
 
 def test_c_along_seams_leaves_the_conformal_scale(run, tmp_path):
@@ -95,3 +102,22 @@ def test_the_scale_goes_when_another_method_runs(addon):
     bpy.context.scene.umbilics.method = "S"
     bpy.ops.umbilics.detect()
     assert "umbilics_conformal_scale" not in obj.data.attributes
+
+
+def test_the_operator_shows_all_methods_and_leaves_the_scene_as_it_was(addon, monkeypatch):
+    obj = add_ellipsoid(subdivisions=3, name="Egg")
+    bpy.context.view_layer.objects.active = obj
+    module = addon.operators.compare
+    told = []
+    real = addon.core.comparison_table
+    monkeypatch.setattr(
+        module.core, "comparison_table", lambda results: told.append(real(results)) or told[-1]
+    )
+    before = sorted(obj.data.attributes.keys()), obj.umbilics.detected, len(bpy.data.objects)
+    assert bpy.ops.umbilics.compare() == {"FINISHED"}
+    assert (sorted(obj.data.attributes.keys()), obj.umbilics.detected, len(bpy.data.objects)) == (
+        before
+    )
+    (table,) = told
+    words = [line.split()[0] for line in table.splitlines()]
+    assert words == ["method", "S", "I", "C", "k1-k2", "H2-K", "ratio"]

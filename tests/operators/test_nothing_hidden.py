@@ -309,7 +309,7 @@ def test_operators_keep_no_state_of_their_own(addon):
     from pathlib import Path
 
     allowed = {
-        ("jobs/worker.py", "_current"),
+        ("jobs/worker.py", "_running"),
         ("base/changes.py", "_listeners"),
         ("command_line/__init__.py", "_handles"),
     }

@@ -45,11 +45,13 @@ def events_in(text):
 
 def test_a_report_with_all_that_can_be_in_it_is_valid(egg, tmp_path):
     target = tmp_path / "o.json"
-    done = run(egg, "--json", target, "--per-vertex", "--compare", "--progress", "jsonl")
+    quads = ("--quads", "150", "--guide", tmp_path / "g", "--guide-files", "quads")
+    quads += ("--check-topology", egg)
+    done = run(egg, "--json", target, "--per-vertex", "--compare", *quads, "--progress", "jsonl")
     assert done.returncode == 0, done.stderr
     report = json.loads(target.read_text())
     schema("report").validate(report)
-    assert {"curvature", "comparison"} <= report["objects"][0].keys()
+    assert {"curvature", "comparison", "quads", "topology"} <= report["objects"][0].keys()
     events = events_in(done.stdout)
     for event in events:
         schema("event").validate(event)

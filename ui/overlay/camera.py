@@ -26,12 +26,15 @@ class Camera:
         Length of a pixel in the world at clip depth w = 1.
     pivot:
         What the view turns around.
+    upright:
+        (2, 3) what leads right and up on the screen.
     """
 
     view_projection: Matrix
     viewer: tuple[float, float, float, float]
     pixel: float
     pivot: Vector
+    upright: np.ndarray
 
     @classmethod
     def of(cls, region: bpy.types.Region, view: bpy.types.RegionView3D) -> Camera:
@@ -43,7 +46,9 @@ class Camera:
         # In the camera's own view the aspect is the camera's: the larger scale is the pixel's.
         pixel = 2.0 / max(region.height * abs(window[1][1]), 1e-30)
         viewer = (*place, 1.0 if perspective else 0.0)
-        return cls(view.perspective_matrix.copy(), viewer, pixel, view.view_location.copy())
+        matrix = view.perspective_matrix.copy()
+        upright = np.array([back.col[0].to_3d(), back.col[1].to_3d()])
+        return cls(matrix, viewer, pixel, view.view_location.copy(), upright)
 
     def pixel_on(self, places: np.ndarray, model: Matrix) -> float:
         """Length of a pixel on the surface that is seen, known by some of its points (n, 3)."""

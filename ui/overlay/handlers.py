@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 import gpu
 
@@ -9,7 +11,7 @@ from ...operators.base import changes
 from . import legend, painter, shader
 from .camera import Camera
 
-_handles: list = []
+_handles: list[Any] = []
 # Seconds between looks at threads that prepare what is to be drawn.
 _PATIENCE = 0.1
 
@@ -48,7 +50,9 @@ def draw_legend() -> None:
 
 def is_drawn(obj: bpy.types.Object, space: bpy.types.SpaceView3D) -> bool:
     """Whether the object has results to draw in this view, local view included."""
-    made = obj.type == "MESH" and (obj.umbilics.detected or obj.umbilics_plan.planned)
+    made = obj.type == "MESH" and (
+        obj.umbilics.detected or obj.umbilics_plan.planned or obj.umbilics_check.checked
+    )
     return made and obj.visible_in_viewport_get(space)
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import blf
 import bpy
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from ...operators.scene import selection
 from ...operators.scene.view import maps
 
 _FONT = 0
@@ -21,11 +24,10 @@ def draw(context: bpy.types.Context) -> None:
     """Draw the legend of the active object's map, else of any map that is seen: they share it."""
     if context.space_data.shading.color_type != "VERTEX":
         return
-    candidates = [context.active_object, *context.visible_objects]
-    obj = next((obj for obj in candidates if maps.is_shown_on(obj)), None)
-    if obj is None:
+    candidates = [selection.shown(context), *context.visible_objects]
+    found = next(filter(None, (maps.legend(context.scene, obj) for obj in candidates)), None)
+    if found is None:
         return
-    found = maps.legend(context.scene, obj)
     scale = context.preferences.system.ui_scale
     points = context.scene.umbilics_display.text_size * scale
     blf.size(_FONT, points)
@@ -81,7 +83,7 @@ def _text(text: str, x: float, y: float) -> None:
     blf.draw(_FONT, text)
 
 
-def _rectangle(x: float, y: float, width: float, height: float, colour) -> None:
+def _rectangle(x: float, y: float, width: float, height: float, colour: Sequence[float]) -> None:
     program = gpu.shader.from_builtin("UNIFORM_COLOR")
     corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
     batch = batch_for_shader(program, "TRIS", {"pos": corners}, indices=[(0, 1, 2), (0, 2, 3)])

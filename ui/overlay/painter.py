@@ -1,12 +1,11 @@
-"""Draws the results of one object from batches that are kept until what they show changes."""
+"""Draws the results of one object from batches that are kept by the content that they show."""
 
 from __future__ import annotations
 
-import math
-import threading
 from collections import OrderedDict
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import gpu
@@ -14,32 +13,16 @@ import numpy as np
 
 from ...operators.data import record
 from ...operators.data.preferences import Appearance
-from ...operators.drawing import strokes, umbilics
+from ...operators.drawing import poles, umbilics
+from ...operators.drawing.shapes import Shape
 from ...operators.scene import filters, staleness
-from ...operators.scene.view import direction_fields, maps, umbilic_shapes
-from . import shader
+from ...operators.scene.retopology import checks
+from ...operators.scene.view import facing_shapes, umbilic_shapes
+from . import directions, shader
 from .camera import Camera
 
-# Directions of this many objects stay in memory.
-_MOST = 8
-# Vertices that are arranged while the user waits.
-_QUICK = 20000
-# Strokes lie flat: they are lifted by this part of their length to clear a curved surface.
-_LIFT = 0.1
-# Points that tell how far away the visible surface is; the first are the most widely spread.
-_SAMPLE = 4000
-
-_directions: OrderedDict[str, _Directions] = OrderedDict()
-_umbilics: dict[str, _Umbilics] = {}
-
-
-@dataclass
-class _Directions:
-    """Strokes of one field; arranged by a thread, since a million take a second."""
-
-    strokes: strokes.Strokes | None = None
-    thread: threading.Thread | None = None
-    batches: dict[tuple, gpu.types.GPUBatch] = field(default_factory=dict)
+# So many objects' marks stay on the GPU; the diamonds of a crowd are larger.
+_MOST, _MOST_CROWDS = 64, 8
 
 
 @dataclass(frozen=True)
@@ -51,17 +34,26 @@ class _Drawn:
     opacity: float = 1.0
 
 
-@dataclass
-class _Umbilics:
-    """Glyphs and what goes with them, and the signature of what they were made from.
+class _Kept:
+    """At most so many values, those that were drawn last, by all that they were made of."""
 
-    A crowd is drawn by choosing among the diamonds of all candidates.
-    """
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._values: OrderedDict[Hashable, Any] = OrderedDict()
 
-    signature: tuple = ()
-    drawn: list[_Drawn] = field(default_factory=list)
-    diamonds_signature: tuple = ()
-    diamonds: gpu.types.GPUVertBuf | None = None
+    def of(self, content: Hashable, make: Callable[[], Any]) -> Any:
+        if content not in self._values:
+            self._values[content] = make()
+        self._values.move_to_end(content)
+        while len(self._values) > self._most:
+            self._values.popitem(last=False)
+        return self._values[content]
+
+    def clear(self) -> None:
+        self._values.clear()
+
+
+_marks, _crowds = _Kept(_MOST), _Kept(_MOST_CROWDS)
 
 
 def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> None:
@@ -69,127 +61,51 @@ def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> N
     display = context.scene.umbilics_display
     program = shader.place(camera, obj.matrix_world)
     if display.directions:
-        _draw_directions(context, obj, camera, program)
+        directions.draw(context, obj, camera, program)
     depth_test = gpu.state.depth_test_get()
     for drawn in _drawn_umbilics(context, obj, staleness.is_edited(context, obj)):
         gpu.state.depth_test_set("NONE" if drawn.on_top else depth_test)
         program.uniform_float("size", (1.0, camera.pixel, drawn.opacity, 0.0))
         drawn.batch.draw(program)
     gpu.state.depth_test_set(depth_test)
+    _draw_facing(context, obj, camera, program)
 
 
 def forget() -> None:
     """Let go of everything on the GPU, and of the threads."""
-    for kept in _directions.values():
-        if kept.thread is not None:
-            kept.thread.join()
-    _directions.clear()
-    _umbilics.clear()
+    directions.forget()
+    _marks.clear()
+    _crowds.clear()
 
 
 def is_waiting() -> bool:
-    """Whether strokes are arranged that were not drawn yet; `collect` ends the waiting."""
-    return any(kept.thread is not None for kept in _directions.values())
+    """Whether something is prepared that was not drawn yet; `collect` ends the waiting."""
+    return directions.is_waiting()
 
 
 def collect() -> bool:
     """Take over what the threads have finished; whether any still work."""
-    for kept in _directions.values():
-        if kept.thread is not None and not kept.thread.is_alive():
-            kept.thread.join()
-            kept.thread = None
-    return is_waiting()
+    return directions.collect()
 
 
-def _draw_directions(context, obj, camera: Camera, program) -> None:
-    display, look = context.scene.umbilics_display, Appearance(context)
-    crosses = display.field == "CROSS"
-    if crosses and not staleness.plan_is_edited(context, obj):
-        kept = _arranged(obj, obj.umbilics_plan.stamp, direction_fields.read_cross)
-    elif not crosses and not staleness.is_edited(context, obj):
-        kept = _arranged(obj, obj.umbilics.stamp, direction_fields.read_field)
-    else:
-        return
-    if kept is None or kept.strokes is None:
-        return
-    found = kept.strokes
-    if not len(found.blocks):
-        return
-    scale = max(obj.matrix_world.to_scale(), key=abs)
-    scale = abs(scale) or 1.0
-    swapped = maps.is_dark(obj)
-    spacing = display.density * context.preferences.system.ui_scale
-    wanted = spacing * camera.pixel_on(found.places[:_SAMPLE], obj.matrix_world)
-    # Layers up to the whole part are drawn, the next one fades in.
-    level = math.log2(max(found.cell * scale / wanted, 1e-9))
-    last = max(math.ceil(level), 0)
-    shown = (found.blocks[:, 2] <= last) & camera.sees(found.sphere, obj.matrix_world)
-    for block in shown.nonzero()[0].tolist():
-        layer = int(found.blocks[block, 2])
-        opacity = min(max(level - layer + 1.0, 0.0), 1.0) if layer else 1.0
-        if opacity <= 0.02:
-            continue
-        program.uniform_float("size", (wanted, camera.pixel, opacity, _LIFT * wanted))
-        for second in (False, True)[: 1 + (crosses or display.crosses)]:
-            # On a map that is dark the colours change places; the arms of a cross are alike.
-            colour = look.stroke_colours[(second and not crosses) != swapped]
-            key = block, second, look.stroke_width, colour
-            if key not in kept.batches:
-                shape = strokes.shape_of(found, block, second, look.stroke_width, colour)
-                kept.batches[key] = shader.batch(shape)
-            kept.batches[key].draw(program)
-
-
-def _arranged(obj, stamp: str, read: Callable) -> _Directions | None:
-    """The strokes of what has the stamp; the first time a thread begins to arrange them."""
-    kept = _directions.get(stamp)
-    if kept is None:
-        arrays = read(obj)
-        if arrays is None:
-            return None
-        kept = _directions[stamp] = _Directions()
-        _arrange(kept, arrays)
-        while len(_directions) > _MOST:
-            _, oldest = _directions.popitem(last=False)
-            if oldest.thread is not None:
-                oldest.thread.join()
-    _directions.move_to_end(stamp)
-    return kept
-
-
-def _arrange(kept: _Directions, arrays: tuple) -> None:
-    """In a thread if it takes longer than a blink."""
-
-    def work() -> None:
-        kept.strokes = strokes.arranged(*arrays)
-
-    if len(arrays[0]) < _QUICK:
-        work()
-        return
-    kept.thread = threading.Thread(target=work, name="umbilics strokes")
-    kept.thread.start()
-
-
-def _drawn_umbilics(context, obj, faint: bool) -> list[_Drawn]:
+def _drawn_umbilics(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) -> list[_Drawn]:
     """Crowds, discs, rays and glyphs, in the order they are drawn."""
-    look, signature = Appearance(context), _signature(context, obj, faint)
-    kept = _umbilics.setdefault(obj.name_full, _Umbilics())
-    if kept.signature != signature:
-        kept.drawn = []
+
+    def make() -> list[_Drawn]:
+        drawn = []
         for rows, opacity in umbilic_shapes.crowds(context, obj, faint):
             if len(rows):
-                some = shader.batch_of(_diamonds(kept, obj, look), umbilics.diamonds_of(rows))
-                kept.drawn.append(_Drawn(some, opacity=opacity))
-        kept.drawn += [
-            _Drawn(shader.batch(shape), shape.on_top)
-            for shape in umbilic_shapes.shapes_of(context, obj, faint)
-            if len(shape.triangles)
-        ]
-        kept.signature = signature
-    return kept.drawn
+                diamonds = _diamonds(obj, Appearance(context))
+                some = shader.batch_of(diamonds, umbilics.diamonds_of(rows))
+                drawn.append(_Drawn(some, opacity=opacity))
+        return drawn + _batches(umbilic_shapes.shapes_of(context, obj, faint))
+
+    return _marks.of(_signature(context, obj, faint), make)
 
 
-def _signature(context, obj, faint: bool) -> tuple:
+def _signature(
+    context: bpy.types.Context, obj: bpy.types.Object, faint: bool
+) -> tuple[object, ...]:
     """All that the drawing of the umbilics hangs on."""
     display, look = context.scene.umbilics_display, Appearance(context)
     mine = obj.umbilics
@@ -207,15 +123,73 @@ def _signature(context, obj, faint: bool) -> tuple:
     )
 
 
-def _diamonds(kept: _Umbilics, obj, look: Appearance) -> gpu.types.GPUVertBuf:
-    """The diamonds of all candidates, made anew for each detection and change of its look."""
-    signature = obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())
-    if kept.diamonds_signature != signature:
+def _diamonds(obj: bpy.types.Object, look: Appearance) -> gpu.types.GPUVertBuf:
+    """The diamonds of all candidates of a detection."""
+
+    def make() -> gpu.types.GPUVertBuf:
         found = record.of(obj)
-        kept.diamonds = shader.corners(
-            umbilics.diamonds(
-                found.detection.candidates, found.kind_codes, np.linalg.inv(found.matrix), look
-            )
+        assert found is not None, "only what has a record has a crowd"
+        back = np.linalg.inv(found.matrix)
+        candidates = found.detection.candidates
+        return shader.corners(umbilics.diamonds(candidates, found.kind_codes, back, look))
+
+    return _crowds.of((obj.umbilics.stamp, look.glyph_size, tuple(look.colours.values())), make)
+
+
+def _draw_facing(
+    context: bpy.types.Context, obj: bpy.types.Object, camera: Camera, program: gpu.types.GPUShader
+) -> None:
+    """Poles and numbers, which stand upright to the viewer, clear of the surface behind them."""
+    display, size = context.scene.umbilics_display, Appearance(context).glyph_size
+    back = np.array(obj.matrix_world.inverted_safe())[:3, :3]
+    upright = camera.upright @ back.T
+    places, valence = facing_shapes.pole_places(obj)
+    if display.poles and len(places):
+        faint = staleness.plan_is_edited(context, obj)
+        key = "poles", places.tobytes(), valence.tobytes(), upright.tobytes(), size, faint
+        drawn = _marks.of(
+            key, lambda: _batches(facing_shapes.shapes_of_poles(context, obj, upright, faint))
         )
-        kept.diamonds_signature = signature
-    return kept.diamonds
+        lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
+        _draw_lifted(drawn, camera, program, lift)
+    if display.checks and len(obj.umbilics_check.marks):
+        _draw_check(context, obj, camera, program, upright, size)
+    rows = facing_shapes.numbered_rows(context, obj)
+    if len(rows):
+        faint = staleness.is_edited(context, obj)
+        key = "numbers", obj.umbilics.stamp, rows.tobytes(), upright.tobytes(), size, faint
+        drawn = _marks.of(
+            key,
+            lambda: _batches(facing_shapes.shapes_of_numbers(context, obj, upright, faint)),
+        )
+        _draw_lifted(drawn, camera, program, size * camera.pixel)
+
+
+def _draw_check(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    camera: Camera,
+    program: gpu.types.GPUShader,
+    upright: np.ndarray,
+    size: float,
+) -> None:
+    places, faint = facing_shapes.check_marks(obj)[0], checks.is_old(context, obj)
+    kept = obj.umbilics_check
+    key = "check", kept.stamp, places.tobytes(), kept.active, upright.tobytes(), size, faint
+    drawn = _marks.of(
+        key, lambda: _batches(facing_shapes.shapes_of_check(context, obj, upright, faint))
+    )
+    lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
+    _draw_lifted(drawn, camera, program, lift)
+
+
+def _draw_lifted(
+    drawn: list[_Drawn], camera: Camera, program: gpu.types.GPUShader, lift: float
+) -> None:
+    program.uniform_float("size", (1.0, camera.pixel, 1.0, lift))
+    for some in drawn:
+        some.batch.draw(program)
+
+
+def _batches(shapes: list[Shape]) -> list[_Drawn]:
+    return [_Drawn(shader.batch(shape), shape.on_top) for shape in shapes if len(shape.triangles)]

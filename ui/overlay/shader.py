@@ -7,6 +7,8 @@ without sinking in.
 
 from __future__ import annotations
 
+import functools
+
 import gpu
 import numpy as np
 from mathutils import Matrix, Vector
@@ -49,32 +51,28 @@ void main()
 }
 """
 
-_shader: gpu.types.GPUShader | None = None
 
-
+@functools.cache
 def shader() -> gpu.types.GPUShader:
     """The shader, compiled the first time."""
-    global _shader
-    if _shader is None:
-        info = gpu.types.GPUShaderCreateInfo()
-        # 128 bytes, which is what every graphics card has room for.
-        info.push_constant("MAT4", "matrix")
-        info.push_constant("VEC3", "metric")
-        info.push_constant("VEC3", "shear")
-        # Where the viewer is (w = 1) or the direction to it (w = 0).
-        info.push_constant("VEC4", "viewer")
-        # Length of a unit in the world, of a pixel at depth 1, opacity, and how far to lift.
-        info.push_constant("VEC4", "size")
-        for slot, (name, width) in enumerate(_ATTRIBUTES.items()):
-            info.vertex_in(slot, f"VEC{width}", name)
-        passed = gpu.types.GPUStageInterfaceInfo("umbilics_overlay")
-        passed.smooth("VEC4", "tint")
-        info.vertex_out(passed)
-        info.fragment_out(0, "VEC4", "out_colour")
-        info.vertex_source(_VERTEX)
-        info.fragment_source(_FRAGMENT)
-        _shader = gpu.shader.create_from_info(info)
-    return _shader
+    info = gpu.types.GPUShaderCreateInfo()
+    # 128 bytes, which is what every graphics card has room for.
+    info.push_constant("MAT4", "matrix")
+    info.push_constant("VEC3", "metric")
+    info.push_constant("VEC3", "shear")
+    # Where the viewer is (w = 1) or the direction to it (w = 0).
+    info.push_constant("VEC4", "viewer")
+    # Length of a unit in the world, of a pixel at depth 1, opacity, and how far to lift.
+    info.push_constant("VEC4", "size")
+    for slot, (name, width) in enumerate(_ATTRIBUTES.items()):
+        info.vertex_in(slot, f"VEC{width}", name)
+    passed = gpu.types.GPUStageInterfaceInfo("umbilics_overlay")
+    passed.smooth("VEC4", "tint")
+    info.vertex_out(passed)
+    info.fragment_out(0, "VEC4", "out_colour")
+    info.vertex_source(_VERTEX)
+    info.fragment_source(_FRAGMENT)
+    return gpu.shader.create_from_info(info)
 
 
 def place(camera: Camera, model: Matrix) -> gpu.types.GPUShader:
@@ -121,5 +119,4 @@ def batch_of(buffer: gpu.types.GPUVertBuf, triangles: np.ndarray) -> gpu.types.G
 
 def forget() -> None:
     """Let go of the shader."""
-    global _shader
-    _shader = None
+    shader.cache_clear()

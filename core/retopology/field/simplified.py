@@ -25,11 +25,6 @@ from .agreement import with_index
 STIFF = 10.0
 
 
-# Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
-# umbilic. They are not held altogether: two umbilics near each other would let nothing through.
-STIFF = 10.0
-
-
 @dataclass(frozen=True)
 class SimplifiedField:
     """The field that lines, crosses and poles follow.

@@ -17,7 +17,7 @@ class Bundled:
     row, line:
         (q,) int64 rows of the points that came in, line by line, and the line of each.
     target:
-        (l,) int64 the umbilic that each line ends at now, -1 for none.
+        (l,) int64 the umbilic that each line ends at now, negative for none.
     """
 
     row: np.ndarray
@@ -46,7 +46,8 @@ def joined_bundles(
     points, normal, line:
         (p, 3) points and unit normals in order along the lines, and (p,) the line of each.
     family, source, target:
-        (l,) of each line, with the umbilics at its ends, -1 for none.
+        (l,) of each line, with the umbilics at its ends, negative for none: such a number is
+        handed on to lines that go on along the line.
     """
     count = len(family)
     start = np.searchsorted(line, np.arange(count + 1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class Lines:
         """(q, 3) points of one line."""
         return self.position[self.start[line] : self.start[line + 1]]
 
-    def select(self, rows: np.ndarray) -> Lines:
+    def select(self, rows: np.ndarray) -> Self:
         """The given lines, by a mask or indices."""
         rows = np.arange(len(self))[rows]
         count = np.diff(self.start)[rows]

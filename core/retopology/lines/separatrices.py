@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,7 +20,8 @@ from ..settings import GuidanceSettings
 from .bundles import joined_bundles
 from .polylines import Lines, lines_from, points_of, sparse_rows
 from .streamlines import spacing_of
-from .tracing import LIMIT, MET, OBSTACLE, Starts, Traces, trace
+from .tracing import BORDER, FEATURE, LIMIT, LOST, MET, OBSTACLE, TURN, Starts, Traces, trace
+from .winding import Barriers, ended_on_features, unwound
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
 # between vertices is not resolved.
@@ -37,6 +40,24 @@ BESIDE = 0.5
 BUNDLED, RUN = 0.25, 4.0
 # Points are left out as long as this many edges lie between two.
 DETAIL = 1.0
+# What a separatrix may end at, by number. "itself": it came back beside itself and was cut there.
+ENDS = ("umbilic", "region", "border", "feature", "limit", "turn", "itself")
+_END_OF = {BORDER: 2, FEATURE: 3, LIMIT: 4, TURN: 5, LOST: 5, MET: 6, OBSTACLE: 1}
+
+
+@dataclass(frozen=True)
+class Separatrices(Lines):
+    """Separatrices, see `Lines`.
+
+    Attributes
+    ----------
+    end:
+        (l,) int8 what each ends at, number in `ENDS`.
+    """
+
+    end: np.ndarray
+
+    OF_LINES: ClassVar[tuple[str, ...]] = (*Lines.OF_LINES, "end")
 
 
 def separatrices(
@@ -47,13 +68,14 @@ def separatrices(
     progress: Progress,
     undirected: np.ndarray | None = None,
     around: np.ndarray | None = None,
-) -> Lines:
+    barriers: Callable[[], Barriers] | None = None,
+) -> Separatrices:
     """The separatrices of umbilics, both families: one each for a lemon, three each otherwise.
 
     A line of the larger curvature leaves along every direction of `Umbilics.separatrix`, one of
     the smaller curvature along its opposite. Each ends at another umbilic, a border, a region or
-    the limit of its length; where the limit is automatic, one that comes to it ends where it began
-    to run beside itself, in a spiral that adds nothing to a layout. `Lines.source` and
+    the limit of its length; where the limit is automatic, one that comes to it ends at the last
+    feature that it crosses before it runs beside itself, or there. `Lines.source` and
     `Lines.target` are rows of `umbilics`.
 
     Parameters
@@ -64,6 +86,8 @@ def separatrices(
         (m,) bool triangles of regions without directions.
     around:
         (m,) the `discs`, if they are known.
+    barriers:
+        Gives the features; asked only where a line winds.
     """
     inner, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
     umbilics = replace(umbilics, barycentric=weights)
@@ -97,43 +121,14 @@ def separatrices(
     traces = trace(surface, planes, starts, limit, obstacle, progress)
     if settings.length_limit in (AUTO, 0.0):
         traces = unwound(surface, planes, traces, BESIDE * spacing_of(surface, settings))
-    target = np.where(
-        (traces.end == OBSTACLE) & (traces.obstacle < len(umbilics)), traces.obstacle, -1
-    )
+        if barriers is not None and (traces.end == MET).any():
+            traces = ended_on_features(surface, planes, traces, barriers())
+    arrived = (traces.end == OBSTACLE) & (traces.obstacle < len(umbilics))
+    # What is no umbilic goes along as a negative number, through the joining of bundles.
+    code = np.array([_END_OF.get(number, 0) for number in range(max(_END_OF) + 1)])
+    target = np.where(arrived, traces.obstacle, -code[traces.end])
     apart = BUNDLED * spacing_of(surface, settings)
     return _lines(surface, planes, umbilics, inner, traces, family, point, target, apart)
-
-
-def unwound(surface: Surface, planes: FaceFrames, traces: Traces, apart: float) -> Traces:
-    """Those lines that come to their limit only as far as they do not come nearer to themselves
-    than `apart`; the others as they are."""
-    count = len(traces.end)
-    rows = sparse_rows(traces, 0.5 * apart)
-    line = np.repeat(np.arange(count), np.diff(traces.start))
-    points = points_of(surface, planes, traces.triangle[rows], traces.z[rows])
-    normal = surface.face_normal_area[0][traces.triangle[rows]]
-    arc = traces.travelled[rows]
-    first = np.searchsorted(line[rows], np.arange(count + 1))
-    cut = np.full(count, np.inf)
-    for number in np.flatnonzero(traces.end == LIMIT):
-        own = slice(first[number], first[number + 1])
-        pairs = cKDTree(points[own]).query_pairs(apart, output_type="ndarray") + first[number]
-        one, two = pairs.T
-        # Neither neighbours along the line nor the two sides of a thin sheet.
-        beside = np.abs(arc[one] - arc[two]) > 4.0 * apart
-        beside &= np.einsum("pc,pc->p", normal[one], normal[two]) > 0.0
-        cut[number] = np.maximum(arc[one], arc[two])[beside].min(initial=np.inf)
-    keep = traces.travelled <= cut[line]
-    wound = np.isfinite(cut)
-    return replace(
-        traces,
-        start=np.concatenate([[0], np.cumsum(np.bincount(line[keep], minlength=count))]),
-        triangle=traces.triangle[keep],
-        z=traces.z[keep],
-        travelled=traces.travelled[keep],
-        end=np.where(wound, MET, traces.end).astype(np.int8),
-        obstacle=np.where(wound, -1, traces.obstacle),
-    )
 
 
 def length_limit(surface: Surface, settings: GuidanceSettings) -> float:
@@ -194,7 +189,7 @@ def _lines(
     point: np.ndarray,
     target: np.ndarray,
     apart: float,
-) -> Lines:
+) -> Separatrices:
     count = len(family)
     detail = DETAIL * float(np.median(_edge_lengths(surface, inner))) if len(inner) else 1.0
     rows = sparse_rows(traces, detail)
@@ -220,10 +215,12 @@ def _lines(
     made = lines_from(
         surface, planes, line[order], triangle[order], z[order], family, np.zeros(count, bool)
     )
-    return Lines(**{**vars(made), "source": point, "target": target})
+    end = np.maximum(-target, 0).astype(np.int8)
+    target = np.maximum(target, -1)
+    return Separatrices(**{**vars(made), "source": point, "target": target}, end=end)
 
 
-def skeleton(lines: Lines) -> Lines:
+def skeleton(lines: Separatrices) -> Separatrices:
     """Separatrices with each arc between two umbilics once, though both ends started it."""
     ends = np.sort(np.stack([lines.source, lines.target], axis=1), axis=1)
     drop = np.zeros(len(lines), bool)

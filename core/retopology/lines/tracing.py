@@ -19,7 +19,7 @@ from .chords import Chords, next_chords
 from .headway import Headway
 
 # Why a line ends.
-LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED, LOST = range(7)
+LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED, LOST, FEATURE = range(8)
 
 
 @dataclass(frozen=True)

@@ -14,27 +14,28 @@ import numpy as np
 
 from ...base.errors import RemeshError
 from ...base.progress import Progress
-from ...mesh.repair import clean
 from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
+from ..by_hand import Strokes, WantedPoles
+from ..planner import Guide
 from .conformity import conformity
 from .finishing.directions import guiding_directions
 from .finishing.guides import Guides, vertex_normals
 from .finishing.mending import mend, oriented_quality
-from .finishing.mirroring import ON, Plane, halved, mirrored, wanted_plane
+from .finishing.mirroring import mirrored
 from .finishing.placement import Placement, place
 from .finishing.projection import ClosestPoints
 from .finishing.relaxation import relaxed
 from .finishing.reporting import Report, reported
 from .layout.counting import characteristic, counted, first_cuts, whole_grids
 from .layout.grids import Grids
-from .layout.laying_out import LaidOut, Wishes, gentler, grown, laid_out, words
+from .layout.laying_out import LaidOut, gentler, grown, laid_out
+from .layout.lines import QuadLayout, layout_lines
+from .layout.words import words
+from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
-from .surface.sizes import sizes
-from .surface.subdivision import pieces
-from .surface.working_surface import prepared, working_surface
 
 # How often a piece with folded quads is laid out anew, and the rings around them that give way.
 ATTEMPTS, RINGS = 3, 3
@@ -49,6 +50,8 @@ def remesh(
     detection: Detection | None = None,
     sharp: np.ndarray | None = None,
     zone: np.ndarray | None = None,
+    strokes: Strokes | None = None,
+    wanted: WantedPoles | None = None,
 ) -> QuadMesh:
     """A quad mesh on the surface of a triangle mesh, along its curvature.
 
@@ -65,6 +68,10 @@ def remesh(
         (s, 2) vertex pairs of the edges marked as sharp.
     zone:
         (n,) bool vertices where no pole is wanted.
+    strokes:
+        Lines that the quads are to run along, less than along hard features.
+    wanted:
+        All the poles that there are to be, in place of those that would be planned.
 
     Raises
     ------
@@ -77,38 +84,14 @@ def remesh(
     clock = _Clock()
     if detection is None:
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.15))
-    whole, warnings = clean(vertices, triangles)
-    size = _size(whole, settings)
     clock.lap("curvature")
-    undirected = np.zeros(len(triangles), bool)
-    for region in detection.regions:
-        undirected[region.triangles] = True
-    parts: list[LaidOut] = []
-    plane = wanted_plane(settings.symmetry, whole, detection, warnings)
-    mesh = prepared(whole, detection.curvature, settings, sharp, size / whole.unit)
-    if plane is not None:
-        offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
-        mesh = halved(mesh, plane.normal, offset)
-    cut = pieces(mesh)
+    given = Given(triangles, detection, sharp, zone, strokes, wanted)
+    guide = Guide(vertices, triangles, detection)
     part = progress.part("Mapping the surface", 0.15, 0.7)
-    for number, piece in enumerate(cut):
-        mine = part.part("Mapping the surface", number / len(cut), (number + 1) / len(cut))
-        working = working_surface(piece, whole, size / whole.unit, mine)
-        surface = working.surface
-        wishes = Wishes(
-            smoothness=settings.smoothness,
-            feature=working.feature,
-            size=sizes(working, size / surface.unit, settings.adaptivity),
-            undirected=undirected[surface.source_triangle],
-            avoided=_in_zone(surface, triangles, zone),
-            mirror=_on_plane(surface, plane),
-        )
-        parts.append(laid_out(working, wishes, mine))
+    prepared = prepare(guide, given, settings, part)
     clock.lap("map and layout")
-    asked = _asked(whole, settings, size)
-    if plane is not None:
-        asked = max(1, asked // 2)
-    scale, whole_numbers = counted(parts, asked, progress.part("Whole numbers", 0.7, 0.8))
+    parts, warnings = prepared.parts, prepared.warnings
+    scale, whole_numbers = counted(parts, prepared.asked, progress.part("Whole numbers", 0.7, 0.8))
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.8, 0.98)
     finished = [
@@ -122,7 +105,7 @@ def remesh(
         for number, (laid, grid) in enumerate(zip(parts, whole_numbers, strict=True))
     ]
     clock.lap("evening out")
-    warnings += words([one.laid.wishes for one in finished], settings.smoothness)
+    warnings += words([one.laid for one in finished], settings.smoothness, prepared.wanted)
     folded = sum(one.folded for one in finished)
     if folded:
         warnings.append(
@@ -130,13 +113,41 @@ def remesh(
             f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
         )
     reports = [
-        reported(one.laid, one.grid, one.placed, one.position, one.triangle, detection)
-        for one in finished
+        reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in finished
     ]
     clock.lap("report")
     progress.step(1.0)
     made = _joined(reports, warnings, clock.seconds)
-    return made if plane is None else mirrored(made, plane, detection.umbilics, size)
+    plane = prepared.plane
+    return made if plane is None else mirrored(made, plane, detection.umbilics, prepared.size)
+
+
+def quad_layout(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    settings: RemeshSettings | None = None,
+    progress: Progress | None = None,
+    *,
+    detection: Detection | None = None,
+    sharp: np.ndarray | None = None,
+    zone: np.ndarray | None = None,
+    strokes: Strokes | None = None,
+    wanted: WantedPoles | None = None,
+) -> QuadLayout:
+    """The layout that `remesh` would fill with quads; arguments and errors are the same.
+
+    With a plane of symmetry it is the half that is laid out.
+    """
+    settings, progress = settings or RemeshSettings(), progress or Progress()
+    if detection is None:
+        detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.2))
+    given = Given(triangles, detection, sharp, zone, strokes, wanted)
+    guide = Guide(vertices, triangles, detection)
+    part = progress.part("Mapping the surface", 0.2, 1.0)
+    prepared = prepare(guide, given, settings, part)
+    progress.step(1.0)
+    said = words(prepared.parts, settings.smoothness, prepared.wanted)
+    return layout_lines(prepared.parts, prepared.warnings + said)
 
 
 @dataclass(frozen=True)
@@ -208,43 +219,6 @@ class _Clock:
         now = time.perf_counter()
         self.seconds[name] = now - self._last
         self._last = now
-
-
-def _area(whole: Surface) -> float:
-    return float(whole.face_normal_area[1].sum()) * whole.unit**2
-
-
-def _size(whole: Surface, settings: RemeshSettings) -> float:
-    """Length of a quad's edge in the coordinates of the input."""
-    if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
-        return float(settings.edge_length)
-    area = _area(whole)
-    if not area > 0:
-        raise RemeshError("The mesh has no area that quads could cover.")
-    return float(np.sqrt(area / settings.quads))
-
-
-def _asked(whole: Surface, settings: RemeshSettings, size: float) -> int:
-    if not isinstance(settings.edge_length, float | int) or settings.edge_length <= 0:
-        return settings.quads
-    return max(1, round(_area(whole) / size**2))
-
-
-def _on_plane(surface: Surface, plane: Plane | None) -> np.ndarray:
-    """(n,) bool border vertices on the plane of symmetry."""
-    if plane is None:
-        return np.zeros(len(surface.vertices), bool)
-    height = plane.height(surface.vertices * surface.unit + surface.origin)
-    return surface.border & (np.abs(height) <= ON * surface.unit)
-
-
-def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -> np.ndarray:
-    """(n,) bool vertices of triangles that touch the zone."""
-    found = np.zeros(len(surface.vertices), bool)
-    if zone is not None and zone.any():
-        touched = np.asarray(zone)[np.asarray(triangles)].any(axis=1)
-        found[surface.triangles[touched[surface.source_triangle]]] = True
-    return found
 
 
 def _check(placed: Placement, laid: LaidOut) -> None:

@@ -53,3 +53,11 @@ class QuadMesh:
     source_triangle: np.ndarray
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def valence(self) -> np.ndarray:
+        """(n,) int64 edges that meet at each vertex that is a pole, 0 at the others."""
+        valence = np.zeros(len(self.vertices), np.int64)
+        is_pole = self.pole >= 0
+        valence[is_pole] = self.pole_valence[self.pole[is_pole]]
+        return valence

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...base.options import AUTO, Choice, check, setting
+from .. import field_settings
 
 
 @dataclass(frozen=True)
@@ -35,32 +36,9 @@ class RemeshSettings:
         manual=0.1,
         unit="length",
     )
-    smoothness: float = setting(
-        0.45,
-        label="Smoothness",
-        help="0 follows the curvature into every detail, with many poles; 1 is as smooth as the "
-        "surface, its creases and borders allow",
-        kind="number",
-        minimum=0.0,
-        maximum=1.0,
-    )
-    feature_angle: float = setting(
-        40.0,
-        label="Feature Angle",
-        help="Edges of the quads run along chains of edges sharper than this; 180 leaves creases "
-        "alone",
-        kind="number",
-        minimum=0.0,
-        maximum=180.0,
-        unit="degrees",
-    )
-    align_sharp: bool = setting(
-        True,
-        label="Marked Sharp Edges",
-        help="Edges of the quads run along edges that are marked sharp; ignored where more than "
-        "a fifth of all edges are, as some importers leave them",
-        kind="flag",
-    )
+    smoothness: float = field_settings.smoothness()
+    feature_angle: float = field_settings.feature_angle()
+    align_sharp: bool = field_settings.align_sharp()
     adaptivity: float = setting(
         0.0,
         label="Adaptivity",
@@ -83,7 +61,7 @@ class RemeshSettings:
         ),
     )
     relaxation: int = setting(
-        20,
+        40,
         label="Relaxation",
         help="Steps in which the quads are evened out and turned to the curvature on the surface",
         kind="count",

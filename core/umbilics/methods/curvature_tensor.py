@@ -9,7 +9,8 @@ import numpy as np
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...fields.transport import carried, tangents
-from ...mesh.charts import (
+from ...mesh.surface import Surface
+from ...mesh.unfolding.charts import (
     Charts,
     charts_from_seams,
     charts_from_uv,
@@ -17,8 +18,8 @@ from ...mesh.charts import (
     scaled_to_area,
     unfold,
 )
-from ...mesh.lscm import flattened
-from ...mesh.surface import Surface
+from ...mesh.unfolding.cuts import opened_to_disks
+from ...mesh.unfolding.lscm import flattened
 from .raw import RawUmbilics
 
 # A triangle is called sheared when its plane image is this many times longer one way than the
@@ -50,13 +51,18 @@ class Unfolding:
 
 
 def unfolded_along_seams(
-    surface: Surface, seams: np.ndarray, progress: Progress | None = None
+    surface: Surface, seams: np.ndarray, progress: Progress | None = None, cut: bool = False
 ) -> Unfolding:
     """Unfold the pieces between seams, (s, 2) pairs of input vertices, conformally.
 
-    Raises `ChartError` where a piece is not a disk.
+    With `cut` they are first cut further, see `opened_to_disks`. Raises `ChartError` where a
+    piece is not a disk.
     """
     charts = charts_from_seams(surface, seams)
+    progress = progress or Progress()
+    if cut:
+        charts = opened_to_disks(surface, charts, progress.part("Cutting", 0.0, 0.3))
+        progress = progress.part("Unfolding", 0.3, 0.6)
     return _measured(surface, charts, unfold(surface, charts, progress))
 
 

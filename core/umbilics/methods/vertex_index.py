@@ -37,7 +37,7 @@ def detect_by_index(
     index = 0.5 * np.rint(_total_jump(surface, curvature, progress) / (2.0 * np.pi))
     index[surface.border] = 0.0
     vertex = np.flatnonzero(index)
-    triangle, corner = _a_corner(surface, vertex)
+    triangle, corner = a_corner(surface, vertex)
     warnings = []
     skipped = int(np.count_nonzero(surface.border))
     if skipped:
@@ -74,7 +74,7 @@ def _total_jump(surface: Surface, curvature: CurvatureField, progress: Progress)
     return np.bincount(corner_vertex, jump, minlength=len(surface.vertices))
 
 
-def _a_corner(surface: Surface, vertex: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def a_corner(surface: Surface, vertex: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """For each of (k,) vertices a triangle that holds it and its position there."""
     first = np.full(len(surface.vertices), -1, dtype=np.int64)
     corners = surface.triangles.ravel()

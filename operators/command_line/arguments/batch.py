@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, version
+from .. import frames, guidance, topology, version
 from ..batch import Plan, PlanError
 from ..batch.plan import tasks_for
 from ..guard import Guard
@@ -96,7 +97,8 @@ def plan_of(
     parser: argparse.ArgumentParser,
     found: argparse.Namespace,
     settings: core.Settings,
-    guidance: core.GuidanceSettings | None,
+    planning: core.GuidanceSettings,
+    guide: guidance.GuidanceRequest | None,
     guard: Guard,
 ) -> Plan | None:
     """What the arguments ask for; None without --out. Its paths are claimed in the guard."""
@@ -125,8 +127,8 @@ def plan_of(
         tasks=tasks[number - 1 :: count],
         out=found.out,
         kinds=kinds,
-        worker_arguments=worker_arguments(found, settings, guidance),
-        key=repr((version.OURS, _base_key())),
+        worker_arguments=worker_arguments(found, settings, planning, guide),
+        key=repr((version.OURS, _base_key(), topology.identity_of(found.check_topology))),
         jobs=found.jobs,
         part=found.part,
         report=found.report,
@@ -134,7 +136,7 @@ def plan_of(
         tolerant=found.tolerant,
         time_limit=found.time_limit or _TIME_LIMIT,
         memory_limit=memory_limit_of(found),
-        guide=found.guide,
+        guide=guide.folder if guide else None,
         events=found.progress == "jsonl",
     )
     guard.reads(task.source for task in tasks)
@@ -149,7 +151,7 @@ def plan_of(
             if place.exists() and not place.is_dir():
                 parser.error(
                     f"{place} is a file, where the folder of the guidance would be. Choose "
-                    "another folder for --guide."
+                    "another folder with --guide."
                 )
     return plan
 
@@ -160,13 +162,19 @@ def memory_limit_of(found: argparse.Namespace) -> int | None:
 
 
 def worker_arguments(
-    found: argparse.Namespace, settings: core.Settings, guidance: core.GuidanceSettings | None
+    found: argparse.Namespace,
+    settings: core.Settings,
+    planning: core.GuidanceSettings,
+    guide: guidance.GuidanceRequest | None,
 ) -> tuple[str, ...]:
     """What gives another process of this command the same settings."""
     arguments = _settings(core.options(), settings)
-    if guidance is not None:
-        arguments += _settings(core.options(core.GuidanceSettings), guidance)
-        arguments += ["--guide-files", *found.guide_files]
+    if guide is not None or found.check_topology is not None:
+        arguments += _settings(core.options(core.GuidanceSettings), planning)
+    if guide is not None:
+        arguments += guidance.worker_arguments(guide, _settings)
+    if found.check_topology is not None:
+        arguments.append(f"--check-topology={found.check_topology}")
     arguments += [f"--{name}={getattr(found, name)}" for name in GIVEN_NAMES]
     arguments += [f"--object={name}" for name in found.object]
     arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
@@ -176,10 +184,13 @@ def worker_arguments(
     return tuple(arguments)
 
 
-def _settings(options: dict[str, core.Option], settings: object) -> list[str]:
+def _settings(
+    options: dict[str, core.Option], settings: object, called: Callable[[str], str] = str
+) -> list[str]:
+    """The options that stand for settings; `called` tells what each setting is called here."""
     arguments = []
     for name, option in options.items():
-        flag, value = name.replace("_", "-"), getattr(settings, name)
+        flag, value = called(name).replace("_", "-"), getattr(settings, name)
         if option.kind == "flag":
             arguments.append(f"--{flag}" if value else f"--no-{flag}")
         else:
@@ -187,7 +198,7 @@ def _settings(options: dict[str, core.Option], settings: object) -> list[str]:
     return arguments
 
 
-def _base_key() -> tuple:
+def _base_key() -> tuple[object, ...]:
     """What tells the .blend that meshes are imported into from another state of it."""
     path = bpy.data.filepath
     if not path:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance
+from .. import frames, guidance, topology
 from ..batch.names import result_name
 from ..guard import Guard, OverwriteError
 from ..importers import SUFFIXES
@@ -53,10 +55,15 @@ def parse(arguments: list[str]) -> Request:
     files = tuple(found.files) or (None,)
     guard = Guard()
     try:
-        guide = guidance.request_of(parser, found)
-        guide_settings = guide.settings if guide else None
+        planning = guidance.settings_of(parser, found)
+        guide = guidance.request_of(parser, found, planning)
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
-        batch = batch_arguments.plan_of(parser, found, settings, guide_settings, guard)
+        if found.check_topology is not None and found.files:
+            checked = Path(found.check_topology)
+            if not checked.exists():
+                parser.error(f"--check-topology {found.check_topology}: there is no such file.")
+            guard.reads(topology.files_of(checked))
+        batch = batch_arguments.plan_of(parser, found, settings, planning, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
             guard.reads(file for file in files if file is not None)
@@ -76,9 +83,11 @@ def parse(arguments: list[str]) -> Request:
         guard=guard,
         events=found.progress == "jsonl",
         limits=Limits(found.time_limit, batch_arguments.memory_limit_of(found)),
-        worker_arguments=batch_arguments.worker_arguments(found, settings, guide_settings),
+        worker_arguments=batch_arguments.worker_arguments(found, settings, planning, guide),
         is_worker=found.worker,
+        planning=planning,
         guidance=guide,
+        check=found.check_topology,
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
@@ -195,7 +204,9 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_setting(group, name: str, option: core.Option, default) -> None:
+def _add_setting(
+    group: argparse._ArgumentGroup, name: str, option: core.Option, default: Any
+) -> None:
     flag = f"--{name.replace('_', '-')}"
     text = option.help.replace("%", "%%")
     if option.unit:
@@ -208,7 +219,7 @@ def _add_setting(group, name: str, option: core.Option, default) -> None:
         choices = [choice.value for choice in option.choices]
         group.add_argument(flag, choices=choices, default=default, help=text)
         return
-    read = values.whole_number if option.kind == "count" else values.number
+    read: Callable[[str], Any] = values.whole_number if option.kind == "count" else values.number
     if option.automatic:
         read = values.or_automatic(read)
     group.add_argument(flag, type=read, default=default, metavar="N", help=text)
@@ -230,7 +241,7 @@ def _outputs(
             parser.error(f"--{kind} {path} is a file; with several FILEs it must be a folder.")
     return tuple(
         {kind: folder / f"{result_name(Path(file).stem)}.{kind}" for kind, folder in wanted.items()}
-        for file in files
+        for file in filter(None, files)
     )
 
 

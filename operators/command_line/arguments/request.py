@@ -39,8 +39,13 @@ class Request:
         What of each object is analysed.
     outputs:
         For each file where its JSON, .blend, PNG, PLY and USD go.
+    planning:
+        How poles are planned.
     guidance:
         Files for remeshers.
+    check:
+        File or folder of the mesh that is held against the surface, or its name in the open
+        scene; None without.
     events:
         Tell of the progress in JSON lines on standard output, instead of in sentences.
     limits:
@@ -71,6 +76,8 @@ class Request:
     limits: Limits = Limits()
     worker_arguments: tuple[str, ...] = ()
     is_worker: bool = False
+    planning: core.GuidanceSettings = dataclasses.field(default_factory=core.GuidanceSettings)
     guidance: guidance.GuidanceRequest | None = None
+    check: str | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None

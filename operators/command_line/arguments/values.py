@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from argparse import ArgumentTypeError
 from collections.abc import Callable
+from typing import TypeVar
 
 from .... import core
+
+T = TypeVar("T")
 
 
 def whole_number(text: str) -> int:
@@ -52,6 +55,6 @@ def part(text: str) -> tuple[int, int]:
     return found
 
 
-def or_automatic(read: Callable) -> Callable:
+def or_automatic(read: Callable[[str], T]) -> Callable[[str], T | str]:
     """A reader that takes the word for "let the program choose" as well."""
     return lambda text: core.AUTO if text == core.AUTO else read(text)

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from .... import core
 
@@ -46,7 +47,7 @@ class Journal:
         self._waiting: list[str] = []
         self.trouble = ""
 
-    def add(self, entry: dict) -> bool:
+    def add(self, entry: dict[str, Any]) -> bool:
         """Add an entry and wait until it is on disk; whether it is.
 
         What cannot be written, as when the disk is full, is written with the next entry.
@@ -71,12 +72,12 @@ class Journal:
         return True
 
 
-def line(entry: dict) -> str:
+def line(entry: dict[str, Any]) -> str:
     """An entry as one line of ASCII: names may hold what some readers take for ends of lines."""
     return json.dumps(entry) + "\n"
 
 
-def read(path: Path) -> list[dict]:
+def read(path: Path) -> list[dict[str, Any]]:
     """The whole entries of a journal, none if there is no such file.
 
     Every entry has a "name", a "status" and "results", and what has ended all the rest.
@@ -97,12 +98,12 @@ def read(path: Path) -> list[dict]:
     return entries
 
 
-def ended(entries: Iterable[dict]) -> list[dict]:
+def ended(entries: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     """Those of files that have been done or have failed."""
     return [entry for entry in entries if entry["status"] in ENDED]
 
 
-_TYPES = {
+_TYPES: dict[str, type | tuple[type, ...]] = {
     "file": str,
     "seconds": (int, float),
     "peak_mb": (int, float),
@@ -148,7 +149,7 @@ def results_in(folders: Iterable[Path]) -> set[str]:
     return found
 
 
-def places_of(entry: dict, kind: str) -> list[str]:
+def places_of(entry: dict[str, Any], kind: str) -> list[str]:
     """Where the results of a kind are, as seen from the journal's folder."""
     places = entry["results"].get(kind, [])
     return [places] if isinstance(places, str) else [str(place) for place in places]

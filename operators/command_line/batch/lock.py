@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import platform
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -55,9 +56,7 @@ def held(folder: Path, name: str) -> Iterator[None]:
 
 def _lock(descriptor: int) -> bool:
     """Take the lock if it is free; a file system without locks has none that is taken."""
-    try:
-        import fcntl
-    except ImportError:
+    if sys.platform == "win32":
         import msvcrt
 
         try:
@@ -67,6 +66,9 @@ def _lock(descriptor: int) -> bool:
         except OSError:
             return False
         return True
+
+    import fcntl
+
     try:
         # Unlike flock, this holds between machines that share the folder by NFS.
         fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -22,8 +22,7 @@ def free_memory() -> int:
     """Bytes of memory that new processes may use without swapping, about."""
     if sys.platform == "win32":
         return _windows_memory()
-    known = [_meminfo(), _cgroup_memory()]
-    known = [size for size in known if size is not None]
+    known = [size for size in (_meminfo(), _cgroup_memory()) if size is not None]
     if known:
         return min(known)
     try:
@@ -41,7 +40,8 @@ def memory_of(process: int) -> tuple[int, int]:
     except OSError:
         return 0, 0
     sizes = dict(line.split(":", 1) for line in text.splitlines() if line.startswith("Vm"))
-    return tuple(int(sizes.get(name, "0 kB").split()[0]) << 10 for name in ("VmHWM", "VmData"))
+    held, data = (int(sizes.get(name, "0 kB").split()[0]) << 10 for name in ("VmHWM", "VmData"))
+    return held, data
 
 
 def limit_memory(process: int, size: int) -> bool:
@@ -82,16 +82,21 @@ def _cgroup_memory() -> int | None:
         return None
 
 
-def _windows_memory() -> int:
-    class Status(ctypes.Structure):
-        _fields_ = [
-            ("size", ctypes.c_ulong),
-            ("load", ctypes.c_ulong),
-            *((name, ctypes.c_ulonglong) for name in ("total", "free", "a", "b", "c", "d", "e")),
-        ]
+if sys.platform == "win32":
 
-    status = Status()
-    status.size = ctypes.sizeof(status)
-    if not ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):
-        return _UNKNOWN_MEMORY
-    return status.free
+    def _windows_memory() -> int:
+        class Status(ctypes.Structure):
+            _fields_ = [
+                ("size", ctypes.c_ulong),
+                ("load", ctypes.c_ulong),
+                *(
+                    (name, ctypes.c_ulonglong)
+                    for name in ("total", "free", "a", "b", "c", "d", "e")
+                ),
+            ]
+
+        status = Status()
+        status.size = ctypes.sizeof(status)
+        if not ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):
+            return _UNKNOWN_MEMORY
+        return status.free

@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from .. import exit_codes, messages
 from ..guard import shown
@@ -44,10 +45,13 @@ def run(plan: Plan, blender: list[str]) -> int:
         # Before hours of work, not after.
         _check_writable(plan.summary)
         kept = journal.Journal(plan.journal, fresh=not plan.resume)
-        with _scratch(plan.out, plan.suffix) as scratch, contextlib.ExitStack() as stack:
+        with (
+            _scratch(plan.out, f"running{plan.suffix}") as scratch,
+            contextlib.ExitStack() as stack,
+        ):
             beside = None
             if plan.guide:
-                beside = stack.enter_context(_scratch(plan.guide, plan.suffix))
+                beside = stack.enter_context(_scratch(plan.guide, f"guiding{plan.suffix}"))
             batch = _Batch(plan, blender, kept, scratch, beside)
             try:
                 with _stoppable(batch):
@@ -68,7 +72,7 @@ def run(plan: Plan, blender: list[str]) -> int:
 
 def summarize(out: Path, report: Path | None) -> int:
     """One summary of all the parts in a folder; the exit code that they have together."""
-    entries = {}
+    entries: dict[str, dict[str, Any]] = {}
     for path in sorted(out.glob("report*.jsonl")):
         entries |= {entry["name"]: entry for entry in journal.ended(journal.read(path))}
     report = report or out / "report.csv"
@@ -76,7 +80,7 @@ def summarize(out: Path, report: Path | None) -> int:
     return _conclude(list(entries.values()), report, 0)
 
 
-def _conclude(entries: list[dict], report: Path, missing: int) -> int:
+def _conclude(entries: list[dict[str, Any]], report: Path, missing: int) -> int:
     failed = [entry for entry in entries if entry["status"] != "done"]
     for entry in failed:
         print(shown(summary.in_words(entry)), file=sys.stderr)
@@ -102,11 +106,11 @@ def _check_writable(path: Path) -> None:
 
 
 @contextmanager
-def _scratch(folder: Path, suffix: str) -> Iterator[Path]:
+def _scratch(folder: Path, name: str) -> Iterator[Path]:
     """A folder for what is not complete yet, on the file system where it will be; removed
     afterwards, with what killed batches have left."""
     folder.mkdir(parents=True, exist_ok=True)
-    prefix = f".umbilics-running{suffix}."
+    prefix = f".umbilics-{name}."
     for left in folder.glob(f"{prefix}*"):
         shutil.rmtree(left, ignore_errors=True)
     # A name of its own: what a killed batch left running may still write into its folder.
@@ -186,13 +190,15 @@ class _Batch:
             worker.stop()
         self._running.clear()
 
-    def _start(self, task: Task, number: str, memory: int) -> dict | None:
+    def _start(self, task: Task, number: str, memory: int) -> dict[str, Any] | None:
         """Start on a file; if that cannot be, its entry."""
         if task.refusal:
             return self._failure(task, f"{shown(task.source)}: {task.refusal}.")
         plan = self._plan
         places = {kind: plan.out / f"{task.name}.{kind}" for kind in plan.kinds}
-        guide = (plan.guide / task.name, self._beside / number) if plan.guide else None
+        guide = None
+        if plan.guide is not None and self._beside is not None:
+            guide = plan.guide / task.name, self._beside / number
         arguments = plan.worker_arguments
         try:
             worker = Worker(task, self._command, arguments, self._scratch / number, places, guide)
@@ -202,11 +208,11 @@ class _Batch:
         self._running.append(worker)
         return None
 
-    def _failure(self, task: Task, why: str, **facts: object) -> dict:
-        usual = {"seconds": 0.0, "peak_mb": 0, "results": {}, "objects": []}
+    def _failure(self, task: Task, why: str, **facts: object) -> dict[str, Any]:
+        usual: dict[str, Any] = {"seconds": 0.0, "peak_mb": 0, "results": {}, "objects": []}
         return usual | self._about(task) | {"status": "failed", "error": why} | facts
 
-    def _about(self, task: Task) -> dict:
+    def _about(self, task: Task) -> dict[str, Any]:
         return {
             "name": task.name,
             "file": shown(task.source),
@@ -214,9 +220,12 @@ class _Batch:
             "source": _identity(task.source),
         }
 
-    def _outcome(self, worker: Worker) -> dict:
+    def _outcome(self, worker: Worker) -> dict[str, Any]:
         task = worker.task
-        facts = {"seconds": round(worker.seconds, 2), "peak_mb": round(worker.peak / 2**20)}
+        facts: dict[str, Any] = {
+            "seconds": round(worker.seconds, 2),
+            "peak_mb": round(worker.peak / 2**20),
+        }
         # The report is written last: without it the results are not complete.
         objects = summary.objects_in(worker.result())
         if not objects or worker.timed_out:

@@ -7,6 +7,7 @@ import io
 import json
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 from ..guard import shown
 from .journal import NUMBERS, line, places_of, write_whole
@@ -20,7 +21,7 @@ COLUMNS = (
 _FORMULA = ("=", "+", "-", "@")
 
 
-def write_report(path: Path, entries: list[dict]) -> None:
+def write_report(path: Path, entries: list[dict[str, Any]]) -> None:
     """The summary: JSON lines (one a file) if the path ends in .jsonl, else CSV (one an object,
     or one for a file without any).
 
@@ -50,7 +51,7 @@ def _cell(value: object) -> object:
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
-def _rows(entry: dict) -> list[dict]:
+def _rows(entry: dict[str, Any]) -> list[dict[str, Any]]:
     about = {
         "file": entry["file"],
         "status": entry["status"],
@@ -75,7 +76,7 @@ def _rows(entry: dict) -> list[dict]:
     return rows or [about]
 
 
-def objects_in(report: bytes | None) -> list[dict]:
+def objects_in(report: bytes | None) -> list[dict[str, Any]]:
     """The objects of a file's JSON report, with what the summaries tell of them; none if there
     is no report or it is not whole."""
     found = []
@@ -92,11 +93,11 @@ def objects_in(report: bytes | None) -> list[dict]:
     return found
 
 
-def in_words(entry: dict) -> str:
+def in_words(entry: dict[str, Any]) -> str:
     """One line on a file."""
     if entry["status"] != "done":
         return f"{entry['file']}: FAILED, {entry['error'].removeprefix(entry['file'] + ': ')}"
-    counts = Counter()
+    counts: Counter[str] = Counter()
     for found in entry["objects"]:
         counts.update(found.get("counts", {}))
     kinds = ", ".join(f"{counts[kind]} {kind}" for kind in KINDS if counts[kind])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import time
 from pathlib import Path
+from typing import Any
 
 from ....core.formats.whole import PARTIAL
 from .. import exit_codes
@@ -24,7 +25,9 @@ def run(request: Request, blender: list[str]) -> int:
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
-def _one_file(request: Request, file: str | None, outputs: dict, blender: list[str]) -> bool:
+def _one_file(
+    request: Request, file: str | None, outputs: dict[str, Any], blender: list[str]
+) -> bool:
     command = [*blender, *request.worker_arguments, "--worker"]
     command += [f"--{kind}={path}" for kind, path in outputs.items()]
     if request.guidance:
@@ -56,6 +59,7 @@ def _one_file(request: Request, file: str | None, outputs: dict, blender: list[s
 def _end_of(command: list[str], limits: Limits) -> tuple[int, int | None]:
     """Run a process within the limits; its number, and its exit code, None if it took too long."""
     process = subprocess.Popen(command, stdin=subprocess.PIPE)
+    assert process.stdin is not None
     if limits.memory:
         machine.limit_memory(process.pid, limits.memory)
     start = time.monotonic()
@@ -71,7 +75,7 @@ def _end_of(command: list[str], limits: Limits) -> tuple[int, int | None]:
         process.stdin.close()
 
 
-def _remove_partial(request: Request, outputs: dict, number: int) -> None:
+def _remove_partial(request: Request, outputs: dict[str, Any], number: int) -> None:
     """Remove what a process that was ended had begun to write."""
     folders = {Path(path).parent for path in outputs.values()}
     folders |= {request.guidance.folder} if request.guidance else set()

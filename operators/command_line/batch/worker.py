@@ -59,11 +59,16 @@ class Worker:
         command += ["--", task.source]
         # Ctrl-C is for the batch alone, which then stops its workers. The end of the pipe tells a
         # worker that the batch has ended, however it did.
-        apart = {"start_new_session": True} if os.name == "posix" else {}
         with open(self._log, "wb") as log:
             self._process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=log, stderr=log, **apart
+                command,
+                stdin=subprocess.PIPE,
+                stdout=log,
+                stderr=log,
+                start_new_session=os.name == "posix",
             )
+        assert self._process.stdin is not None
+        self._pipe = self._process.stdin
 
     def limit_memory(self, size: int) -> None:
         """Bound its memory, if the system can."""
@@ -75,7 +80,7 @@ class Worker:
         peak, data = machine.memory_of(self._process.pid)
         self.peak, self._fullest = max(self.peak, peak), max(self._fullest, data)
         if self._process.poll() is not None:
-            self._process.stdin.close()
+            self._pipe.close()
             return True
         if self.seconds > time_limit:
             self.timed_out = True
@@ -95,7 +100,7 @@ class Worker:
         """End the process now."""
         self._process.kill()
         self._process.wait()
-        self._process.stdin.close()
+        self._pipe.close()
 
     def result(self) -> bytes | None:
         """The JSON report, if there is one."""

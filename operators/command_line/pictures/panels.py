@@ -103,14 +103,15 @@ def write_comparison(
         arrays = inputs.arrays
         view = view_of(arrays, up)
         by_shape = results[0].detection
-        for result in results:
+        assert by_shape is not None, "method S refuses nothing"
+        for result in results[: len(core.METHODS)]:
             found = result.detection
             umbilics = found.umbilics if found else by_shape.umbilics.select(np.zeros(0, int))
             outcome = f"{len(umbilics)} points" if found else "refused (see the text)"
             title = f"{inputs.object_name}, method {result.method}: {outcome}"
             field = by_shape.curvature if found else None
             panels.append(Panel([title], arrays, field, umbilics, view))
-    write(path, panels, len(compared[0][1]))
+    write(path, panels, len(core.METHODS))
 
 
 def _drawn(panel: Panel) -> np.ndarray:

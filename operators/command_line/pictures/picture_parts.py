@@ -8,11 +8,12 @@ import numpy as np
 from .... import core
 from ...base.words import outcome
 from ...data.preferences import KIND_COLOURS
+from ...drawing.frames import frames_of
 from ...drawing.glyphs import OUTLINES, prisms
 from ...jobs.detect import Inputs
 from ...mesh.build import from_triangles
-from ...mesh.read import MeshArrays, unit_vectors
-from ...scene.empties import frames_of
+from ...mesh.fetch import unit_vectors
+from ...mesh.read import MeshArrays
 from .stage import Stage, View
 
 # A glyph's size as a fraction of the mesh's, and how many fit before they are drawn smaller.

@@ -73,13 +73,18 @@ def make(
 
 def is_ours(obj: bpy.types.Object) -> bool:
     """Whether nothing of the user's is on the object: no layer but our own."""
-    return all(_title(layer) in _COLOUR for layer in obj.data.layers)
+    return all(map(is_our_layer, obj.data.layers))
+
+
+def is_our_layer(layer: bpy.types.GreasePencilLayer) -> bool:
+    """Whether `make` called a layer so."""
+    return _title(layer) in _COLOUR
 
 
 def remove_layers(obj: bpy.types.Object) -> None:
     """Remove our layers from an object on which the user has some too."""
     data = obj.data
-    for layer in [one for one in data.layers if _title(one) in _COLOUR]:
+    for layer in list(filter(is_our_layer, data.layers)):
         data.layers.remove(layer)
 
 
@@ -92,7 +97,7 @@ def parts_of(obj: bpy.types.Object) -> list[bpy.types.ID]:
     return found
 
 
-def _title(layer) -> str:
+def _title(layer: bpy.types.GreasePencilLayer) -> str:
     return layer.name if hasattr(layer, "name") else layer.info
 
 
@@ -103,7 +108,13 @@ def _material(title: str) -> bpy.types.Material:
     return material
 
 
-def _draw(key, lines: core.Lines, points: np.ndarray, radius: float, material: int) -> None:
+def _draw(
+    key: bpy.types.GreasePencilFrame,
+    lines: core.Lines,
+    points: np.ndarray,
+    radius: float,
+    material: int,
+) -> None:
     drawing = key.drawing
     drawing.add_strokes(np.diff(lines.start).tolist())
     values = {
@@ -119,7 +130,13 @@ def _draw(key, lines: core.Lines, points: np.ndarray, radius: float, material: i
     drawing.tag_positions_changed()
 
 
-def _draw_old(key, lines: core.Lines, points: np.ndarray, radius: float, material: int) -> None:
+def _draw_old(
+    key: bpy.types.GPencilFrame,
+    lines: core.Lines,
+    points: np.ndarray,
+    radius: float,
+    material: int,
+) -> None:
     width = max(1, math.ceil(radius * _OLD_UNIT))
     for row in range(len(lines)):
         place = points[lines.start[row] : lines.start[row + 1]]

@@ -4,14 +4,15 @@ Objects are children of the mesh, carry the custom property `umbilics_guidance` 
 `PARTS`) and lie in a collection with the same property. They follow the mesh. A part that is made
 again replaces its own objects only.
 
-Custom properties: of a pole `umbilics_valence`, `umbilics_confidence` and `umbilics_umbilic`
-(row among the kept umbilics, -1 for none); of a curve `umbilics_family` (0 larger, 1 smaller
-curvature) and `umbilics_lengths`, a length for each spline; of ridges also `umbilics_kinds` and
-`umbilics_bends`, the mean bend in degrees of each.
+Custom properties: of a pole `umbilics_valence`, `umbilics_confidence`, `umbilics_umbilic` (row
+among the kept umbilics, -1 for none) and `umbilics_number` (its number, 0 for none); of a curve
+`umbilics_family` (0 larger, 1 smaller curvature) and `umbilics_lengths`, a length for each
+spline; of ridges also `umbilics_kinds` and `umbilics_bends`, the mean bend in degrees of each.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import bpy
@@ -20,14 +21,17 @@ from mathutils import Matrix
 
 from .... import core
 from ...data import plans
+from ...data.belonging import OWNER_TAG
+from ...drawing.poles import COLOURS as POLE_COLOURS
 from ...mesh.attributes import remove_results, write_attributes
 from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
-from ...mesh.read import MeshArrays, unit_vectors
+from ...mesh.fetch import unit_vectors
+from ...mesh.read import MeshArrays
 from .. import homes
-from ..empties import OWNER_TAG
+from ..empties import name_of
 from ..targets import is_local
 from ..transaction import Transaction, empty_without
-from . import grease_pencil
+from . import grease_pencil, pole_shapes
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "ridges", "guides", "mirror")
@@ -43,13 +47,11 @@ MARKS = {"umbilics_marked": ("EDGE", "INT")}
 _BIT = {"seam": 1, "edge_sharp": 2, "crease": 4}
 
 _FAMILY_NAME = ("Larger Curvature", "Smaller Curvature")
-_FAMILY_COLOUR = ((0.85, 0.2, 0.1, 1.0), (0.1, 0.35, 0.85, 1.0))
+_FAMILY_COLOUR = ((1.0, 0.15, 0.08, 1.0), (0.08, 0.35, 1.0, 1.0))
 _RIDGE_NAME = ("Ridges", "Ravines")
 _RIDGE_COLOUR = ((0.95, 0.55, 0.05, 1.0), (0.05, 0.6, 0.55, 1.0))
-_POLE_COLOUR = {3: (1.0, 0.62, 0.0, 1.0), 5: (0.05, 0.25, 0.85, 1.0)}
-_POLE_SHAPE = {3: "SPHERE", 5: "CUBE"}
 # Sizes as fractions of the mesh's extent.
-_POLE_SIZE, _LIFT, _BEVEL = 0.008, 0.0005, 0.0008
+_POLE_SIZE, _LIFT, _BEVEL = 0.008, 0.0005, 0.0014
 
 
 def parts_of(obj: bpy.types.Object, part: str | None = None) -> list[bpy.types.Object]:
@@ -65,16 +67,26 @@ def pole_sum(obj: bpy.types.Object) -> int:
     return sum(4 - valence for valence in valences if isinstance(valence, int))
 
 
+@dataclass(frozen=True)
+class Kept:
+    """The umbilics that poles come from, and the number (k,) of each."""
+
+    umbilics: core.Umbilics
+    numbers: np.ndarray
+
+
 def write_plan(
     context: bpy.types.Context,
     home: homes.Home,
     arrays: MeshArrays,
     guidance: core.Guidance,
-    umbilics: core.Umbilics,
+    kept: Kept,
     origin: plans.Origin,
     transaction: Transaction,
+    by_hand: bool = False,
 ) -> None:
-    """Attributes of the field, an empty at each pole, and the table."""
+    """Attributes of the field, an empty at each pole, and the table; `by_hand` says that the
+    poles are the user's."""
     obj = home.owner
     to_object = np.linalg.inv(arrays.matrix[:3, :3]).T
     # The first triangle of each face; faces outside the scope have none, and no direction.
@@ -97,29 +109,62 @@ def write_plan(
     extent = float(np.ptp(arrays.vertices, axis=0).max())
     empties, origins = [], []
     for row in range(len(poles)):
-        valence = int(poles.valence[row])
-        empty = transaction.made(bpy.data.objects.new(f"Pole {valence}", None))
-        empty.empty_display_type = _POLE_SHAPE[valence]
-        empty.empty_display_size = _POLE_SIZE * extent
-        empty.color = _POLE_COLOUR[valence]
-        empty["umbilics_valence"] = valence
-        empty["umbilics_confidence"] = float(poles.confidence[row])
-        empty["umbilics_umbilic"] = int(poles.umbilic[row])
-        matrix = Matrix.Translation(poles.position[row].tolist())
-        rotation = _upright(poles.normal[row])
-        place = arrays, matrix @ rotation
-        collection = _adopt(context, obj, empty, POLES, collection, transaction, place)
+        empty = new_pole(
+            context, int(poles.valence[row]), extent, float(poles.confidence[row]), transaction
+        )
+        umbilic = int(poles.umbilic[row])
+        empty["umbilics_umbilic"] = umbilic
+        empty["umbilics_number"] = int(kept.numbers[umbilic]) if umbilic >= 0 else 0
+        place, normal = poles.position[row], poles.normal[row]
+        at = arrays.matrix, upright_at(place, normal)
+        collection = _adopt(context, obj, empty, POLES, collection, transaction, at)
         empties.append(empty)
-        origins.append(_origin(poles, umbilics, row))
+        origins.append("By Hand" if by_hand else _origin(poles, kept, row))
     transaction.keep_properties(obj, homes.PLAN)
-    plans.store(obj, origin, poles, empties, origins)
+    plans.store(obj, origin, guidance, empties, origins, by_hand)
     homes.settle(home, homes.PLAN, transaction)
 
 
-def _origin(poles: core.Poles, umbilics: core.Umbilics, row: int) -> str:
+def new_pole(
+    context: bpy.types.Context,
+    valence: int,
+    extent: float,
+    confidence: float,
+    transaction: Transaction,
+) -> bpy.types.Object:
+    """An empty that stands for a pole on a mesh of this extent, in no collection yet."""
+    empty = transaction.made(bpy.data.objects.new(f"Pole {valence}", None))
+    empty["umbilics_valence"] = valence
+    pole_shapes.dress(empty, pole_shapes.is_overlaid(context), _POLE_SIZE * extent)
+    empty.color = POLE_COLOURS[valence]
+    empty["umbilics_confidence"] = confidence
+    empty["umbilics_umbilic"] = -1
+    empty["umbilics_number"] = 0
+    return empty
+
+
+def put_pole(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    empty: bpy.types.Object,
+    place: np.ndarray,
+    normal: np.ndarray,
+    transaction: Transaction,
+) -> None:
+    """Put a pole beside those of the object's plan, at a place (3,) of the world."""
+    at = np.array(obj.matrix_world), upright_at(place, normal)
+    _adopt(context, obj, empty, POLES, collection_of(obj), transaction, at)
+
+
+def upright_at(place: np.ndarray, normal: np.ndarray) -> Matrix:
+    """A matrix (4, 4) that takes the origin to a place and z to the normal there."""
+    return Matrix.Translation(place.tolist()) @ _upright(normal)
+
+
+def _origin(poles: core.Poles, kept: Kept, row: int) -> str:
     umbilic = int(poles.umbilic[row])
     if umbilic >= 0:
-        return f"{str(umbilics.kind[umbilic]).capitalize()} {umbilic + 1}"
+        return name_of(str(kept.umbilics.kind[umbilic]), int(kept.numbers[umbilic]))
     return f"Region {int(poles.region[row]) + 1}" if poles.region[row] >= 0 else "Field"
 
 
@@ -164,7 +209,9 @@ def write_lines(
             spline.points.foreach_set("co", co.ravel())
             spline.use_cyclic_u = bool(lines.closed[row])
         curve_object = transaction.made(bpy.data.objects.new(curve.name, curve))
-        curve_object.color = (_FAMILY_COLOUR if ridges is None else _RIDGE_COLOUR)[family]
+        colour = (_FAMILY_COLOUR if ridges is None else _RIDGE_COLOUR)[family]
+        curve.materials.append(_coloured(title, colour, transaction))
+        curve_object.color = colour
         curve_object["umbilics_family"] = family
         curve_object["umbilics_lengths"] = lines.length[rows].tolist()
         if ridges is not None:
@@ -172,6 +219,14 @@ def write_lines(
             bends = np.add.reduceat(ridges.bend, ridges.start[:-1]) / np.diff(ridges.start)
             curve_object["umbilics_bends"] = bends[rows].tolist()
         collection = _adopt(context, obj, curve_object, part, collection, transaction)
+
+
+def _coloured(name: str, colour: tuple[float, ...], transaction: Transaction) -> bpy.types.Material:
+    """A material of that colour, which Solid view shows as it is set up from the start."""
+    material = transaction.made(bpy.data.materials.new(name))
+    material.diffuse_color = colour
+    material[TAG] = True
+    return material
 
 
 def write_guides(
@@ -206,7 +261,7 @@ def _thickness(arrays: MeshArrays, part: str) -> float:
     """Radius of lines in the object's space."""
     extent = float(np.ptp(arrays.vertices, axis=0).max())
     scale = float(np.cbrt(abs(np.linalg.det(arrays.matrix[:3, :3]))))
-    return (1.0 if part == LINES else 2.0) * _BEVEL * extent / scale
+    return (1.0 if part == LINES else 1.5) * _BEVEL * extent / scale
 
 
 def write_mirror(
@@ -226,7 +281,7 @@ def write_mirror(
     # The circle lies in the empty's x-z plane: its y axis is the normal.
     turn = Matrix.Rotation(-np.pi / 2.0, 4, "X")
     place = Matrix.Translation(plane.point.tolist()) @ _upright(plane.normal) @ turn
-    _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays, place))
+    _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays.matrix, place))
     transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.mirror = (
         f"{len(plane.pairs)} matched, {100.0 * plane.score:.0f} % of a perfect mirror"
@@ -289,7 +344,8 @@ def discard(child: bpy.types.Object, transaction: Transaction) -> None:
         return
     transaction.discard([child])
     if child.type in ("CURVE", "MESH") and child.data.users == 1:
-        transaction.discard([child.data])
+        ours = [one for one in child.data.materials if one is not None and TAG in one]
+        transaction.discard([child.data, *(one for one in ours if one.users == 1)])
 
 
 def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
@@ -308,6 +364,12 @@ def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
     return any(found)
 
 
+def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
+    """The collection of what the guidance made for an object."""
+    ours = [one for child in parts_of(obj) for one in child.users_collection if TAG in one]
+    return ours[0] if ours else None
+
+
 def _adopt(
     context: bpy.types.Context,
     obj: bpy.types.Object,
@@ -315,18 +377,20 @@ def _adopt(
     part: str,
     collection: bpy.types.Collection | None,
     transaction: Transaction,
-    place: tuple[MeshArrays, Matrix] | None = None,
+    place: tuple[np.ndarray, Matrix] | None = None,
 ) -> bpy.types.Collection:
     """Make an object a tagged child of the mesh, in the guidance's collection, which is the
-    answer; `place` is where it stands in the world of the arrays."""
+    answer; `place` is the mesh's world matrix (4, 4) and where the child stands in the world."""
     child[TAG] = part
     child[OWNER_TAG] = obj.name_full
+    # Guides are to be worked with, not to be in a picture.
+    child.hide_render = True
     child.parent = obj
     if place is not None:
-        arrays, matrix = place
+        matrix, basis = place
         # The inverse undoes a non-uniform scale, which would shear the empty.
-        child.matrix_parent_inverse = Matrix(arrays.matrix).inverted()
-        child.matrix_basis = matrix
+        child.matrix_parent_inverse = Matrix(matrix).inverted()
+        child.matrix_basis = basis
     if collection is None:
         collection = transaction.made(bpy.data.collections.new(f"Guidance of {obj.name}"))
         collection[TAG] = True

@@ -57,11 +57,8 @@ def add(
     sizes = np.full(len(faces), 4)
     mesh = transaction.made(from_polygons(vertices, faces.ravel(), sizes, smooth))
     mesh.name = name
-    valence = np.zeros(len(vertices), np.int32)
-    pole = quads.pole >= 0
-    valence[pole] = quads.pole_valence[quads.pole[pole]]
     values = {
-        "umbilics_valence": valence,
+        "umbilics_valence": quads.valence,
         "umbilics_patch": quads.patch,
         "umbilics_angle": quads.angle,
         # Face sets count from one; rectangles without quads are none.

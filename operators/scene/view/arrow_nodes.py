@@ -5,6 +5,8 @@ Principal directions are lines: they have no front, so that the arrows have two 
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 
 from ...mesh.attributes import RESULTS
@@ -77,7 +79,7 @@ class _Builder:
             shown.description = text
             shown.default_value = True
 
-    def _node(self, kind: str, **values) -> bpy.types.Node:
+    def _node(self, kind: str, **values: Any) -> bpy.types.Node:
         node = self._group.nodes.new(kind)
         # In the order of the work, from left to right.
         node.location = (220.0 * len(self._group.nodes), 0.0)
@@ -88,7 +90,9 @@ class _Builder:
     def _link(self, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
         self._group.links.new(source, target)
 
-    def _math(self, operation: str, first, second) -> bpy.types.NodeSocket:
+    def _math(
+        self, operation: str, first: bpy.types.NodeSocket, second: bpy.types.NodeSocket | float
+    ) -> bpy.types.NodeSocket:
         node = self._node("ShaderNodeMath", operation=operation)
         self._link(first, node.inputs[0])
         if isinstance(second, bpy.types.NodeSocket):
@@ -135,11 +139,18 @@ class _Builder:
             self._link(moved.outputs[0], joined.inputs[0])
         return joined.outputs[0]
 
-    def _fill(self, node: bpy.types.Node, **values) -> None:
+    def _fill(self, node: bpy.types.Node, **values: Any) -> None:
         for name, value in values.items():
             node.inputs[name].default_value = value
 
-    def _instances(self, points, chosen, attribute: str, shape, length) -> bpy.types.NodeSocket:
+    def _instances(
+        self,
+        points: bpy.types.NodeSocket,
+        chosen: bpy.types.NodeSocket,
+        attribute: str,
+        shape: bpy.types.NodeSocket,
+        length: bpy.types.NodeSocket,
+    ) -> bpy.types.NodeSocket:
         """The shape along a direction attribute at the chosen points that have it."""
         named = self._node("GeometryNodeInputNamedAttribute", data_type=RESULTS[attribute][1])
         named.inputs["Name"].default_value = attribute
@@ -158,14 +169,16 @@ class _Builder:
         self._link(length, placed.inputs["Scale"])
         return placed.outputs["Instances"]
 
-    def _shown(self, shown, geometry) -> bpy.types.NodeSocket:
+    def _shown(
+        self, shown: bpy.types.NodeSocket, geometry: bpy.types.NodeSocket
+    ) -> bpy.types.NodeSocket:
         node = self._node("GeometryNodeSwitch", input_type="GEOMETRY")
         self._link(shown, node.inputs["Switch"])
         self._link(geometry, _usable(node.inputs, "True"))
         return _usable(node.outputs, "Output")
 
 
-def _usable(sockets, name: str) -> bpy.types.NodeSocket:
+def _usable(sockets: bpy.types.NodeInputs, name: str) -> bpy.types.NodeSocket:
     """The socket of that name for the type chosen: some Blenders hide one for every type."""
     return next(socket for socket in sockets if socket.name == name and socket.enabled)
 

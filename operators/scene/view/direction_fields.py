@@ -5,23 +5,45 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ...data import record
 from ...mesh.attributes import read_result
-from ...mesh.fetch import unit_vectors
+from ...mesh.fetch import fetch, unit_vectors
 from ...mesh.read import positions, vertex_normals
 from .. import homes
 from ..retopology import guidance_objects
 
 
 def read_field(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:
-    """Places, d1, d2 (n, 3) and gap (n,) at the vertices; None where there is nothing to draw."""
+    """Places, d1, d2 (n, 3) and gap (n,) at the vertices; None where there is nothing to draw.
+
+    Within umbilical regions, where no direction means anything, the gap is 0.
+    """
     mesh = _readable(obj, homes.DETECTION)
     if mesh is None:
         return None
     names = ("umbilics_d1", "umbilics_d2", "umbilics_gap")
-    found = [read_result(mesh, name) for name in names]
-    if any(values is None for values in found):
+    found = [values for name in names if (values := read_result(mesh, name)) is not None]
+    if len(found) < len(names):
         return None
-    return positions(_as_seen(obj, mesh)), *found
+    d1, d2, gap = found
+    gap = np.where(_undirected(obj, mesh), 0.0, gap).astype(np.float32)
+    return positions(_as_seen(obj, mesh)), d1, d2, gap
+
+
+def _undirected(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> np.ndarray:
+    """(n,) bool vertices of the mesh inside regions without directions."""
+    kept, number = record.of(obj), read_result(mesh, "umbilics_region")
+    inside = np.zeros(len(mesh.vertices), bool)
+    if kept is None or number is None or not kept.detection.regions:
+        return inside
+    without = [not one.has_directions for one in kept.detection.regions]
+    faces = np.append(False, without)[np.clip(number, 0, len(without))]
+    corners = fetch(mesh.loops, "vertex_index", 1, np.int32)
+    sizes = fetch(mesh.polygons, "loop_total", 1, np.int32)
+    inside[corners[np.repeat(faces, sizes)]] = True
+    # At the rim of a region there are directions beside it.
+    inside[corners[np.repeat(~faces, sizes)]] = False
+    return inside
 
 
 def read_cross(obj: bpy.types.Object) -> tuple[np.ndarray, ...] | None:

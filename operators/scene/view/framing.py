@@ -1,4 +1,4 @@
-"""Bring an umbilic into view."""
+"""Bring an umbilic, a pole or a mark of a check into view."""
 
 from __future__ import annotations
 
@@ -13,16 +13,41 @@ _EDGES, _PART = 30.0, 0.15
 _ASLANT = 0.3
 
 
-def frame(context: bpy.types.Context, row: int) -> bool:
-    """Move the 3D view to a candidate of the active object; False without a 3D view."""
+def frame(context: bpy.types.Context, obj: bpy.types.Object, row: int) -> bool:
+    """Move the 3D view to a candidate of an object; False without a 3D view or results."""
+    kept = record.of(obj)
+    if kept is None:
+        return False
+    position, normal = (Vector(vector) for vector in record.place_now(obj, kept, row))
+    distance = max(_EDGES * float(kept.edge[row]), _PART * kept.extent)
+    return _look_at(context, position, normal, distance)
+
+
+def frame_pole(context: bpy.types.Context, empty: bpy.types.Object) -> bool:
+    """Move the 3D view to a pole, whose z axis is the normal; False without a 3D view."""
+    place = empty.matrix_world
+    size = max(empty.parent.dimensions) if empty.parent is not None else 1.0
+    normal = place.col[2].to_3d().normalized()
+    return _look_at(context, place.translation.copy(), normal, _PART * size)
+
+
+def frame_mark(context: bpy.types.Context, obj: bpy.types.Object, number: int) -> bool:
+    """Move the 3D view to a mark of the object's check; False without a 3D view."""
+    place = obj.umbilics_check.marks[number].place
+    found, _, normal, _ = obj.closest_point_on_mesh(place)
+    across = obj.matrix_world.to_3x3().inverted_safe().transposed() @ (
+        normal if found else Vector((0.0, 0.0, 1.0))
+    )
+    distance = _PART * max(obj.dimensions)
+    return _look_at(context, obj.matrix_world @ Vector(place), across.normalized(), distance)
+
+
+def _look_at(context: bpy.types.Context, position: Vector, normal: Vector, distance: float) -> bool:
     view = _view(context)
     if view is None:
         return False
-    obj = context.view_layer.objects.active
-    kept = record.of(obj)
-    position, normal = (Vector(vector) for vector in record.place_now(obj, kept, row))
     view.view_location = position
-    view.view_distance = max(_EDGES * float(kept.edge[row]), _PART * kept.extent)
+    view.view_distance = distance
     if (view.view_rotation @ Vector((0.0, 0.0, 1.0))).dot(normal) < _ASLANT:
         view.view_rotation = normal.to_track_quat("Z", "Y")
     return True

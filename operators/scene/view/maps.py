@@ -4,15 +4,16 @@ The mesh is the one that holds the results. Where that is not the object's own, 
 ours shows it in the same place.
 
 The attribute `umbilics_map` is on vertices for values and surface types, on face corners for
-regions. The mesh remembers in `umbilics_colour_before` which colour attribute was active, and in
-`umbilics_map_shown` what its colours mean. One range serves all the meshes that show a map, so
-that a colour means the same everywhere and one legend is true for all.
+regions and the angles of a check. The mesh remembers in `umbilics_colour_before` which colour
+attribute was active, and in `umbilics_map_shown` what its colours mean. One range serves all the
+meshes that show a map, so that a colour means the same everywhere and one legend is true for all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -21,8 +22,10 @@ from .... import core
 from ...base import changes, units
 from ...drawing import colour_maps
 from ...mesh.attributes import RESULTS, read_result, to_corners
+from ...mesh.fetch import fetch
 from .. import display_objects
 from ..homes import mesh_of, move_out
+from ..retopology.checks import ATTRIBUTES
 from ..targets import is_local
 from ..transaction import Transaction, all_or_nothing
 
@@ -33,7 +36,7 @@ SHOWN = "umbilics_map_shown"
 # Where zero parts the values in two, and which power of 1 / length they are.
 _SIGNED = {"k1": True, "k2": True, "mean": True, "gauss": True, "gap": False}
 # Maps whose low values are dark, so that what is drawn over them has to be light.
-_DARK = ("gap",)
+_DARK = ("gap", "check_angle")
 POWER = {"k1": 1, "k2": 1, "mean": 1, "gauss": 2, "gap": 1}
 TITLES = {
     "k1": "Curvature κ₁",
@@ -43,6 +46,16 @@ TITLES = {
     "gap": "Gap κ₁ − κ₂",
     "type": "Surface type",
     "region": "Umbilical regions",
+    "check_angle": "Angle to the curvature  [°]",
+}
+# The largest angle between two crosses, in degrees.
+_LARGEST_ANGLE = 45.0
+_FROM_CURVATURES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "k1": lambda k1, k2: k1,
+    "k2": lambda k1, k2: k2,
+    "mean": lambda k1, k2: 0.5 * (k1 + k2),
+    "gauss": lambda k1, k2: k1 * k2,
+    "gap": lambda k1, k2: k1 - k2,
 }
 # With as many regions the colours are not told apart by a legend any more.
 _MOST_NAMED = 8
@@ -82,13 +95,13 @@ def is_dark(obj: bpy.types.Object) -> bool:
     return shown is not None and shown["map"] in _DARK
 
 
-def _shown(mesh: bpy.types.Mesh | None) -> dict | None:
+def _shown(mesh: bpy.types.Mesh | None) -> dict[str, Any] | None:
     """What the mesh says of its colours; None where it says nothing, or nothing that can be, in
     a damaged file."""
-    found = None if mesh is None else mesh.get(SHOWN)
-    if not hasattr(found, "to_dict"):
+    kept: Any = None if mesh is None else mesh.get(SHOWN)
+    if not hasattr(kept, "to_dict"):
         return None
-    found = found.to_dict()
+    found: dict[str, Any] = kept.to_dict()
     numbers = [found.get(name) for name in ("low", "high")]
     if found.get("map") not in TITLES or not all(isinstance(one, float) for one in numbers):
         return None
@@ -109,25 +122,46 @@ def write(
 ) -> int:
     """As `show`, in a transaction."""
     display = context.scene.umbilics_display
-    values = {}
+    meshes, values = {}, {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
         mesh = move_out(obj, RESULTS, transaction)
-        found = None if mesh is None else _values(mesh, display.map)
+        if mesh is None:
+            continue
+        found = _values(mesh, display.map)
         if found is not None:
-            values[obj] = found
+            meshes[obj], values[obj] = mesh, found
     low = high = 0.0
     if display.map in POWER and values:
         transaction.on_failure(_set_range, display, display.range_low, display.range_high)
         low, high = _range(display, np.concatenate(list(values.values())))
-    for obj, found in values.items():
-        mesh = mesh_of(obj)
+    for obj, mesh in meshes.items():
         transaction.keep_attributes(mesh, (NAME,))
         transaction.keep_custom(mesh, (BEFORE, SHOWN))
-        _store(mesh, *_coloured(obj, display.map, found, low, high))
+        _store(mesh, *_coloured(obj, display.map, values[obj], low, high))
         mesh[SHOWN] = {"map": display.map, "low": low, "high": high}
         if mesh != obj.data:
             display_objects.place(context, obj, mesh, True, transaction)
     return sum(obj in values for obj in objects)
+
+
+def show_check(obj: bpy.types.Object) -> bool:
+    """Colour a mesh that was checked, in Object Mode, by the angle between its quads and the
+    directions of curvature; False where it has none."""
+    mesh = obj.data
+    angle = read_result(mesh, "umbilics_check_angle", ATTRIBUTES)
+    if angle is None:
+        return False
+    # Faces without an angle are stored as zero, like those that follow the curvature exactly.
+    quad = fetch(mesh.polygons, "loop_total", 1, np.int32) == 4
+    angle = np.where(quad, angle, np.nan)
+    colours = colour_maps.coloured(angle, 0.0, _LARGEST_ANGLE, colour_maps.sequential())
+    corners = np.repeat(colours, fetch(mesh.polygons, "loop_total", 1, np.int32), axis=0)
+    with all_or_nothing() as transaction:
+        transaction.keep_attributes(mesh, (NAME,))
+        transaction.keep_custom(mesh, (BEFORE, SHOWN))
+        _store(mesh, corners, "CORNER")
+        mesh[SHOWN] = {"map": "check_angle", "low": 0.0, "high": _LARGEST_ANGLE}
+    return True
 
 
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -152,9 +186,9 @@ def _coloured(
 
 def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Remove the colours and make the attribute active that was; whether there were any."""
-    if not is_shown_on(obj):
-        return False
     mesh = mesh_of(obj)
+    if mesh is None or _shown(mesh) is None:
+        return False
     if mesh != obj.data:
         display = display_objects.display_of(obj)
         if display is not None:
@@ -173,9 +207,11 @@ def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transac
     return True
 
 
-def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
-    """What the colours that `show` gave the object mean."""
+def legend(scene: bpy.types.Scene, obj: bpy.types.Object | None) -> Legend | None:
+    """What the colours that `show` gave the object mean; None if it shows none."""
     shown = _shown(mesh_of(obj))
+    if obj is None or shown is None:
+        return None
     name = shown["map"]
     title = TITLES[name]
     if name == "type":
@@ -186,6 +222,8 @@ def legend(scene: bpy.types.Scene, obj: bpy.types.Object) -> Legend:
         count = min(count, _MOST_NAMED)
         names = ("None", *(f"Region {number + 1}" for number in range(count)))
         return Legend(title, _region_colours(count), 0.0, 0.0, names)
+    if name == "check_angle":
+        return Legend(title, colour_maps.sequential(), shown["low"], shown["high"])
     unit, factor = units.of_curvature(scene, POWER[name])
     low, high = shown["low"] * factor, shown["high"] * factor
     return Legend(f"{title}  [{unit}]", _scale(name), low, high)
@@ -202,13 +240,7 @@ def _values(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
     k2 = read_result(mesh, "umbilics_k2")
     if k1 is None or k2 is None:
         return None
-    return {
-        "k1": lambda: k1,
-        "k2": lambda: k2,
-        "mean": lambda: 0.5 * (k1 + k2),
-        "gauss": lambda: k1 * k2,
-        "gap": lambda: k1 - k2,
-    }[name]()
+    return _FROM_CURVATURES[name](k1, k2)
 
 
 def _range(display: bpy.types.PropertyGroup, values: np.ndarray) -> tuple[float, float]:

@@ -28,7 +28,7 @@ def shapes_of(context: bpy.types.Context, obj: bpy.types.Object, faint: bool) ->
     if kept is None:
         return []
     display, look = context.scene.umbilics_display, Appearance(context)
-    opacity = _opacity(faint)
+    opacity = opacity_of(faint)
     shapes = _left_out(obj, context.scene, look, opacity) if display.dropped else []
     rows = filters.shown_rows(obj, context.scene)
     if not len(rows):
@@ -60,7 +60,7 @@ def crowds(
     """Rows (k,) of the candidates to be drawn by `diamonds`, since they are too many for glyphs,
     with their opacity; in the order they are drawn."""
     display = context.scene.umbilics_display
-    found, opacity = [], _opacity(faint)
+    found, opacity = [], opacity_of(faint)
     if display.dropped:
         found.append((filters.left_out_rows(obj, context.scene), _FAINT * opacity))
     if display.glyphs:
@@ -79,7 +79,8 @@ def shown_by_empties(obj: bpy.types.Object) -> np.ndarray:
     return np.array(sorted(rows), dtype=int)
 
 
-def _opacity(faint: bool) -> float:
+def opacity_of(faint: bool) -> float:
+    """How opaque results are drawn; `faint`: they are stale, and look it."""
     return 0.35 if faint else 1.0
 
 
@@ -88,7 +89,7 @@ def _left_out(
 ) -> list[Shape]:
     """Hollow, faint glyphs of what the opening leaves out."""
     kept, rows = record.of(obj), filters.left_out_rows(obj, scene)
-    if len(rows) > CROWD:
+    if kept is None or len(rows) > CROWD:
         return []
     candidates = kept.detection.candidates.select(rows)
     back = np.linalg.inv(kept.matrix)

@@ -90,7 +90,7 @@ def _areas() -> list[tuple[bpy.types.Screen, bpy.types.Area]]:
 
 
 @persistent
-def _after_undo(*_):
+def _after_undo(*_: object) -> None:
     if any(map(maps.is_shown_on, bpy.data.objects)):
         return
     for screen, area in _areas():
@@ -99,7 +99,7 @@ def _after_undo(*_):
 
 
 @persistent
-def _after_redo(*_):
+def _after_redo(*_: object) -> None:
     if not any(map(maps.is_shown_on, bpy.data.objects)):
         return
     for screen, area in _areas():
@@ -109,7 +109,7 @@ def _after_redo(*_):
 
 
 @persistent
-def _after_load(*_):
+def _after_load(*_: object) -> None:
     _forget_undone()
 
 

@@ -14,7 +14,7 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from .crosses import QUARTER, Crosses, fans
-from .sectors import least_turns, sector_turns
+from .sectors import fitting_turns, least_turns, sector_angles, sector_turns
 
 # Opposite poles cancel when they are nearer than this, in lengths of quads; those that part go
 # so far, and partners are looked for this far away.
@@ -75,20 +75,23 @@ class _Moves:
 
     def open_corners(self) -> None:
         edge, turns = sector_turns(self.crosses)
-        for start in edge[turns < self.least[edge]].tolist():
-            corner, _ = fans(self.crosses.twin, self.crosses.feature, np.array([start]))
+        wanted = fitting_turns(sector_angles(self.crosses, edge), turns, self.least[edge])
+        for item in np.flatnonzero(wanted != turns).tolist():
+            corner, _ = fans(self.crosses.twin, self.crosses.feature, edge[item : item + 1])
             # Edges within the sector: where all corners but the first begin.
             inside = corner[1:]
             inside = inside[self.free[self.crosses.head[inside]]]
             if not len(inside):
                 continue
-            out = int(inside[len(inside) // 2])
-            first = int(self.crosses.head[out])
-            found = self._partner(first, 1)
-            if found is None:
-                continue
-            self._turn(out, 1)
-            self._along(first, *found)
+            gain = int(np.sign(wanted[item] - turns[item]))
+            for _ in range(abs(int(wanted[item] - turns[item]))):
+                out = int(inside[len(inside) // 2])
+                first = int(self.crosses.head[out])
+                found = self._partner(first, gain)
+                if found is None:
+                    break
+                self._turn(out, gain)
+                self._along(first, *found, gain)
 
     def part(self) -> None:
         for vertex in np.flatnonzero(self.free & ((self.turns < 3) | (self.turns > 5))).tolist():

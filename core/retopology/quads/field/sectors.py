@@ -7,6 +7,11 @@ import numpy as np
 from ....mesh.half_edges import previous
 from .crosses import QUARTER, Crosses, fans
 
+# Least sine of the angle that quads have in a corner between features: so much a good quad has.
+FLAT = 0.6
+# How far along features their corners are looked at, in lengths of quads, and steps for it.
+LOOKED, MOST_STEPS = 0.5, 200
+
 
 def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     """Feature half-edges, each the start of a sector anticlockwise around its tail up to the next
@@ -26,6 +31,103 @@ def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
     # Both ends turn to the axes that they count as.
     total += _off_axis(crosses, first) - _off_axis(crosses, last)
     return first, np.rint(total / QUARTER).astype(np.int64)
+
+
+def sector_angles(crosses: Crosses, first: np.ndarray) -> np.ndarray:
+    """(f,) angles on the surface of the sectors that start at feature half-edges (f,).
+
+    Where one feature only passes it is seen from half a quad away to both sides: the jags of a
+    torn border or of a crease on a rough surface are no corners.
+    """
+    if not len(first):
+        return np.zeros(0)
+    corner, start = fans(crosses.twin, crosses.feature, first)
+    total: np.ndarray = np.add.reduceat(crosses.corner_angle[corner], start[:-1])
+    vertex = crosses.tail[first]
+    last = previous(corner[start[1:] - 1])
+    far = _Chains(crosses)
+    passing = np.flatnonzero(far.passed[vertex])
+    vertex, ahead, behind = (
+        vertex[passing],
+        crosses.head[first[passing]],
+        crosses.tail[last[passing]],
+    )
+    size = LOOKED * crosses.size[first[passing] // 3]
+    at = crosses.vertices[vertex]
+    out, back = far.point(vertex, ahead, size) - at, far.point(vertex, behind, size) - at
+    normal = _normals(crosses)[vertex]
+    out -= normal * np.einsum("fc,fc->f", out, normal)[:, None]
+    back -= normal * np.einsum("fc,fc->f", back, normal)[:, None]
+    sine = np.einsum("fc,fc->f", np.cross(out, back), normal)
+    angle = np.arctan2(sine, np.einsum("fc,fc->f", out, back)) % (2.0 * np.pi)
+    total[passing] = angle
+    return total
+
+
+class _Chains:
+    """Features as ways from vertex to vertex."""
+
+    def __init__(self, crosses: Crosses) -> None:
+        self._vertices = crosses.vertices
+        edge = np.flatnonzero(crosses.feature)
+        pair = np.sort(np.column_stack([crosses.tail[edge], crosses.head[edge]]), axis=1)
+        pair = np.unique(pair, axis=0)
+        end = np.concatenate([pair[:, 0], pair[:, 1]])
+        other = np.concatenate([pair[:, 1], pair[:, 0]])
+        count = np.bincount(end, minlength=len(crosses.vertices))
+        # (n,) bool: one feature, and nothing else, goes on through the vertex.
+        self.passed = count == 2
+        order = np.argsort(end, kind="stable")
+        order = order[self.passed[end[order]]]
+        self._beside = np.full((len(count), 2), -1)
+        self._beside[end[order][::2]] = other[order].reshape(-1, 2)
+
+    def point(self, vertex: np.ndarray, towards: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """(f, 3) points so far along the feature from vertices towards those beside them, or
+        where it ends before."""
+        before, here = vertex.copy(), towards.copy()
+        place = self._vertices[here].copy()
+        step = np.linalg.norm(place - self._vertices[before], axis=1)
+        left = length - step
+        going = np.arange(len(vertex))
+        for _ in range(MOST_STEPS):
+            on = (left[going] > 0.0) & self.passed[here[going]] & (here[going] != vertex[going])
+            going = going[on]
+            if not len(going):
+                break
+            beside = self._beside[here[going]]
+            onward = np.where(beside[:, 0] == before[going], beside[:, 1], beside[:, 0])
+            before[going], here[going] = here[going], onward
+            there = self._vertices[onward]
+            left[going] -= np.linalg.norm(there - place[going], axis=1)
+            place[going] = there
+        return place
+
+
+def _normals(crosses: Crosses) -> np.ndarray:
+    """(n, 3) unit normals at vertices."""
+    angle = crosses.corner_angle
+    total = np.stack(
+        [
+            np.bincount(
+                crosses.tail,
+                angle * np.repeat(crosses.normal[:, k], 3),
+                minlength=len(crosses.vertices),
+            )
+            for k in range(3)
+        ],
+        axis=1,
+    )
+    return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+
+
+def fitting_turns(angle: np.ndarray, turns: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """(f,) int64 the quarter turns that sectors of such angles should have: those that they have
+    unless their quads would be flat or pointed there."""
+    share = angle / np.maximum(turns, 1)
+    unfit = (share >= np.pi) | (np.sin(np.minimum(share, np.pi)) < FLAT) | (turns < least)
+    best = np.maximum(np.rint(angle / QUARTER).astype(np.int64), 1)
+    return np.maximum(np.where(unfit, best, turns), least)
 
 
 def _off_axis(crosses: Crosses, edge: np.ndarray) -> np.ndarray:

@@ -39,7 +39,7 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     deviator = deviators(laid)
     size = np.abs(deviator)
     of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2
-    sure = laid.cross.confidence[laid.working.surface.triangles].min(axis=1)
+    sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)
     sure = np.where(laid.wishes.undirected, 0.0, sure)
     angle = np.angle((1.0 - sure) * of_cross**4 + sure * of_curvature) / 4.0
     # Quads along features stay along them.

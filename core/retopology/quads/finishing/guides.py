@@ -8,6 +8,12 @@ import numpy as np
 
 from .projection import ClosestPoints
 
+# Cosine to the surface down to which a quad's own plane is taken for the surface's under it: on
+# coarse and sharp surfaces it is the better one, folded quads have none.
+OWN_PLANE = 0.5
+# A vertex on a curve goes this part of the way to the next at most.
+NEAREST = 0.4
+
 
 @dataclass(frozen=True)
 class Guides:
@@ -60,3 +66,45 @@ def vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
         for axis in range(3)
     ]
     return np.stack(total, axis=1)
+
+
+def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndarray:
+    """(q, 3) unit normals of the planes in which quads (q, 4, 3), with normals (q, 4, 3) at their
+    corners, are seen."""
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    triangle, _ = guides.surface(at.mean(axis=1), normals.sum(axis=1))
+    return own_planes(normal, guides.surface.normal[triangle])
+
+
+def own_planes(normal: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """(q, 3) unit normals of quads, or of the surface below where they are too far from it."""
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    own = normal / np.maximum(length, np.finfo(float).tiny)
+    near = np.einsum("qc,qc->q", own, below) > OWN_PLANE
+    return np.where(near[:, None], own, below)
+
+
+def moved_along(
+    start: np.ndarray,
+    step: np.ndarray,
+    rows: np.ndarray,
+    position: np.ndarray,
+    quads: np.ndarray,
+    guides: Guides,
+) -> np.ndarray:
+    """Where the vertices `rows` (r,) at `start` (r, 3) come by a step (r, 3): on the surface, and
+    on its curve who slides along one, without coming too near to the next."""
+    held = guides.curve[rows] >= 0
+    step = step.copy()
+    if held.any():
+        ends = position[guides.beside[rows[held]]]
+        room = NEAREST * np.linalg.norm(ends - start[held][:, None], axis=2).min(axis=1)
+        length = np.linalg.norm(step[held], axis=1)
+        step[held] *= np.minimum(1.0, room / np.maximum(length, np.finfo(float).tiny))[:, None]
+    moved = start + step
+    for curve in np.unique(guides.curve[rows[held]]):
+        mine = np.flatnonzero(guides.curve[rows] == curve)
+        moved[mine] = on_curve(moved[mine], *guides.curves[int(curve)])
+    normals = vertex_normals(position, quads)[rows[~held]]
+    moved[~held] = guides.surface(moved[~held], normals)[1]
+    return moved

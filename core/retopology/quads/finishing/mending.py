@@ -1,52 +1,61 @@
-"""Opening folded quads: each of their vertices goes where its worst quad is best.
+"""Opening folded and flat quads: their vertices and those around move together until every corner
+is well open.
 
-A search by trial in the plane of the surface, for the few quads that evening out leaves bad
-(optimization-based smoothing: Freitag & Ollivier-Gooch 1997,
-10.1002/(SICI)1097-0207(19971115)40:21<3979::AID-NME251>3.0.CO;2-9).
+What the sines of the corners miss, squared, is summed over the neighbourhoods of bad quads and
+minimized over the tangent planes of their vertices, those on features along them
+(optimization-based smoothing: Freitag & Ollivier-Gooch 1997, 10.1002/(SICI)1097-0207(19971115)
+40:21<3979::AID-NME251>3.0.CO;2-9; all vertices at once, by limited-memory quasi-Newton steps).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.optimize import minimize
 
 from ....base.progress import Progress
 from ..conformity import scaled_jacobian
-from .guides import Guides, on_curve, vertex_normals
+from .guides import Guides, moved_along, surface_axes, vertex_normals
 
-# A quad is well enough above this least sine at its corners.
-SOUND = 0.5
-# What a quad misses of this counts in a move, and what a move must gain.
-WANTED, GAIN = 0.7, 1e-4
-# A side shorter than this part of the longest counts as none.
-LEAST_SIDE = 0.03
-# Rounds, and tries in each: so many directions at each of these parts of an edge.
-ROUNDS, DIRECTIONS = 60, 8
-REACHES = (0.6, 0.3, 0.12, 0.05, 0.015)
+# A quad is bad below the first scaled Jacobian; corners are opened up to the second.
+SOUND, WANTED = 0.6, 0.7
+# Sides are not left shorter than this part of the mean, and that counts so much.
+LEAST_SIDE, SIDE_WEIGHT = 0.2, 4.0
+# How much a move by the mean side costs beside a corner that misses all.
+STAY = 0.02
+# Rounds, rings around bad quads that move in the first and the most, and steps in each round.
+ROUNDS, FIRST_RINGS, MOST_RINGS, STEPS = 10, 2, 5, 40
+# A vertex moves by this part of the mean side at most in a round.
+FARTHEST = 0.7
+# A round's move is halved so often while it makes things worse.
+HALVINGS = 3
+TINY = 1e-30
 
 
 def mend(position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Progress) -> None:
-    """Move vertices of bad quads, in place, while that makes their worst quads better."""
-    movable = ~guides.fixed
-    corner = np.argsort(quads.ravel(), kind="stable")
-    start = np.concatenate([[0], np.cumsum(np.bincount(quads.ravel(), minlength=len(position)))])
-    tired = np.zeros(len(position), np.int64)
-    for turn in range(ROUNDS):
+    """Move the vertices around bad quads, in place, while that makes them better."""
+    movable = ~guides.fixed & ((guides.curve < 0) | (guides.beside >= 0).all(axis=1))
+    rings = FIRST_RINGS
+    for _ in range(ROUNDS):
         progress.step(1.0)
         quality = oriented_quality(position, quads, guides)
         bad = quality < SOUND
         if not bad.any():
             return
-        at = np.unique(quads[bad])
-        at = at[movable[at] & (tired[at] <= turn)]
-        worst = np.array([quality[corner[start[v] : start[v + 1]] // 4].min() for v in at])
-        chosen = _apart(at[np.argsort(worst, kind="stable")], quads, corner, start)
-        if not len(chosen):
+        near = np.zeros(len(position), bool)
+        near[quads[bad]] = True
+        for _ in range(rings):
+            near[quads[near[quads].any(axis=1)]] = True
+        rows = np.flatnonzero(near & movable)
+        mine = np.flatnonzero(near[quads].any(axis=1))
+        if not len(rows):
             return
-        moved = _search(chosen, position, quads, guides, corner, start)
-        # Who has found nothing better rests, until others have moved.
-        tired[chosen[~moved]] = turn + 3
-        if not moved.any() and (tired[at] > turn).all():
-            return
+        step = _Opening(position, quads[mine], guides, rows).step()
+        if not _applied(position, quads[mine], guides, rows, step):
+            if rings == MOST_RINGS:
+                return
+            rings = MOST_RINGS
 
 
 def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
@@ -60,85 +69,110 @@ def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) ->
     return np.where(against, -np.abs(quality) - 1e-6, quality)
 
 
-def _apart(
-    order: np.ndarray, quads: np.ndarray, corner: np.ndarray, start: np.ndarray
-) -> np.ndarray:
-    """Of vertices in this order, those that share no quad with an earlier one."""
-    taken: set[int] = set()
-    chosen = []
-    for vertex in order.tolist():
-        mine = set((corner[start[vertex] : start[vertex + 1]] // 4).tolist())
-        if not mine & taken:
-            taken |= mine
-            chosen.append(vertex)
-    return np.array(chosen, np.int64)
+def _applied(
+    position: np.ndarray, quads: np.ndarray, guides: Guides, rows: np.ndarray, step: np.ndarray
+) -> bool:
+    """Move the vertices by the step or a part of it, in place, if that is better at all."""
+    before = position[rows]
+    missing = _missing(position, quads, guides)
+    for halving in range(HALVINGS):
+        position[rows] = moved_along(before, step * 0.5**halving, rows, position, quads, guides)
+        if _missing(position, quads, guides) < missing:
+            return True
+        position[rows] = before
+    return False
 
 
-def _search(
-    chosen: np.ndarray,
-    position: np.ndarray,
-    quads: np.ndarray,
-    guides: Guides,
-    corner: np.ndarray,
-    start: np.ndarray,
-) -> np.ndarray:
-    """Move each of the vertices to its best try, in place; which of them (c,) bool have moved."""
-    normal = vertex_normals(position, quads)[chosen]
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    moved = np.zeros(len(chosen), bool)
-    tries, owner = [], []
-    for row, vertex in enumerate(chosen.tolist()):
-        around = quads[corner[start[vertex] : start[vertex + 1]] // 4]
-        reach = np.linalg.norm(position[around] - position[vertex], axis=2).max()
-        x = np.cross(normal[row], np.eye(3)[np.abs(normal[row]).argmin()])
-        x /= max(np.linalg.norm(x), np.finfo(float).tiny)
-        y = np.cross(normal[row], x)
-        angle = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
-        ring = np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y
-        # Also the middle of what is around.
-        middle = position[around].reshape(-1, 3).mean(axis=0)
-        points = position[vertex] + reach * np.concatenate([part * ring for part in REACHES])
-        points = np.concatenate([points, middle[None]])
-        if guides.curve[vertex] >= 0:
-            points = on_curve(points, *guides.curves[int(guides.curve[vertex])])
-        tries.append(points)
-        owner.append(np.full(len(points), row))
-    points, owner = np.concatenate(tries), np.concatenate(owner)
-    loose = guides.curve[chosen[owner]] < 0
-    points[loose] = guides.surface(points[loose], normal[owner[loose]])[1]
-    for row, vertex in enumerate(chosen.tolist()):
-        mine = points[owner == row]
-        around = quads[corner[start[vertex] : start[vertex + 1]] // 4]
-        before = _wanting(
-            position[around][None], around == vertex, position[vertex][None], normal[row]
+def _missing(position: np.ndarray, quads: np.ndarray, guides: Guides) -> float:
+    quality = oriented_quality(position, quads, guides)
+    return float((np.maximum(WANTED - quality, 0.0) ** 2).sum())
+
+
+@dataclass
+class _Axes:
+    """(r, 3) directions in which vertices may move, the second 0 on features."""
+
+    x: np.ndarray
+    y: np.ndarray
+
+
+class _Opening:
+    """The problem of one round: unknowns are moves in the axes, in mean sides."""
+
+    def __init__(
+        self, position: np.ndarray, quads: np.ndarray, guides: Guides, rows: np.ndarray
+    ) -> None:
+        self.base = position[quads]
+        self.up = surface_axes(self.base, vertex_normals(position, quads)[quads], guides)
+        side = np.linalg.norm(np.roll(self.base, -1, axis=1) - self.base, axis=2)
+        self.side = max(float(side.mean()), TINY)
+        local = np.full(len(position), -1)
+        local[rows] = np.arange(len(rows))
+        self.local = local[quads]
+        self.moves = self.local >= 0
+        self.axes, self.most = self._axes(position, quads, guides, rows)
+
+    def _axes(
+        self, position: np.ndarray, quads: np.ndarray, guides: Guides, rows: np.ndarray
+    ) -> tuple[_Axes, np.ndarray]:
+        normal = vertex_normals(position, quads)[rows]
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), TINY)[:, None]
+        least = np.eye(3)[np.abs(normal).argmin(axis=1)]
+        x = np.cross(normal, least)
+        x /= np.maximum(np.linalg.norm(x, axis=1), TINY)[:, None]
+        y = np.cross(normal, x)
+        most = np.full(len(rows), FARTHEST)
+        held = np.flatnonzero(guides.curve[rows] >= 0)
+        ends = position[guides.beside[rows[held]]]
+        along = ends[:, 1] - ends[:, 0]
+        x[held] = along / np.maximum(np.linalg.norm(along, axis=1), TINY)[:, None]
+        y[held] = 0.0
+        return _Axes(x, y), most
+
+    def step(self) -> np.ndarray:
+        """(r, 3) the move of each vertex."""
+        start = np.zeros(2 * len(self.most))
+        bound = np.repeat(self.most, 2)
+        found = minimize(
+            self._value,
+            start,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=np.column_stack([-bound, bound]),
+            options={"maxiter": STEPS},
         )
-        after = _wanting(
-            np.broadcast_to(position[around], (len(mine), *around.shape, 3)),
-            around == vertex,
-            mine,
-            normal[row],
+        return self._moved(found.x)
+
+    def _moved(self, unknown: np.ndarray) -> np.ndarray:
+        by = self.side * unknown.reshape(-1, 2)
+        return by[:, :1] * self.axes.x + by[:, 1:] * self.axes.y
+
+    def _value(self, unknown: np.ndarray) -> tuple[float, np.ndarray]:
+        """The sum that is minimized, and its gradient."""
+        at = self.base.copy()
+        at[self.moves] += self._moved(unknown)[self.local[self.moves]]
+        out = np.roll(at, -1, axis=1) - at
+        back = np.roll(at, 1, axis=1) - at
+        length = np.sqrt((out**2).sum(axis=2) + (1e-4 * self.side) ** 2)
+        before = np.roll(length, 1, axis=1)
+        up = self.up[:, None]
+        sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
+        sine /= length * before
+        open_ = np.maximum(WANTED - sine, 0.0)
+        short = np.maximum(LEAST_SIDE - length / self.side, 0.0)
+        value = (open_**2).sum() + SIDE_WEIGHT * (short**2).sum() + STAY * (unknown**2).sum()
+        # By the two sides at each corner, the one that leaves and the one back.
+        by_sine = (-2.0 * open_ / (length * before))[:, :, None]
+        turn = (2.0 * open_ * sine)[:, :, None]
+        by_out = by_sine * np.cross(back, up) + turn * out / (length**2)[:, :, None]
+        by_back = by_sine * np.cross(up, out) + turn * back / (before**2)[:, :, None]
+        by_out -= (2.0 * SIDE_WEIGHT / self.side * short / length)[:, :, None] * out
+        force = np.roll(by_out, 1, axis=1) + np.roll(by_back, -1, axis=1) - by_out - by_back
+        local = self.local[self.moves]
+        count = len(self.most)
+        total = np.stack(
+            [np.bincount(local, force[..., k][self.moves], minlength=count) for k in range(3)],
+            axis=1,
         )
-        best = int(after.argmin())
-        if after[best] < before[0] - GAIN:
-            position[vertex] = mine[best]
-            moved[row] = True
-    return moved
-
-
-def _wanting(
-    around: np.ndarray, here: np.ndarray, points: np.ndarray, normal: np.ndarray
-) -> np.ndarray:
-    """(t,) what is wanting in the quality of the quads (t, k, 4, 3), squared and summed, with a
-    vertex, where `here` (k, 4) says, put at points (t, 3)."""
-    at = np.where(here[None, :, :, None], points[:, None, None, :], around)
-    count, quads = at.shape[:2]
-    flat = at.reshape(-1, 3)
-    quality = scaled_jacobian(flat, np.arange(len(flat)).reshape(-1, 4))
-    area = np.cross(at[:, :, 2] - at[:, :, 0], at[:, :, 3] - at[:, :, 1]) @ normal
-    quality = quality.reshape(count, quads)
-    quality = np.where(area < 0.0, -np.abs(quality) - 1e-6, quality)
-    # Corners that fall together are no way out.
-    side = np.linalg.norm(np.roll(at, -1, axis=2) - at, axis=3)
-    flat_side = side.min(axis=2) < LEAST_SIDE * side.max(axis=2)
-    quality = np.where(flat_side, np.minimum(quality, -1.0), quality)
-    return (np.maximum(WANTED - quality, 0.0) ** 2).sum(axis=1)
+        slope = np.stack([(total * self.axes.x).sum(axis=1), (total * self.axes.y).sum(axis=1)], 1)
+        return float(value), self.side * slope.ravel() + 2.0 * STAY * unknown

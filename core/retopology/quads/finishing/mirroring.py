@@ -97,7 +97,7 @@ def halved(mesh: Triangles, normal: np.ndarray, offset: float) -> Triangles:
     # Where the plane was a crease it is a border now.
     tail, head = half.ends
     inside = np.abs(half.vertices @ normal - offset) < 1e-12
-    return replace(half, feature=half.feature & ~(inside[tail] & inside[head]))
+    return replace(half, feature=np.where(inside[tail] & inside[head], np.int8(0), half.feature))
 
 
 def mirrored(half: QuadMesh, plane: Plane, umbilics: Umbilics, size: float) -> QuadMesh:

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from ....base.progress import Progress
 from ..field.crosses import QUARTER
-from .guides import Guides, on_curve, vertex_normals
+from .guides import Guides, moved_along, own_planes, vertex_normals
 from .mending import mend
 
 # How much vertices stay where they are, beside what one quad wants.
@@ -29,8 +29,6 @@ TURNED, LEFT = 25.0, 40.0
 EVEN, LEAST_SIDE = 0.1, 0.175
 # Steps for which what is under the quads is looked up once.
 BETWEEN = 2
-# Nearest that vertices on a curve come to the next, as a part of the gap around them.
-NEAREST = 0.2
 
 
 def relaxed(
@@ -55,7 +53,7 @@ def relaxed(
         wanted = _wanted(position, quads, plane, inner)
         target = _mean(wanted, quads, count)
         together.step(position, wanted)
-        _slide(position, target, guides)
+        _slide(position, target, quads, guides)
         _back(position, quads, together.free, guides)
     mend(position, quads, guides, progress)
     return position, guides.surface(position, vertex_normals(position, quads))[0]
@@ -102,7 +100,7 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     triangle, _ = guides.surface(at.mean(axis=1), normal)
-    up = guides.surface.normal[triangle]
+    up = own_planes(normal, guides.surface.normal[triangle])
     x = guides.direction[triangle]
     x = x - up * np.einsum("qc,qc->q", x, up)[:, None]
     x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
@@ -148,23 +146,14 @@ def _mean(wanted: np.ndarray, quads: np.ndarray, count: np.ndarray) -> np.ndarra
     return np.stack(total, axis=1) / np.maximum(count, 1)[:, None]
 
 
-def _slide(position: np.ndarray, target: np.ndarray, guides: Guides) -> None:
+def _slide(position: np.ndarray, target: np.ndarray, quads: np.ndarray, guides: Guides) -> None:
     """One step of the vertices on curves towards `target` (n, 3), in place."""
     sliding = np.flatnonzero((guides.curve >= 0) & ~guides.fixed & (guides.beside >= 0).all(axis=1))
+    if not len(sliding):
+        return
     between = position[guides.beside[sliding]].mean(axis=1)
-    wanted = 0.5 * target[sliding] + 0.5 * between
-    for curve in np.unique(guides.curve[sliding]):
-        mine = guides.curve[sliding] == curve
-        rows = sliding[mine]
-        polyline = guides.curves[int(curve)]
-        moved = on_curve(position[rows] + RATE * (wanted[mine] - position[rows]), *polyline)
-        # Nobody comes too near to the next along the curve.
-        ends = position[guides.beside[rows]]
-        apart = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        gap = np.linalg.norm(ends - moved[:, None], axis=2).min(axis=1)
-        close = gap < NEAREST * apart
-        moved[close] = on_curve(between[mine][close], *polyline)
-        position[rows] = moved
+    step = RATE * (0.5 * target[sliding] + 0.5 * between - position[sliding])
+    position[sliding] = moved_along(position[sliding], step, sliding, position, quads, guides)
 
 
 def _back(position: np.ndarray, quads: np.ndarray, free: np.ndarray, guides: Guides) -> None:

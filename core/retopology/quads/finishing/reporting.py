@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ....base.progress import Progress
-from ....fields.planes import lay_out
-from ....umbilics.result import Detection
-from ...poles import UNATTACHED, plan_poles
+from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..field.crosses import QUARTER
 from ..layout.grids import Grids
@@ -44,7 +41,6 @@ def reported(
     placed: Placement,
     position: np.ndarray,
     triangle: np.ndarray,
-    detection: Detection,
 ) -> Report:
     """The report of quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
     surface = laid.working.surface
@@ -52,9 +48,7 @@ def reported(
     irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
     pole = np.full(len(position), -1)
     pole[irregular] = np.arange(len(irregular))
-    umbilic, confidence = _umbilics(
-        laid, position[irregular], topology.valence[irregular], detection
-    )
+    umbilic, confidence = _umbilics(laid, position[irregular], topology.valence[irregular])
     on_feature = np.where(
         placed.vertex >= 0, laid.map_.crosses.on_feature[np.maximum(placed.vertex, 0)], False
     )
@@ -94,14 +88,10 @@ def angle_to_curvature(laid: LaidOut, position: np.ndarray, quads: np.ndarray) -
 
 
 def _umbilics(
-    laid: LaidOut, position: np.ndarray, valence: np.ndarray, detection: Detection
+    laid: LaidOut, position: np.ndarray, valence: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The kept umbilic that each pole comes from, -1 for none, and the confidence in it."""
-    surface = laid.working.surface
-    planes = lay_out(surface, laid.working.field.lines, Progress())
-    mine = np.flatnonzero(np.isin(detection.umbilics.triangle, surface.source_triangle))
-    umbilics = detection.umbilics.select(mine)
-    plan = plan_poles(surface, planes, laid.cross, umbilics, [])
+    surface, plan = laid.working.surface, laid.planned.poles
     umbilic = np.full(len(position), -1)
     confidence = np.full(len(position), UNATTACHED)
     there = position * surface.unit + surface.origin
@@ -123,5 +113,5 @@ def _umbilics(
                 umbilic[own[pole]] = plan.umbilic[planned[choice]]
                 confidence[own[pole]] = plan.confidence[planned[choice]]
     known = umbilic >= 0
-    umbilic[known] = mine[umbilic[known]]
+    umbilic[known] = laid.wishes.umbilic_row[umbilic[known]]
     return umbilic, confidence

@@ -10,8 +10,9 @@ from .grids import Grids, grids, violations
 from .integers import whole_lengths
 from .laying_out import LaidOut
 
-# The number of quads may be off by this part; rounds of asking for more or fewer.
-CLOSE, ROUNDS = 0.03, 5
+# The number of quads may be off by this part; rounds of asking for more or fewer, and the part by
+# which scales differ at least.
+CLOSE, ROUNDS, CLOSEST = 0.025, 9, 1e-4
 # Rounds of forbidding merges before every arc gets a length.
 MOST_CUTS = 12
 
@@ -21,6 +22,8 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float
     scale = 1.0
     best: tuple[float, float, list[Grids]] = np.inf, scale, []
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
+    # Scales that are known to make too few and too many.
+    low, high = 0.0, np.inf
     for attempt in range(ROUNDS):
         progress.step(attempt / ROUNDS)
         made = [
@@ -32,7 +35,16 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float
             best = off, scale, made
         if off <= CLOSE:
             break
+        if total < asked:
+            low = max(low, scale)
+        else:
+            high = min(high, scale)
         scale *= float(np.clip(np.sqrt(asked / max(total, 1)), 0.5, 2.0))
+        # Whole numbers jump: what was tried is not tried again.
+        if not low * (1.0 + CLOSEST) < scale < high * (1.0 - CLOSEST):
+            if not low * (1.0 + CLOSEST) ** 2 < high or np.isinf(high) or low == 0.0:
+                break
+            scale = float(np.sqrt(low * high))
     return best[1:]
 
 

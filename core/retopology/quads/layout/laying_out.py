@@ -13,14 +13,16 @@ import numpy as np
 from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.half_edges import following
-from ...cross_field import CrossField, cross_field
-from ...settings import GuidanceSettings
+from ....umbilics.result import Umbilics
+from ...by_hand import Strokes, WantedPoles
 from ..field.crosses import Crosses, crosses
+from ..field.planned import PlannedField, planned_field
 from ..field.pole_moves import with_better_poles
 from ..field.sectors import shut_corners
 from ..mapping.seamless_map import SeamlessMap, pose
 from ..mapping.untangling import injective_map
 from ..surface.chains import chains
+from ..surface.subdivision import CREASE, MARK
 from ..surface.working_surface import WorkingSurface
 from .motorcycle_graph import motorcycle_graph
 from .rectangles import Layout
@@ -29,8 +31,8 @@ from .rectangles import Layout
 SMOOTHED_RINGS = 4
 # What the smoothness grows by once neither that nor fewer features help.
 SMOOTHER = 0.15
-# Attempts before giving up.
-ATTEMPTS = 12
+# Attempts before giving up, and those in which creases go but no marks.
+ATTEMPTS, LAST_CREASES = 12, 4
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Wishes:
     smoothness:
         Of the cross field, see `GuidanceSettings`.
     feature:
-        (3 m,) bool half-edges on features inside the surface.
+        (3 m,) int8 half-edges on features inside the surface, as in `Triangles`.
     size:
         (m,) float64 length of a quad's edge in each triangle.
     undirected:
@@ -51,8 +53,15 @@ class Wishes:
         (n,) bool vertices where no pole is wanted.
     mirror:
         (n,) bool vertices on the plane of symmetry.
-    smoothed, dropped:
-        How many places were smoothed and features left out so far.
+    umbilics, umbilic_row:
+        Those kept on the surface, in its triangles, and the rows (u,) int64 that they have among
+        all that were kept.
+    strokes:
+        Lines that the field is to run along, None for none.
+    wanted:
+        All the poles that there are to be, None where the field tells them.
+    smoothed, dropped, unmarked:
+        How many places were smoothed, creases left out and marks left out so far.
     """
 
     smoothness: float
@@ -61,8 +70,23 @@ class Wishes:
     undirected: np.ndarray
     avoided: np.ndarray
     mirror: np.ndarray
+    umbilics: Umbilics
+    umbilic_row: np.ndarray
+    strokes: Strokes | None = None
+    wanted: WantedPoles | None = None
     smoothed: int = 0
     dropped: int = 0
+    unmarked: int = 0
+
+    def without(self, edges: np.ndarray) -> Wishes:
+        """Without one feature, whose half-edges are given as (3 m,) bool."""
+        marked = bool((self.feature[edges] & MARK).any())
+        return replace(
+            self,
+            feature=np.where(edges, np.int8(0), self.feature),
+            dropped=self.dropped + (not marked),
+            unmarked=self.unmarked + marked,
+        )
 
 
 @dataclass(frozen=True)
@@ -71,7 +95,7 @@ class LaidOut:
 
     working: WorkingSurface
     wishes: Wishes
-    cross: CrossField
+    planned: PlannedField
     map_: SeamlessMap
     layout: Layout
 
@@ -88,14 +112,14 @@ def laid_out(
     """
     for attempt in range(attempts):
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
-        cross, crossed, wishes = _crossed(working, wishes, part)
+        planned, crossed, wishes = _crossed(working, wishes, part)
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
         if not faults.any():
             map_ = SeamlessMap(crossed, problem.seams, problem.places(x))
             layout = motorcycle_graph(map_, part.part("Drawing the layout", 0.9, 1.0))
             if layout is not None:
-                return LaidOut(working, wishes, cross, map_, layout)
+                return LaidOut(working, wishes, planned, map_, layout)
         residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
         near = grown(working.surface.triangles, faults, SMOOTHED_RINGS * (1 + attempt))
         wishes = gentler(working, wishes, near, residual, attempt)
@@ -115,25 +139,18 @@ def gentler(
     """Fewer wishes around the vertices `near` (n,) bool where the last have failed: a feature
     less, then directions smoothed, in turns, and in the end everywhere."""
     touched = near[working.surface.triangles].any(axis=1)
-    chosen = _least(working, wishes.feature, near, residual)
+    # What a user has marked stays as long as anything else can go.
+    bits = CREASE if attempt < LAST_CREASES else CREASE | MARK
+    chosen = _least(working, wishes.feature & bits > 0, near, residual)
     if chosen is not None and attempt % 2 == 0:
-        return replace(wishes, feature=wishes.feature & ~chosen, dropped=wishes.dropped + 1)
+        return wishes.without(chosen)
     if (touched & ~wishes.undirected).any() and attempt % 4 < 2:
         undirected = wishes.undirected | touched
         return replace(wishes, undirected=undirected, smoothed=wishes.smoothed + 1)
     smoothness = min(wishes.smoothness + SMOOTHER, 1.0)
     if smoothness < 1.0 or not wishes.feature.any():
         return replace(wishes, smoothness=smoothness)
-    none = np.zeros_like(wishes.feature)
-    return replace(wishes, smoothness=smoothness, feature=none, dropped=wishes.dropped + 1)
-
-
-def _pairs(triangles: np.ndarray, feature: np.ndarray) -> np.ndarray:
-    """(s, 2) ends of the feature edges."""
-    edge = np.flatnonzero(feature)
-    corners = triangles.ravel()
-    pairs = np.sort(np.column_stack([corners[edge], corners[following(edge)]]), axis=1)
-    return np.unique(pairs, axis=0)
+    return replace(wishes.without(wishes.feature > 0), smoothness=smoothness)
 
 
 def grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
@@ -146,40 +163,41 @@ def grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
 
 def _crossed(
     working: WorkingSurface, wishes: Wishes, progress: Progress
-) -> tuple[CrossField, Crosses, Wishes]:
+) -> tuple[PlannedField, Crosses, Wishes]:
     """The field, its crosses, and the wishes without features that meet at no angle."""
     surface = working.surface
-    settings = GuidanceSettings(smoothness=wishes.smoothness, feature_angle=180.0)
     while True:
         progress.step(0.1)
-        cross = cross_field(
-            surface,
-            working.field,
-            settings,
-            Progress(),
-            sharp=_pairs(surface.triangles, wishes.feature),
-            undirected=wishes.undirected,
+        planned = planned_field(
+            working,
+            wishes.smoothness,
+            wishes.feature,
+            wishes.undirected,
+            wishes.umbilics,
+            wishes.avoided,
+            wishes.strokes,
+            wishes.wanted,
         )
         crossed = crosses(
             surface.vertices,
             surface.triangles,
             surface.twin,
-            cross.face_direction,
+            planned.cross.face_direction,
             wishes.size,
-            wishes.feature,
+            wishes.feature > 0,
         )
-        chosen = np.zeros(len(wishes.feature), bool)
-        dropped = wishes.dropped
+        fewer = wishes
         for vertex in np.flatnonzero(shut_corners(crossed)).tolist():
             at = np.zeros(len(surface.vertices), bool)
             at[vertex] = True
-            least = _least(working, wishes.feature & ~chosen, at, None)
-            if least is not None:
-                chosen |= least
-                dropped += 1
-        if not chosen.any():
-            return cross, _bettered(crossed, wishes), wishes
-        wishes = replace(wishes, feature=wishes.feature & ~chosen, dropped=dropped)
+            for bits in (CREASE, MARK):
+                least = _least(working, fewer.feature & bits > 0, at, None)
+                if least is not None:
+                    fewer = fewer.without(least)
+                    break
+        if fewer is wishes:
+            return planned, _bettered(crossed, wishes), wishes
+        wishes = fewer
 
 
 def _bettered(crossed: Crosses, wishes: Wishes) -> Crosses:
@@ -215,26 +233,3 @@ def _least(
     chosen = np.zeros(len(feature), bool)
     chosen[gone] = chosen[surface.twin[gone]] = True
     return chosen
-
-
-def words(wishes: list[Wishes], smoothness: float) -> list[str]:
-    """Sentences about what gave way, over all pieces."""
-    found = []
-    smoothed = sum(one.smoothed for one in wishes)
-    dropped = sum(one.dropped for one in wishes)
-    if smoothed:
-        found.append(
-            f"The directions were smoothed in {smoothed} place{'' if smoothed == 1 else 's'} "
-            "where quads along the curvature would fold."
-        )
-    if dropped:
-        found.append(
-            f"{dropped} crease{'' if dropped == 1 else 's'} left out: no quads fit between "
-            f"{'it' if dropped == 1 else 'them'} and what is around."
-        )
-    if any(one.smoothness > smoothness for one in wishes):
-        found.append(
-            "The directions were smoothed more than asked for: no quads follow the curvature "
-            "everywhere."
-        )
-    return found

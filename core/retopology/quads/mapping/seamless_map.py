@@ -17,7 +17,8 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from ....mesh.half_edges import following
-from ..field.crosses import QUARTER, TURNS, Crosses
+from ..field.crosses import QUARTER, TURNS, Crosses, fans
+from ..field.sectors import sector_turns
 from .seams import Seams, seams
 
 # Conditions that say the same twice would make the system singular: they may give by this much.
@@ -101,11 +102,31 @@ class SeamlessProblem:
         angle = np.angle(back * out.conj()).ravel()
         return np.bincount(self.crosses.tail, angle, len(self.crosses.vertices)) / QUARTER
 
+    @cached_property
+    def _sectors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Corners of the sectors between features one after the other, where each starts, its
+        vertex and the turns that it should make."""
+        first, turns = sector_turns(self.crosses)
+        if not len(first):
+            return first, first, first, turns
+        corner, start = fans(self.crosses.twin, self.crosses.feature, first)
+        return corner, start[:-1], self.crosses.tail[first], turns
+
     def wound_wrongly(self, x: np.ndarray) -> np.ndarray:
-        """(v,) inner vertices around which the map makes other than the wanted turns."""
+        """(v,) vertices around which, or in a sector of which, the map makes other than the wanted
+        turns."""
         crosses = self.crosses
-        off = np.abs(self.turns(x) - crosses.quarter_turns) > 0.5
-        return np.flatnonzero(off & ~crosses.border & ~crosses.on_feature)
+        at = self.places(x)
+        out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
+        angle = np.angle(back * out.conj()).ravel()
+        total = np.bincount(crosses.tail, angle, len(crosses.vertices)) / QUARTER
+        wrong = np.abs(total - crosses.quarter_turns) > 0.5
+        wrong &= ~crosses.border & ~crosses.on_feature
+        corner, start, vertex, turns = self._sectors
+        if len(start):
+            made = np.add.reduceat(angle[corner], start) / QUARTER
+            wrong[vertex[np.abs(made - turns) > 0.5]] = True
+        return np.flatnonzero(wrong)
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def coarsened(mesh: Triangles, most: int, progress: Progress) -> Triangles:
         idle = idle + 1 if len(mesh.triangles) > (1.0 - LITTLE) * count else 0
     # Where an edge has come to lie on a feature only one of its sides knows.
     twin = _linked(mesh).twin
-    return replace(mesh, feature=mesh.feature | (mesh.feature[twin] & (twin >= 0)))
+    return replace(mesh, feature=mesh.feature | np.where(twin >= 0, mesh.feature[twin], np.int8(0)))
 
 
 def _linked(mesh: Triangles) -> HalfEdges:
@@ -59,10 +59,10 @@ def _round(mesh: Triangles, aim: float, lots: np.random.Generator) -> Triangles:
     n = len(mesh.vertices)
     links = _linked(mesh)
     twin = links.twin
-    mesh = replace(mesh, feature=mesh.feature | (mesh.feature[twin] & (twin >= 0)))
+    mesh = replace(mesh, feature=mesh.feature | np.where(twin >= 0, mesh.feature[twin], np.int8(0)))
     tail, head = mesh.ends
     held = np.zeros(n, bool)
-    fixed = mesh.feature | (twin < 0)
+    fixed = (mesh.feature > 0) | (twin < 0)
     held[tail[fixed]] = held[head[fixed]] = True
     edge = np.flatnonzero((np.arange(len(twin)) < twin) & (mesh.lengths < SHORT * aim))
     edge = edge[~(held[tail[edge]] & held[head[edge]])]

@@ -8,6 +8,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+# What a half-edge may be, as bits: along a crease that was found, along an edge that a user marked.
+CREASE, MARK = 1, 2
+
 
 @dataclass(frozen=True)
 class Triangles:
@@ -22,7 +25,8 @@ class Triangles:
     source:
         (m,) int64 where each triangle came from.
     feature:
-        (3 m,) bool half-edges on features, both of each edge.
+        (3 m,) int8 what each half-edge is part of, `CREASE` and `MARK`, alike for both of an edge;
+        0 off features.
     """
 
     vertices: np.ndarray
@@ -88,7 +92,7 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
         a, b, c = mesh.triangles[row, turned].T
         p, q, r = middles[row, turned].T
         f, g, h = feature[row, turned].T
-        no = np.zeros(len(rows), bool)
+        no = np.zeros(len(rows), np.int8)
         if count == 1:
             made = [((a, p, c), (f, no, h)), ((p, b, c), (f, g, no))]
         elif count == 2:
@@ -146,8 +150,9 @@ def freed(mesh: Triangles, border: np.ndarray, rounds: int = 8) -> Triangles:
         tail, head = mesh.ends
         on = np.zeros(len(mesh.vertices), bool)
         on[: len(border)] = border
-        on[tail[mesh.feature]] = on[head[mesh.feature]] = True
-        marked = on[tail] & on[head] & ~mesh.feature
+        along = mesh.feature > 0
+        on[tail[along]] = on[head[along]] = True
+        marked = on[tail] & on[head] & ~along
         if not marked.any():
             break
         mesh = split_edges(mesh, marked)

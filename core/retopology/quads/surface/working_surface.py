@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ....base.progress import Progress
 from ....curvature.field import CurvatureField, field_from_deviators
 from ....fields.transport import tangents
-from ....mesh.creases import bent_half_edges, marked_half_edges
 from ....mesh.repair import clean
 from ....mesh.surface import Surface
-from ..settings import RemeshSettings
+from ...features import CREASE as KIND_CREASE
+from ...features import MARK as KIND_MARK
+from ...features import Features
 from .chains import long_chains
 from .decimation import SHARE, coarsened
-from .subdivision import Triangles, freed, refined
+from .subdivision import CREASE, MARK, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted.
 LONGEST, FEWEST = 1.0, 3000
@@ -23,9 +24,6 @@ LONGEST, FEWEST = 1.0, 3000
 PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
 # Rounds of splitting: each halves the longest edges.
 ROUNDS = 12
-# Creases stand out of the spread of the angles between triangles by so many standard deviations,
-# which the lower quarter of the angles tells: of a normal distribution it ends at 0.32.
-OUTSTANDING, LOWER_QUARTER = 3.0, 0.3186
 # Features are at least this long, in lengths of quads.
 LEAST_FEATURE = 2.0
 
@@ -42,7 +40,7 @@ class WorkingSurface:
     field:
         Shape operators at its vertices, in its coordinates.
     feature:
-        (3 m,) bool half-edges on features, both of each edge, borders not among them.
+        (3 m,) int8 half-edges on features as in `Triangles`, borders not among them.
     fine:
         What it was coarsened from, in its coordinates; None where it was not.
     """
@@ -54,31 +52,33 @@ class WorkingSurface:
 
 
 def prepared(
-    whole: Surface,
-    curvature: CurvatureField,
-    settings: RemeshSettings,
-    sharp: np.ndarray | None,
-    size: float,
-) -> Triangles:
-    """A cleaned input as triangles with the curvature (input rows) at its vertices and features.
+    whole: Surface, curvature: CurvatureField, found: Features, size: float
+) -> tuple[Triangles, int]:
+    """A surface as triangles with its curvature at the vertices and its features.
 
     Parameters
     ----------
-    sharp:
-        (s, 2) pairs of input vertices whose edges are marked sharp, or None.
+    curvature:
+        At the vertices of `whole`, in its coordinates.
     size:
         Length of a quad's edge, in the coordinates of `whole`.
+
+    Returns
+    -------
+    mesh, short:
+        The triangles, and how many creases are too short for edges of quads; they are left out.
     """
-    feature = np.zeros(3 * len(whole.triangles), bool)
-    edges = features(whole, settings, sharp, size)
-    feature[edges] = feature[whole.twin[edges]] = True
-    return Triangles(
-        whole.vertices,
-        whole.triangles.astype(np.int64),
-        _values(whole, curvature, feature),
-        whole.source_triangle,
-        feature,
-    )
+    inner = whole.twin[found.half_edge] >= 0
+    mark = found.half_edge[inner & (found.kind == KIND_MARK)]
+    crease = found.half_edge[inner & (found.kind == KIND_CREASE)]
+    kept = long_chains(whole, crease, LEAST_FEATURE * size)
+    short = len(np.unique(found.chain[np.isin(found.half_edge, crease[~np.isin(crease, kept)])]))
+    feature = np.zeros(3 * len(whole.triangles), np.int8)
+    for edges, kind in ((kept, CREASE), (mark, MARK)):
+        feature[edges] = feature[whole.twin[edges]] = kind
+    values = _values(curvature, whole.triangles.ravel()[feature > 0])
+    triangles = whole.triangles.astype(np.int64)
+    return Triangles(whole.vertices, triangles, values, whole.source_triangle, feature), short
 
 
 def working_surface(
@@ -102,41 +102,16 @@ def working_surface(
     coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
     mesh = refined(mesh, longest, ROUNDS)
-    surface, _ = clean(mesh.vertices, mesh.triangles)
-    mesh = freed(replace(mesh, feature=mesh.feature | (surface.twin < 0)), surface.border)
+    surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
+    bordered = np.where(surface.twin < 0, CREASE, mesh.feature).astype(np.int8)
+    mesh = freed(replace(mesh, feature=bordered), surface.border)
     return _assembled(mesh, whole, fine)
 
 
-def features(
-    surface: Surface, settings: RemeshSettings, sharp: np.ndarray | None, size: float
-) -> np.ndarray:
-    """(e,) int64 one half-edge of each edge on a feature inside the surface."""
-    found = [np.zeros(0, np.int64)]
-    if settings.feature_angle < 180.0:
-        bent = bent_half_edges(surface, max(settings.feature_angle, _spread(surface)))
-        found.append(long_chains(surface, bent, LEAST_FEATURE * size))
-    if settings.align_sharp:
-        marked = marked_half_edges(surface, sharp)
-        found.append(marked[surface.twin[marked] >= 0])
-    edges = np.concatenate(found)
-    return np.unique(np.minimum(edges, surface.twin[edges]))
-
-
-def _spread(surface: Surface) -> float:
-    """Degrees beyond which an edge of a rough or coarse surface is a crease."""
-    inner = np.flatnonzero(np.arange(len(surface.twin)) < surface.twin)
-    if not len(inner):
-        return 0.0
-    normal, _ = surface.face_normal_area
-    cosine = np.einsum("ec,ec->e", normal[inner // 3], normal[surface.twin[inner] // 3])
-    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    return float(OUTSTANDING / LOWER_QUARTER * np.quantile(angle, 0.25))
-
-
 def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> WorkingSurface:
-    surface, _ = clean(mesh.vertices, mesh.triangles)
+    surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     values = mesh.values[surface.source_vertex]
-    feature = mesh.feature & (surface.twin >= 0)
+    feature = np.where(surface.twin >= 0, mesh.feature, 0).astype(np.int8)
     # The coordinates of the input: those of `whole` first, then its own.
     surface = replace(
         surface,
@@ -153,7 +128,7 @@ def _fine(mesh: Triangles | None, surface: Surface, whole: Surface) -> Surface |
     """The finer surface in the coordinates of the one that is mapped."""
     if mesh is None:
         return None
-    fine, _ = clean(mesh.vertices, mesh.triangles)
+    fine, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     place = fine.vertices * fine.unit + fine.origin
     origin = (surface.origin - whole.origin) / whole.unit
     return replace(
@@ -165,21 +140,18 @@ def _fine(mesh: Triangles | None, surface: Surface, whole: Surface) -> Surface |
     )
 
 
-def _values(whole: Surface, curvature: CurvatureField, feature: np.ndarray) -> np.ndarray:
-    """(n, 13) normals, shape operators and noise at the vertices of `whole`, in its unit; those
-    on creases have none, what was fitted across a crease says nothing."""
-    rows = whole.source_vertex
-    value = {item.name: getattr(curvature, item.name)[rows] for item in fields(CurvatureField)}
+def _values(curvature: CurvatureField, crease: np.ndarray) -> np.ndarray:
+    """(n, 13) normals, shape operators and noise at vertices; those on creases have none, what was
+    fitted across a crease says nothing."""
     tensor = sum(
-        np.nan_to_num(value[k])[:, None, None]
-        * np.nan_to_num(value[d])[:, :, None]
-        * np.nan_to_num(value[d])[:, None, :]
-        for k, d in (("k1", "d1"), ("k2", "d2"))
+        np.nan_to_num(k)[:, None, None]
+        * np.nan_to_num(d)[:, :, None]
+        * np.nan_to_num(d)[:, None, :]
+        for k, d in ((curvature.k1, curvature.d1), (curvature.k2, curvature.d2))
     )
-    corners = whole.triangles.ravel()
-    tensor[corners[feature]] = 0.0
-    noise = value["noise"][:, None] * whole.unit
-    return np.hstack([np.nan_to_num(value["normal"]), tensor.reshape(-1, 9) * whole.unit, noise])
+    tensor[crease] = 0.0
+    normal = np.nan_to_num(curvature.normal)
+    return np.hstack([normal, tensor.reshape(-1, 9), curvature.noise[:, None]])
 
 
 def _field(values: np.ndarray, unit: float) -> CurvatureField:

@@ -8,12 +8,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..base.errors import ChartError, InvalidMeshError
-from ..base.progress import Progress
-from .half_edges import following
-from .input_map import kept_vertices
+from ...base.errors import ChartError, InvalidMeshError
+from ...base.progress import Progress
+from ..half_edges import following
+from ..input_map import kept_vertices
+from ..surface import Surface
 from .lscm import conformal_map
-from .surface import Surface
 
 # Charts are unfolded together until they hold this many triangles.
 _BATCH = 200_000
@@ -56,7 +56,7 @@ def charts_from_seams(surface: Surface, seams: np.ndarray) -> Charts:
     def key(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.minimum(a, b) * base + np.maximum(a, b)
 
-    return _cut(surface, np.isin(key(start, end), key(seams[:, 0], seams[:, 1])))
+    return cut_along(surface, np.isin(key(start, end), key(seams[:, 0], seams[:, 1])))
 
 
 def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> np.ndarray:
@@ -84,10 +84,10 @@ def charts_from_uv(surface: Surface, uv: np.ndarray) -> Charts:
     # Blender stores UVs in single precision.
     close = 1e-6 * max(float(np.abs(uv).max(initial=0.0)), 1e-300)
     apart = (np.abs(start - end[twin]) > close) | (np.abs(end - start[twin]) > close)
-    return _cut(surface, apart)
+    return cut_along(surface, apart)
 
 
-def _cut(surface: Surface, seam: np.ndarray) -> Charts:
+def cut_along(surface: Surface, seam: np.ndarray) -> Charts:
     """Charts between the half-edges (3m,) marked as seam, and the open borders."""
     m, twin = len(surface.triangles), surface.twin
     border = seam | (twin < 0)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from ..base.errors import ChartError
+from ...base.errors import ChartError
 
 # A triangle thinner than this (height over longest side) is treated as if it were that thick:
 # it would otherwise dominate the energy through its own round-off.

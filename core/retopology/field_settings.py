@@ -1,0 +1,44 @@
+"""Options of the cross field that guidance and quads share, written once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base.options import setting
+
+
+def smoothness() -> Any:
+    # The middle of the slider smooths over one and a half edges of a mesh of 2,000 quads: detail
+    # finer than that no quads follow, and smoothing more only turns them from the curvature.
+    return setting(
+        0.45,
+        label="Smoothness",
+        help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
+        "creases and borders allow",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+def feature_angle() -> Any:
+    return setting(
+        40.0,
+        label="Feature Angle",
+        help="The cross field runs along creases sharper than this, where edges go on in a "
+        "chain; 180 leaves creases alone",
+        kind="number",
+        minimum=0.0,
+        maximum=180.0,
+        unit="degrees",
+    )
+
+
+def align_sharp() -> Any:
+    return setting(
+        True,
+        label="Marked Sharp Edges",
+        help="The cross field runs along edges that are marked sharp; ignored where more than a "
+        "fifth of all edges are, as some importers leave them",
+        kind="flag",
+    )

@@ -1,0 +1,101 @@
+"""The cross field of the plan, on the surface that is mapped: the same steps, the same poles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ....base.progress import Progress
+from ....fields.planes import FaceFrames, lay_out
+from ....umbilics.result import Umbilics
+from ...by_hand import (
+    Strokes,
+    WantedPoles,
+    planned_by_hand,
+    pull_of,
+    strokes_not_held,
+    with_strokes,
+)
+from ...cross_field import CrossField, cross_field
+from ...features import BORDER, CREASE, MARK, Features
+from ...field.planned import with_poles
+from ...poles import Poles, plan_poles
+from ...settings import GuidanceSettings
+from ..surface.subdivision import MARK as MARKED
+from ..surface.working_surface import WorkingSurface
+
+
+@dataclass(frozen=True)
+class PlannedField:
+    """A field and its poles on a working surface.
+
+    Attributes
+    ----------
+    cross:
+        The field, whose singularities are the poles.
+    poles:
+        Their plan; triangles are those of the working surface, umbilics as in what was given.
+    not_held:
+        Sentences on strokes that the field does not follow.
+    """
+
+    cross: CrossField
+    poles: Poles
+    not_held: tuple[str, ...]
+
+
+def planned_field(
+    working: WorkingSurface,
+    smoothness: float,
+    feature: np.ndarray,
+    undirected: np.ndarray,
+    umbilics: Umbilics,
+    avoided: np.ndarray,
+    strokes: Strokes | None,
+    wanted: WantedPoles | None,
+) -> PlannedField:
+    """The field of a plan, see `Wishes` for the arguments."""
+    # Its own input, so that rows are its own.
+    surface = replace(
+        working.surface, source_triangle=np.arange(len(working.surface.triangles), dtype=np.int32)
+    )
+    features = _features(surface.twin, feature)
+    pull = None if strokes is None else pull_of(surface, strokes)
+    if pull is not None:
+        features = with_strokes(surface, features, pull)
+    cross = cross_field(
+        surface,
+        working.field,
+        GuidanceSettings(smoothness=smoothness),
+        Progress(),
+        undirected=undirected,
+        features=features,
+    )
+    planes: FaceFrames = lay_out(surface, working.field.lines, Progress())
+    if wanted is not None:
+        poles = planned_by_hand(surface, [], wanted)
+    else:
+        poles = plan_poles(surface, planes, cross, umbilics, [], avoided)
+    cross = with_poles(surface, planes, cross, poles.triangle, 4 - poles.valence, Progress())
+    not_held: tuple[str, ...] = ()
+    if strokes is not None and pull is not None:
+        not_held = strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
+    return PlannedField(cross, poles, not_held)
+
+
+def _features(twin: np.ndarray, feature: np.ndarray) -> Features:
+    """Hard features from the kinds of half-edges (3 m,), borders among them."""
+    name = np.arange(len(twin))
+    half = np.flatnonzero(((feature > 0) & (name < twin)) | (twin < 0))
+    kind = np.where(feature[half] & MARKED > 0, MARK, CREASE)
+    kind = np.where(twin[half] < 0, BORDER, kind).astype(np.int8)
+    none = np.zeros(0)
+    return Features(
+        half,
+        kind,
+        np.full(len(half), -1),
+        none.astype(np.int64),
+        none.reshape(0, 3),
+        none,
+    )

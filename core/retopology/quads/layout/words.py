@@ -1,0 +1,92 @@
+"""What is said about a layout: what gave way, and what was wanted and is not there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...by_hand import FAR, WantedPoles
+from .laying_out import LaidOut
+
+# A wanted pole is there if one of its valence is this near, in lengths of quads.
+NEAR = 1.5
+
+
+def words(parts: list[LaidOut], smoothness: float, wanted: WantedPoles | None) -> list[str]:
+    """Sentences about what gave way, over all pieces.
+
+    Parameters
+    ----------
+    smoothness, wanted:
+        What was asked for.
+    """
+    found = []
+    wishes = [laid.wishes for laid in parts]
+    smoothed = sum(one.smoothed for one in wishes)
+    dropped = sum(one.dropped for one in wishes)
+    if smoothed:
+        found.append(
+            f"The directions were smoothed in {smoothed} place{'' if smoothed == 1 else 's'} "
+            "where quads along the curvature would fold."
+        )
+    if dropped:
+        found.append(
+            f"{dropped} crease{'' if dropped == 1 else 's'} left out: no quads fit between "
+            f"{'it' if dropped == 1 else 'them'} and what is around."
+        )
+    unmarked = sum(one.unmarked for one in wishes)
+    if unmarked:
+        found.append(
+            f"{unmarked} marked line{'' if unmarked == 1 else 's'} of edges could not be followed: "
+            "no quads fit there. Take marks away where they meet at small angles, or ask for more "
+            "quads."
+        )
+    if any(one.smoothness > smoothness for one in wishes):
+        found.append(
+            "The directions were smoothed more than asked for: no quads follow the curvature "
+            "everywhere."
+        )
+    found += _strokes(parts)
+    if wanted is not None:
+        found += _wanted(parts, wanted)
+    return found
+
+
+def _strokes(parts: list[LaidOut]) -> list[str]:
+    """What is said of strokes; that one is too far away only where it is from every piece."""
+    every = [set(laid.planned.not_held) for laid in parts]
+    common = set.intersection(*every) if every else set()
+    said = {sentence for some in every for sentence in some if FAR not in sentence}
+    return sorted(said | common)
+
+
+def _wanted(parts: list[LaidOut], wanted: WantedPoles) -> list[str]:
+    """What is said of wanted poles that are not there, and of others that are."""
+    places, valences, reach = [np.zeros((0, 3))], [np.zeros(0, np.int64)], [np.zeros(0)]
+    for laid in parts:
+        crosses, surface = laid.map_.crosses, laid.working.surface
+        vertex = np.flatnonzero(crosses.singular)
+        places.append(crosses.vertices[vertex] * surface.unit + surface.origin)
+        valences.append(crosses.quarter_turns[vertex])
+        reach.append(np.full(len(vertex), NEAR * float(np.median(crosses.size)) * surface.unit))
+    place, valence, near = np.concatenate(places), np.concatenate(valences), np.concatenate(reach)
+    free = np.ones(len(place), bool)
+    missing = 0
+    for position, kind in zip(np.asarray(wanted.position), np.asarray(wanted.valence), strict=True):
+        distance = np.linalg.norm(place - position, axis=1)
+        fits = free & (valence == kind) & (distance <= near)
+        if fits.any():
+            free[np.where(fits, distance, np.inf).argmin()] = False
+        else:
+            missing += 1
+    found = []
+    if missing:
+        found.append(
+            f"{missing} of the {len(wanted.valence)} wanted poles could not be made: an opposite "
+            "one or a feature is too near, or they do not sum up to what the surface asks for."
+        )
+    if free.any():
+        found.append(
+            f"{int(free.sum())} more pole{'' if free.sum() == 1 else 's'} than wanted: the surface "
+            "and its features ask for them."
+        )
+    return found

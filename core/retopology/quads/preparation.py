@@ -1,0 +1,168 @@
+"""From a surface and its plan to a layout of each of its pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...base.errors import RemeshError
+from ...base.progress import Progress
+from ...mesh.surface import Surface
+from ...umbilics.result import Detection, Umbilics
+from ..by_hand import Strokes, WantedPoles, planned_by_hand
+from ..planner import Guide
+from ..settings import GuidanceSettings
+from .finishing.mirroring import ON, Plane, halved, wanted_plane
+from .layout.laying_out import LaidOut, Wishes, laid_out
+from .settings import RemeshSettings
+from .surface.sizes import sizes
+from .surface.subdivision import pieces
+from .surface.working_surface import prepared, working_surface
+
+# Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
+BEYOND = 0.5
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a user brings besides the vertices; see `remesh`."""
+
+    triangles: np.ndarray
+    detection: Detection
+    sharp: np.ndarray | None
+    zone: np.ndarray | None
+    strokes: Strokes | None
+    wanted: WantedPoles | None
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Layouts of all pieces, or of one half of them on a side of a plane.
+
+    Attributes
+    ----------
+    size:
+        Length of a quad's edge in the coordinates of the input.
+    asked:
+        How many quads the pieces shall have together.
+    wanted:
+        The wanted poles that lie on them, None without any wishes.
+    warnings:
+        Sentences about what was mended and left out before.
+    """
+
+    parts: list[LaidOut]
+    plane: Plane | None
+    size: float
+    asked: int
+    wanted: WantedPoles | None
+    warnings: list[str]
+
+
+def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Progress) -> Prepared:
+    """Lay out every piece of the guide's surface."""
+    whole, detection = guide.surface, given.detection
+    warnings = list(guide.cleaning)
+    size, asked = _size(whole, settings)
+    field = guide.simplified(progress.part("Simplifying the field", 0.0, 0.1)).curvature
+    plane = wanted_plane(settings.symmetry, whole, detection, warnings)
+    planning = GuidanceSettings(
+        smoothness=settings.smoothness,
+        feature_angle=settings.feature_angle,
+        align_sharp=settings.align_sharp,
+    )
+    found = guide.features(planning, sharp=given.sharp)
+    mesh, short = prepared(whole, field, found, size / whole.unit)
+    if short:
+        warnings.append(
+            f"{short} crease{'' if short == 1 else 's'} shorter than two quads left out: ask for "
+            "more quads, or mark the edges as sharp, to keep them."
+        )
+    if plane is not None:
+        asked = max(1, asked // 2)
+        offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
+        mesh = halved(mesh, plane.normal, offset)
+    undirected = np.zeros(len(given.triangles), bool)
+    undirected[whole.source_triangle] = guide.undirected
+    poles = None if given.wanted is None else _reachable(whole, given.wanted, plane, size)
+    cut = pieces(mesh)
+    parts = []
+    for number, piece in enumerate(cut):
+        share = 0.1 + 0.9 * np.array([number, number + 1]) / len(cut)
+        mine = progress.part("Mapping the surface", float(share[0]), float(share[1]))
+        working = working_surface(piece, whole, size / whole.unit, mine)
+        surface = working.surface
+        umbilics, rows = _umbilics(surface, detection.umbilics)
+        wishes = Wishes(
+            smoothness=settings.smoothness,
+            feature=working.feature,
+            size=sizes(working, size / surface.unit, settings.adaptivity),
+            undirected=undirected[surface.source_triangle],
+            avoided=_in_zone(surface, given.triangles, given.zone),
+            mirror=_on_plane(surface, plane),
+            umbilics=umbilics,
+            umbilic_row=rows,
+            strokes=given.strokes,
+            wanted=None if poles is None else _of_piece(poles, surface),
+        )
+        parts.append(laid_out(working, wishes, mine))
+    return Prepared(parts, plane, size, asked, poles and poles[0], warnings)
+
+
+def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:
+    """Length of a quad's edge in the coordinates of the input, and how many quads that makes."""
+    area = float(whole.face_normal_area[1].sum()) * whole.unit**2
+    if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
+        size = float(settings.edge_length)
+        return size, max(1, round(area / size**2))
+    if not area > 0:
+        raise RemeshError("The mesh has no area that quads could cover.")
+    return float(np.sqrt(area / settings.quads)), settings.quads
+
+
+def _umbilics(surface: Surface, umbilics: Umbilics) -> tuple[Umbilics, np.ndarray]:
+    """The umbilics of a piece in its triangles, and their rows."""
+    rows = np.flatnonzero(np.isin(umbilics.triangle, surface.source_triangle))
+    mine = umbilics.select(rows)
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    _, triangle = cKDTree(middle).query((mine.position - surface.origin) / surface.unit)
+    third = np.full((len(rows), 3), 1.0 / 3.0)
+    return replace(mine, triangle=triangle.astype(np.int64), barycentric=third), rows
+
+
+def _reachable(
+    whole: Surface, wanted: WantedPoles, plane: Plane | None, size: float
+) -> tuple[WantedPoles, np.ndarray]:
+    """The wanted poles on the half that is laid out, and their input triangles."""
+    position = np.asarray(wanted.position, float).reshape(-1, 3)
+    valence = np.asarray(wanted.valence, np.int64)
+    if plane is not None:
+        here = plane.height(position) > -BEYOND * size
+        position, valence = position[here], valence[here]
+    poles = WantedPoles(position, valence)
+    return poles, planned_by_hand(whole, [], poles).triangle
+
+
+def _of_piece(poles: tuple[WantedPoles, np.ndarray], surface: Surface) -> WantedPoles:
+    wanted, triangle = poles
+    mine = np.isin(triangle, surface.source_triangle)
+    return WantedPoles(wanted.position[mine], wanted.valence[mine])
+
+
+def _on_plane(surface: Surface, plane: Plane | None) -> np.ndarray:
+    """(n,) bool border vertices on the plane of symmetry."""
+    if plane is None:
+        return np.zeros(len(surface.vertices), bool)
+    height = plane.height(surface.vertices * surface.unit + surface.origin)
+    return surface.border & (np.abs(height) <= ON * surface.unit)
+
+
+def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -> np.ndarray:
+    """(n,) bool vertices of triangles that touch the zone."""
+    found = np.zeros(len(surface.vertices), bool)
+    if zone is not None and zone.any():
+        touched = np.asarray(zone)[np.asarray(triangles)].any(axis=1)
+        found[surface.triangles[touched[surface.source_triangle]]] = True
+    return found

@@ -1,0 +1,42 @@
+"""Operator: colour a mesh that was checked by the angle of its quads, and show it."""
+
+import bpy
+
+from .scene.modes import object_mode
+from .scene.view import maps, view_shading
+
+
+class UMBILICS_OT_show_check(bpy.types.Operator):
+    bl_idname = "umbilics.show_check"
+    bl_label = "Show Angles"
+    bl_description = (
+        "Colour the active mesh by the angle between its quads and the directions of curvature, "
+        "and show colours in this view. Put Back takes all of it back"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = context.active_object
+        if obj is None or obj.type != "MESH" or not obj.umbilics_check.checked:
+            cls.poll_message_set("Check the topology of the active mesh first.")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = context.active_object
+        with object_mode(context, obj):
+            shown = maps.show_check(obj)
+        if not shown:
+            self.report(
+                {"ERROR"},
+                f"The angles are not on the mesh of {obj.name}: its modifiers make other faces, or "
+                "it was edited. Apply the modifiers and check again.",
+            )
+            return {"CANCELLED"}
+        if context.area is not None and context.area.type == "VIEW_3D":
+            view_shading.show_attributes(context.screen, context.area)
+        return {"FINISHED"}
+
+
+register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_show_check,))

@@ -1,0 +1,97 @@
+"""What every quad mesh must hold, whatever it was made from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import core
+from core.mesh.repair import clean
+from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.finishing.crossings import crossings
+from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
+
+# Vertices lie on the surface within this part of its size.
+ON_SURFACE = 1e-6
+# The number of quads is this near to the request where there are so many for each pole.
+COUNT, PER_POLE = 0.03, 20
+
+
+def broken_guarantees(
+    vertices: np.ndarray, triangles: np.ndarray, made: core.QuadMesh, quads: int | None = None
+) -> list[str]:
+    """Sentences on every guarantee that quads made from a triangle mesh do not hold.
+
+    `quads` is how many were asked for, None where that does not matter.
+    """
+    surface, _ = clean(vertices, triangles)
+    topology = conformity(made.quads, len(made.vertices))
+    broken = []
+
+    def expect(holds: object, sentence: str) -> None:
+        if not holds:
+            broken.append(sentence)
+
+    euler = int(surface.euler_characteristic.sum())
+    expect(topology.manifold, "not manifold")
+    expect(
+        topology.characteristic == euler,
+        f"Euler characteristic {topology.characteristic}, not {euler}",
+    )
+    expect(
+        surface.closed.all() == (not topology.border.any()),
+        "open where the input is closed, or not",
+    )
+    inner = ~topology.border
+    lack = (4 - topology.valence)[inner].sum() + (3 - topology.valence)[topology.border].sum()
+    expect(lack == 4 * euler, f"valences lack {lack}, not {4 * euler}")
+    irregular = np.flatnonzero(inner & (topology.valence != 4))
+    expect(np.array_equal(np.flatnonzero(made.pole >= 0), irregular), "poles are not told")
+    if not broken:
+        told = made.pole_valence[made.pole[irregular]]
+        expect(np.array_equal(told, topology.valence[irregular]), "wrong valences of poles")
+    expect(np.array_equal(made.border, topology.border), "borders are not told")
+
+    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    place = (made.vertices - surface.origin) / surface.unit
+    _, on = closest(place)
+    far = np.flatnonzero(np.abs(place - on).max(axis=1) > ON_SURFACE)
+    corner = surface.vertices[surface.triangles]
+    # What the quick search has missed is looked for everywhere.
+    for row in far.tolist():
+        every = closest_on(np.broadcast_to(place[row], (len(corner), 3)), corner)
+        on[row] = every[((every - place[row]) ** 2).sum(axis=1).argmin()]
+    off = float(np.abs(place - on).max())
+    expect(off < ON_SURFACE, f"{off:.1e} off the surface")
+    if surface.border.any() and topology.border.any():
+        off = _off_edges(place[topology.border], surface, np.flatnonzero(surface.twin < 0))
+        expect(off < ON_SURFACE, f"border {off:.1e} off the border")
+
+    worst = float(scaled_jacobian(made.vertices, made.quads).min())
+    expect(worst > 0.0, f"scaled Jacobian {worst:.2f}")
+    at = place[made.quads]
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    row, _ = closest(at.mean(axis=1), normal)
+    against = int((np.einsum("qc,qc->q", closest.normal[row], normal) <= 0.0).sum())
+    expect(not against, f"{against} quads against the surface")
+    pairs = crossings(place, made.quads)
+    if len(pairs) and not len(crossings(surface.vertices, surface.triangles)):
+        broken.append(f"{len(pairs)} pairs of quads cross")
+    if quads is not None and quads >= PER_POLE * len(made.pole_valence):
+        ratio = len(made.quads) / quads
+        expect(abs(ratio - 1.0) <= COUNT, f"{len(made.quads)} quads, {quads} asked for")
+    return broken
+
+
+def _off_edges(points: np.ndarray, surface, edges: np.ndarray) -> float:
+    """How far the farthest of points (p, 3) is from the half-edges of a surface."""
+    corners = surface.triangles.ravel()
+    start = surface.vertices[corners[edges]]
+    end = surface.vertices[surface.triangles[:, [1, 2, 0]].ravel()[edges]]
+    along = end - start
+    square = (along**2).sum(axis=1)
+    worst = 0.0
+    for block in np.array_split(points, len(points) * len(edges) // 10**6 + 1):
+        share = np.clip(((block[:, None] - start) * along).sum(axis=2) / square, 0.0, 1.0)
+        gap = block[:, None] - start - share[:, :, None] * along
+        worst = max(worst, float(np.sqrt((gap**2).sum(axis=2).min(axis=1)).max(initial=0.0)))
+    return worst
