@@ -112,9 +112,7 @@ class Blend:
         old = doubled_angle(field.d1[rows], e1, e2, (field.k1 - field.k2)[rows])
         deviator = (1 - share) * old + share / weight * self.deviator[rows]
         mean = 0.5 * (1 - share) * (field.k1 + field.k2)[rows] + share / weight * self.mean[rows]
-        noise = np.sqrt(
-            (1 - share) * field.noise[rows] ** 2 + share * self.spread[rows] / weight
-        )
+        noise = np.sqrt((1 - share) * field.noise[rows] ** 2 + share * self.spread[rows] / weight)
         flat = field_from_deviators(mean, deviator, under, noise)
         values = {name: value.copy() for name, value in vars(field).items()}
         d1 = carried(flat.d1, under, normal)

@@ -164,6 +164,7 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     at_border = _at_border(surface, triangle, partner, vague, clarity < BORDER_CLEAR, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     unseen = _unseen_pairs(position, partner, located | at_border, parts.radius[corners])
+    unseen |= _within_errors(position, partner, uncertainty)
     # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
     above = np.where(unseen, np.fmax(noise, persistence), noise)
     above = np.where(_both(present, partner), 0.0, above)
@@ -242,6 +243,16 @@ def _unseen_pairs(
     close = apart <= PAIR_REACH * radius.mean(axis=1)
     both, either = located & located[partner], located | located[partner]
     return paired & ~(both | (either & ~close))
+
+
+def _within_errors(
+    position: np.ndarray, partner: np.ndarray, uncertainty: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics that stand no further from the one they cancel with than the errors
+    of both places may reach: the same errors could bring them together."""
+    apart = np.linalg.norm(position - position[partner], axis=1)
+    reach = significant(1.0, PRESENT) * np.hypot(uncertainty, uncertainty[partner])
+    return (partner >= 0) & (apart < reach)
 
 
 def _both(there: np.ndarray, partner: np.ndarray) -> np.ndarray:

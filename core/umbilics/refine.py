@@ -200,8 +200,7 @@ def _refine_block(
     spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))
     u, v, settled = _zero(fit, FARTHEST * np.maximum(edge / radius, spread))
     operator = operator_at(fit.coefficients, u, v)
-    along_u = (deviator_at(fit.coefficients, u + STEP, v) - deviator_at(fit.coefficients, u - STEP, v)) / (2 * STEP)
-    along_v = (deviator_at(fit.coefficients, u, v + STEP) - deviator_at(fit.coefficients, u, v - STEP)) / (2 * STEP)
+    along_u, along_v = _slopes(fit, u, v)
     # From the parameters u, v to lengths along the tangents x, y of the fitted surface.
     a, b, d = operator.root
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
@@ -225,14 +224,21 @@ def _refine_block(
     places.found[chosen] = True
 
 
+def _slopes(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of the deviator of a fit along u and v."""
+    c = fit.coefficients
+    along_u = deviator_at(c, u + STEP, v) - deviator_at(c, u - STEP, v)
+    along_v = deviator_at(c, u, v + STEP) - deviator_at(c, u, v - STEP)
+    return along_u / (2 * STEP), along_v / (2 * STEP)
+
+
 def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where the deviator of the fit vanishes: (u, v) by Newton's method, and where it settled."""
     u, v = np.zeros((2, len(farthest)))
     step = np.full(len(farthest), np.inf)
     for _ in range(NEWTON_STEPS):
         value = deviator_at(fit.coefficients, u, v)
-        along_u = (deviator_at(fit.coefficients, u + STEP, v) - deviator_at(fit.coefficients, u - STEP, v)) / (2 * STEP)
-        along_v = (deviator_at(fit.coefficients, u, v + STEP) - deviator_at(fit.coefficients, u, v - STEP)) / (2 * STEP)
+        along_u, along_v = _slopes(fit, u, v)
         determinant = (np.conj(along_u) * along_v).imag
         safe = np.where(determinant == 0, np.inf, determinant)
         du = -(np.conj(value) * along_v).imag / safe
