@@ -17,9 +17,9 @@ from .field import CurvatureField, field_from_deviators
 from .monge import operator_at
 from .windows import Fits
 
-# Radius of the disc over which a fit replaces the field, in root mean square distances of its
-# samples; from half of it on it fades into the field. 1.0 hardly differs.
-DISC = 0.7
+# Radius of the disc over which a fit replaces the field, in radii of the narrowest window: as far
+# as the windows were compared. From half of it on it fades into the field.
+DISC = 1.0
 
 
 @dataclass
@@ -58,7 +58,7 @@ class Blend:
     def add(self, surface: Surface, fits: Fits, exact: np.ndarray | None) -> None:
         """Lay fits over the field, each over its disc, weighted by their inverse variances."""
         tree = cKDTree(surface.vertices)
-        reach = DISC * fits.radius
+        reach = DISC * fits.narrow
         known = np.flatnonzero(fits.rings > 0)
         balls = tree.query_ball_point(fits.centre[known], reach[known])
         of = np.repeat(known, [len(ball) for ball in balls])

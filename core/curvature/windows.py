@@ -32,7 +32,7 @@ SAMPLES_PER_TERM = 1.5
 # benchmarks.people), 1 loses one umbilic in twenty under noise.
 CHANCE = 2.1
 # Where windows are compared: the middle and points on a circle, in radii of the narrowest.
-CIRCLE, ROUND = 0.5, 6
+CIRCLE, ROUND = 0.7, 6
 BLOCK = 1 << 15
 
 
@@ -54,6 +54,8 @@ class Fits:
         (k,) float64 standard error of the deviator, in 1 / length: variance and squared bias.
     rings:
         (k,) int64 rings of the samples; 0 where nothing is determined.
+    narrow:
+        (k,) float64 radius of the narrowest window that was compared.
     """
 
     centre: np.ndarray
@@ -62,6 +64,7 @@ class Fits:
     radius: np.ndarray
     error: np.ndarray
     rings: np.ndarray
+    narrow: np.ndarray
 
 
 def ladder(rings: int) -> list[int]:
@@ -80,7 +83,9 @@ def best_fits(surface: Surface, scale: Scale, triangles: np.ndarray, progress: P
         _window(surface, scale, corners, centre, axes, rings, progress)
         for rings in ladder(scale.neighbourhood.rings)
     ]
-    best, error = _least_error(steps)
+    known = np.stack([np.where(step.rings > 0, step.radius, np.inf) for step in steps])
+    narrow = np.where(np.isfinite(known.min(axis=0)), known.min(axis=0), 1.0)
+    best, error = _least_error(steps, narrow)
     some = np.arange(len(best))
 
     def chosen(values: list[np.ndarray]) -> np.ndarray:
@@ -96,6 +101,7 @@ def best_fits(surface: Surface, scale: Scale, triangles: np.ndarray, progress: P
         chosen([step.radius for step in steps]),
         error,
         chosen([step.rings for step in steps]),
+        narrow,
     )
 
 
@@ -117,6 +123,7 @@ def _window(
         np.ones(k),
         np.full(k, np.inf),
         np.zeros(k, np.int64),
+        np.ones(k),
     )
     around = dataclasses.replace(scale.neighbourhood, rings=rings)
     for rows, members in around.around_triangles(corners, rings, BLOCK, progress):
@@ -135,21 +142,21 @@ def _window(
     return found
 
 
-def _least_error(steps: list[Fits]) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) which of the windows has the least error, and that error."""
+def _least_error(steps: list[Fits], narrow: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) which of the windows has the least error, and that error, from how they differ within
+    the narrowest."""
     angle = 2.0 * np.pi * np.arange(ROUND) / ROUND
-    radius = np.stack([np.where(step.rings > 0, step.radius, np.inf) for step in steps]).min(axis=0)
-    reach = CIRCLE * np.where(np.isfinite(radius), radius, 1.0)
+    reach = CIRCLE * narrow
     x = np.append(0.0, np.cos(angle))[:, None] * reach
     y = np.append(0.0, np.sin(angle))[:, None] * reach
     values = [_deviators(step, x, y) for step in steps]
     total = []
     for value, step in zip(values, steps, strict=True):
         variance, bias = step.error**2, np.zeros(len(reach))
-        for other, narrow in zip(values, steps, strict=True):
+        for other, smaller in zip(values, steps, strict=True):
             change = (np.abs(value - other) ** 2).mean(axis=0)
             with np.errstate(invalid="ignore"):
-                more = narrow.error**2 - variance
+                more = smaller.error**2 - variance
                 excess = np.where(more > 0, change - CHANCE * more, 0.0)
             # A window without a fit tells nothing.
             bias = np.fmax(bias, np.where(np.isfinite(excess), excess, 0.0))

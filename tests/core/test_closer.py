@@ -58,7 +58,7 @@ def test_ladders_rise_to_a_bound():
 
 @pytest.mark.parametrize("noise", [0.02, 0.1])
 def test_the_field_is_better_around_umbilics_and_untouched_elsewhere(noise):
-    exact = surfaces.quartic(4)
+    exact = surfaces.quartic(5)
     noisy = surfaces.noisy(exact, noise, seed=3)
     surface = surface_of(noisy)
     around = Neighbourhood(surface, adjacency(surface))
@@ -78,7 +78,7 @@ def test_the_field_is_better_around_umbilics_and_untouched_elsewhere(noise):
 
     changed = closer.rings > 0
     assert changed.any()
-    assert error(closer.field, changed) < 0.7 * error(field, changed)
+    assert error(closer.field, changed) < 0.8 * error(field, changed)
     assert (closer.field.noise[changed] <= field.noise[changed]).all()
     for name in ("k1", "k2", "d1", "d2", "normal", "noise"):
         assert (getattr(closer.field, name)[~changed] == getattr(field, name)[~changed]).all()
