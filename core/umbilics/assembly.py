@@ -164,7 +164,10 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     at_border = _at_border(surface, triangle, partner, vague, clarity < BORDER_CLEAR, exact)
     position = np.einsum("rk,rkc->rc", barycentric, surface.vertices[corners])
     unseen = _unseen_pairs(position, partner, located | at_border, parts.radius[corners])
-    unseen |= _within_errors(position, partner, uncertainty)
+    if not exact:
+        # A border has errors of its own: it makes places vague without making pairs.
+        inner = ~at_border & ~(at_border[partner] & (partner >= 0))
+        unseen |= inner & _within_errors(position, partner, uncertainty)
     # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
     above = np.where(unseen, np.fmax(noise, persistence), noise)
     above = np.where(_both(present, partner), 0.0, above)
