@@ -165,11 +165,11 @@ def _rawfield(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_rawfield(path, np.stack([one, two, -one, -two], axis=1) @ turn.T)
 
 
-def _sing(path: Path, data: Exported, turn: np.ndarray) -> None:
+def _sing(path: Path, data: Exported, _turn: np.ndarray) -> None:
     write_sing(path, *data.guide.singular_vertices(data.guidance))
 
 
-def _sharp(path: Path, data: Exported, turn: np.ndarray) -> None:
+def _sharp(path: Path, data: Exported, _turn: np.ndarray) -> None:
     guidance = data.guidance
     write_sharp(path, guidance.feature_convex, guidance.feature_triangle, guidance.feature_side)
 

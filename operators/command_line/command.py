@@ -88,7 +88,7 @@ def _one_file(
         failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
     except MemoryError:
         failure = f"{label}out of memory: give it more with fewer --jobs or --memory-limit."
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         # Not foreseen: said in full for those who can mend it, and the other files go on.
         traceback.print_exc()
         failure = f"{label}stopped by a fault of this program ({type(error).__name__}: {error})."

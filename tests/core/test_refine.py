@@ -8,11 +8,14 @@ from surfaces import grid_points
 
 import core
 from core.base.progress import Progress
+from core.curvature import closer
 from core.curvature.closer import look_closer
 from core.curvature.estimate import estimate
+from core.curvature.height_fit import fit_heights
 from core.curvature.scale import Scale
 from core.mesh.borders import distance_to_border
 from core.mesh.repair import clean
+from core.umbilics import refine as refining
 from core.umbilics.refine import refine
 
 BEND = 0.5
@@ -166,6 +169,8 @@ def test_a_closer_look_is_taken_around_the_umbilic_alone():
     assert (after.radius[better] > before.radius[better]).all()
     rest = np.setdiff1d(np.arange(len(before.radius)), better)
     for name in ("k1", "k2", "d1", "d2", "normal", "noise"):
+        fitted_anew = getattr(after.field, name) != getattr(before.field, name)
+        assert fitted_anew.reshape(len(before.radius), -1).any(axis=1)[better].all(), name
         np.testing.assert_array_equal(
             getattr(after.field, name)[rest], getattr(before.field, name)[rest]
         )
@@ -196,3 +201,34 @@ def test_noise_is_looked_at_by_degree_four_over_as_many_rings_as_it_needs():
     _, _, after = looked(*graph(LEMON, 0.05), rings=3, focused=False)
     assert after.degree == 4
     assert 3 < after.scale.neighbourhood.rings <= 13
+
+
+@pytest.mark.parametrize("cells, degree", [(24, 5), (4, 4), (3, 3)])
+def test_the_degree_is_what_the_samples_can_hold(monkeypatch, cells, degree):
+    """One and a half samples for each of (d + 1)(d + 2) / 2 terms, but no less than a cubic."""
+    seen = []
+
+    def recorded(x, y, z, weights, asked):
+        seen.append((len(x), asked, weights is not None))
+        return fit_heights(x, y, z, weights, asked)
+
+    monkeypatch.setattr(refining, "fit_heights", recorded)
+    surface, fit = fitted(*graph(LEMON, cells=cells))
+    places(surface, fit)
+    ((samples, asked, focused),) = set(seen)
+    assert asked == degree
+    # Weights that fall off are those of degree five alone.
+    assert focused == (degree == 5)
+    terms = 0.5 * (degree + 1) * (degree + 2)
+    assert samples >= 1.5 * terms or degree == 3
+    assert degree == 5 or samples < 1.5 * (terms + degree + 2)
+
+
+def test_noise_that_makes_umbilics_everywhere_is_not_looked_at_closer(monkeypatch):
+    monkeypatch.setattr(closer, "MOST_ANYWAY", 0)
+    vertices, triangles = graph(LEMON, rough=0.3)
+    _, before, after = looked(vertices, triangles)
+    np.testing.assert_array_equal(after.field.noise, before.field.noise)
+    # A single one is, on a mesh of as many vertices.
+    _, before, after = looked(*graph(LEMON))
+    assert (after.field.noise < before.field.noise).any()

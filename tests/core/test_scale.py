@@ -45,6 +45,13 @@ def test_a_plane_has_nothing_to_average_out():
     assert chosen_for(surface).neighbourhood.rings == 2
 
 
+def test_round_off_is_not_averaged_out(monkeypatch):
+    """Of a plane askew the fits leave nothing but last digits."""
+    monkeypatch.setattr(module, "grow_while_it_falls", None)
+    chosen = chosen_for(surface_of(surfaces.plane(cells=12, tilt=0.3)))
+    assert chosen.neighbourhood.rings == 2 and chosen.neighbourhood.focused
+
+
 def test_a_single_triangle_has_no_vertex_to_choose_by():
     surface, _ = clean(np.eye(3), np.array([[0, 1, 2]]))
     chosen = chosen_for(surface)
@@ -57,20 +64,30 @@ def test_noise_on_stretched_triangles_is_averaged_over_discs(aspect, disc):
     assert neighbourhood.rings > 2 and not neighbourhood.focused
     assert (neighbourhood.stretch > 2.0) == disc
     assert disc or neighbourhood.stretch == 1.0
-    assert neighbourhood.stretch <= module.MOST_STRETCH
+
+
+def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
+    def grown(surface, normals, neighbourhood, centres, progress, most):
+        return module.Scale(dataclasses.replace(neighbourhood, rings=3), normals, 1.0)
+
+    monkeypatch.setattr(module, "grow_while_it_falls", grown)
+    assert chosen_for(stretched(60.0, 0.02)).neighbourhood.stretch == 16.0
 
 
 def series(monkeypatch, changes, noise=0.1):
-    """`grow_while_it_falls` with fits whose deviators change so from ring to ring."""
-    deviators = np.concatenate([[0.0], np.cumsum(changes)])
+    """`grow_while_it_falls` with fits whose deviators change so from ring to ring, in length and
+    in direction."""
+    steps = np.asarray(changes) * np.exp(2.0j * np.arange(len(changes)))
+    deviators = 3.0 + np.concatenate([[0.0], np.cumsum(steps)])
 
     def fits(surface, normals, neighbourhood, progress, centres, degree):
         count = len(centres)
-        gap = np.full(count, 10.0 + deviators[min(neighbourhood.rings - 2, len(changes))])
+        deviator = deviators[min(neighbourhood.rings - 2, len(changes))]
+        half = 0.5 * np.angle(deviator)
         return SimpleNamespace(
-            k1=gap,
-            k2=np.zeros(count),
-            d1=np.tile([1.0, 0.0, 0.0], (count, 1)),
+            k1=np.full(count, np.abs(deviator) - 1.0),
+            k2=np.full(count, -1.0),
+            d1=np.tile([np.cos(half), np.sin(half), 0.0], (count, 1)),
             determined=np.ones(count, bool),
             noise=np.full(count, noise),
         )
@@ -78,9 +95,14 @@ def series(monkeypatch, changes, noise=0.1):
     monkeypatch.setattr(module, "fit_jets", fits)
     surface = surface_of(surfaces.plane(cells=4))
     begin = dataclasses.replace(around(surface), rings=2)
-    normals = vertex_normals(surface)
+    normals = surfaces.sphere(subdivisions=1).normal[: len(surface.vertices)]
+    monkeypatch.setattr(module, "frame", lambda _: (np.eye(3)[[0]].T, np.eye(3)[[1]].T))
     grown = grow_while_it_falls(surface, normals, begin, np.arange(5), Progress())
-    return grown.neighbourhood.rings, grown.factor
+    # As far as `starting_normals` smooths for so many rings, only by steps.
+    rings = grown.neighbourhood.rings
+    smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
+    np.testing.assert_allclose(grown.normals, smoothed, atol=1e-12)
+    return rings, grown.factor
 
 
 @pytest.mark.parametrize(

@@ -111,7 +111,7 @@ def test_results_beside_it_are_out_of_date_when_it_is_worked_on(addon, library):
     assert "moved" in reasons()
 
 
-@pytest.mark.parametrize("way", (linked, overridden))
+@pytest.mark.parametrize("way", [linked, overridden])
 def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library, way):
     bpy.ops.wm.open_mainfile(filepath=library)
     active(bpy.data.objects[NAME])

@@ -53,8 +53,11 @@ def test_every_operator_is_in_the_object_menu_or_its_submenu(addon):
 @pytest.mark.parametrize("place", ["object", "edit_mesh"])
 def test_a_right_click_has_one_entry(addon, place):
     for menu in (f"VIEW3D_MT_{place}", f"VIEW3D_MT_{place}_context_menu"):
-        ours = [one for one in getattr(bpy.types, menu)._dyn_ui_initialize()
-                if one.__module__.startswith(addon.__name__)]
+        ours = [
+            one
+            for one in getattr(bpy.types, menu)._dyn_ui_initialize()
+            if one.__module__.startswith(addon.__name__)
+        ]
         assert len(ours) == 1
         layout = Menu()
         ours[0](SimpleNamespace(layout=layout), bpy.context)
