@@ -232,3 +232,19 @@ def test_noise_that_makes_umbilics_everywhere_is_not_looked_at_closer(monkeypatc
     # A single one is, on a mesh of as many vertices.
     _, before, after = looked(*graph(LEMON))
     assert (after.field.noise < before.field.noise).any()
+
+
+@pytest.mark.parametrize("rings, begin", [(2, 3), (3, 3), (5, 5)])
+def test_a_closer_look_at_noise_begins_with_three_rings_or_the_jets_own(monkeypatch, rings, begin):
+    asked = []
+
+    def recorded(surface, normals, neighbourhood, centres, progress, degree, most):
+        asked.append((neighbourhood.rings, degree, most, len(centres)))
+        return Scale(neighbourhood, normals, 1.0)
+
+    monkeypatch.setattr(closer, "grow_while_it_falls", recorded)
+    looked(*graph(LEMON), rings=rings, focused=False)
+    ((first, degree, most, centres),) = asked
+    assert (first, degree, most) == (begin, 4, 13)
+    # All around the umbilic, which are fewer than a scale is chosen by.
+    assert 12 <= centres <= 100
