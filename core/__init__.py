@@ -39,6 +39,7 @@ from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
 from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
+from .retopology.ridges.on_edges import RidgeEdges, ridge_edges
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_quads, check_topology
@@ -100,6 +101,7 @@ __all__ = [
     "Region",
     "RemeshError",
     "RemeshSettings",
+    "RidgeEdges",
     "RidgeLines",
     "RotationSymmetry",
     "Selection",
@@ -137,6 +139,7 @@ __all__ = [
     "quad_layout",
     "read_off",
     "remesh",
+    "ridge_edges",
     "select",
     "setting",
     "suitability",

@@ -11,8 +11,9 @@ import bpy
 _MANUAL = Path(__file__).parent / "help" / "guide.html"
 
 _RETOPOLOGY = (
-    "guide", "add_pole", "remesh_to_quads", "lines", "separatrices", "ridges", "draw_guides",
-    "mark_seams", "new_retopology", "check_topology", "symmetry", "align_to_x", "export_field",
+    "guide", "add_pole", "preview_layout", "remesh_to_quads", "lines", "separatrices", "ridges",
+    "draw_guides", "mark_seams", "new_retopology", "check_topology", "show_check", "symmetry",
+    "align_to_x", "align_to_other", "rotation_symmetry", "export_field",
 )  # fmt: skip
 
 # From what Blender calls it to the chapter of the guide; the first that fits is taken.

@@ -4,6 +4,7 @@ import bpy
 
 from ..operators.add_arrows import UMBILICS_OT_add_arrows
 from ..operators.add_pole import UMBILICS_OT_add_pole
+from ..operators.align_to_other import UMBILICS_OT_align_to_other
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.check_topology import UMBILICS_OT_check_topology
@@ -18,10 +19,13 @@ from ..operators.guide import UMBILICS_OT_guide
 from ..operators.hide_map import UMBILICS_OT_hide_map
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
 from ..operators.ridges import UMBILICS_OT_ridges
+from ..operators.rotation_symmetry import UMBILICS_OT_rotation_symmetry
 from ..operators.separatrices import UMBILICS_OT_separatrices
+from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.show_map import UMBILICS_OT_show_map
 from ..operators.symmetry import UMBILICS_OT_symmetry
 
@@ -38,15 +42,25 @@ _DETECTION = (
     (UMBILICS_OT_clear, UMBILICS_OT_clear_file),
 )
 _RETOPOLOGY = (
-    (UMBILICS_OT_guide, UMBILICS_OT_add_pole, UMBILICS_OT_remesh_to_quads),
+    (
+        UMBILICS_OT_guide,
+        UMBILICS_OT_add_pole,
+        UMBILICS_OT_preview_layout,
+        UMBILICS_OT_remesh_to_quads,
+    ),
     (
         UMBILICS_OT_lines,
         UMBILICS_OT_separatrices,
         UMBILICS_OT_ridges,
         UMBILICS_OT_draw_guides,
     ),
-    (UMBILICS_OT_new_retopology, UMBILICS_OT_check_topology),
-    (UMBILICS_OT_symmetry, UMBILICS_OT_align_to_x),
+    (UMBILICS_OT_new_retopology, UMBILICS_OT_check_topology, UMBILICS_OT_show_check),
+    (
+        UMBILICS_OT_symmetry,
+        UMBILICS_OT_align_to_x,
+        UMBILICS_OT_rotation_symmetry,
+        UMBILICS_OT_align_to_other,
+    ),
     (UMBILICS_OT_export_field,),
 )
 

@@ -36,7 +36,8 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
             icon = "CHECKMARK" if found.balanced else "ERROR"
             value = f"{found.expected_index_sum:g}"
         else:
-            icon, value = "NONE", f"{found.euler_characteristic} (open)"
+            count = found.euler_characteristic
+            icon, value = "NONE", f"{count} (open)"
         line(sums, "euler_characteristic", "Euler characteristic", value, icon=icon)
         numbers = self.layout.column(align=True)
         scene = context.scene

@@ -129,7 +129,16 @@ def export_guidance(
     made = check = None
     if with_quads:
         part = progress.part("Remeshing", 0.4, 0.75)
-        made = remesh(*mesh, remeshing, part, detection=guide.detection, sharp=sharp, zone=zone)
+        made = remesh(
+            *mesh,
+            remeshing,
+            part,
+            detection=guide.detection,
+            sharp=sharp,
+            zone=zone,
+            strokes=strokes,
+            wanted=wanted,
+        )
         check = check_quads(made, guide, guidance.poles, progress.part("Checking", 0.75, 0.8))
     data = Exported(*mesh, guide, guidance, lines, arcs, ridges, made)
     paths = write_guidance(stem, kinds, data, to_file, progress.part("Writing files", 0.8, 1.0))

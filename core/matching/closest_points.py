@@ -1,10 +1,10 @@
 """Iterated closest points between shapes that need not overlap everywhere.
 
 Distances are measured to the tangent planes (Chen & Medioni 1992, doi
-10.1016/0262-8856(92)90066-C).
-How much of the shapes overlaps is chosen with the motion: the share f of the nearest points for
-which their root mean square distance over f^1.3 is least (Phillips, Liu & Tomasi 2007, doi
-10.1109/3DIM.2007.39), which neither takes points without a counterpart nor leaves good ones out.
+10.1016/0262-8856(92)90066-C). How much of the shapes overlaps is chosen with the motion: the share
+f of the nearest points for which their root mean square distance over f^1.3 is least (Phillips, Liu
+& Tomasi 2007, doi 10.1109/3DIM.2007.39), which neither takes points without a counterpart nor
+leaves good ones out.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LEAST_OVERLAP = 0.2
 # Distance, in sizes, beyond which a sample has no counterpart.
 FAR = 0.15
 # Standard deviations within which samples count at the end, and steps there.
-_DEVIATIONS, _POLISHING = 3.0, 15
+_DEVIATIONS, _POLISHING, _CHECKING = 3.0, 15, 4
 # Cosine of normals within a pair.
 _FACING = 0.5
 
@@ -104,8 +104,11 @@ def refined(
     return best
 
 
-def polished(fit: Fit, one: Shape, other: Shape, scaled: bool, far: float) -> Fit:
-    """The fit over more samples of both shapes' overlap, to the end, with its true error.
+def polished(
+    fit: Fit, one: Shape, other: Shape, scaled: bool, far: float, fine: bool = True
+) -> Fit:
+    """The fit over all of both shapes' overlap, `fine` over more samples and to the end, with its
+    true error.
 
     What is left out are samples without a counterpart alone: within some standard deviations all
     count, so that the error is not that of the best ones. What lies nearer than `far` overlaps.
@@ -114,8 +117,9 @@ def polished(fit: Fit, one: Shape, other: Shape, scaled: bool, far: float) -> Fi
     # Of the nearest share of normal deviates the root mean square falls short; a little more is
     # no matter, as what counts is chosen anew.
     reach = _DEVIATIONS * 1.5 * max(fit.error, 1e-6 * other.size)
-    for _ in range(_POLISHING):
-        met = _met(motion, one.fine_samples, other.target, other)
+    samples = one.fine_samples if fine else one.samples
+    for _ in range(_POLISHING if fine else _CHECKING):
+        met = _met(motion, samples, other.target, other)
         rows = np.flatnonzero(met.usable & (np.abs(met.height) <= reach))
         if len(rows) <= 10:
             return fit

@@ -221,8 +221,8 @@ def _votes(one: Shape, other: Shape, motions: Motions) -> np.ndarray:
 
 def _corners(shape: Shape) -> np.ndarray:
     low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    return corners * (high - low) + low
+    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    return np.asarray(low + unit * (high - low))
 
 
 def _apart(one: Similarity, two: Similarity, corners: np.ndarray) -> float:

@@ -15,10 +15,12 @@ from .shape import Shape
 
 # Motions of a shape onto itself that are refined.
 _REFINED = 24
-_SHORT, _LONG = 5, 60
+_SHORT, _LONG = 5, 40
 # The highest order that is looked for: beyond it umbilics of neighbouring sectors are not told
 # apart, and a surface of revolution has no umbilics to go by.
 MOST_ORDER = 24
+# Cosine of axes of a shape that are the same: all pass through its middle.
+_SAME_AXIS = float(np.cos(np.radians(5.0)))
 # Share of the surface that must come onto itself: a mark on one sector does not hide a symmetry.
 _WHOLE = 0.8
 
@@ -73,27 +75,34 @@ def find_rotation(shape: Shape, progress: Progress | None = None) -> RotationSym
     found: list[tuple[int, Fit]] = []
     for done, motion in enumerate(turns):
         progress.step(done / len(turns))
-        fit = refined(motion, shape, shape, False, _SHORT, rough=True)
-        if fit is None or _rests(fit.motion, shape):
-            continue
-        fit = _finished(fit.motion, shape)
-        order = 0 if fit is None else _order(fit.motion)
-        if fit is not None and order:
+        fit = _finished(motion, shape)
+        order = 0 if fit is None or _rests(fit.motion, shape) else _order(fit.motion)
+        if fit is not None and order and not _known(fit, found):
             found.append(_raised(order, fit, shape))
     if not found:
         raise MatchError("No rotation brings the shape onto itself.")
     most = max(order for order, _ in found)
     fit = min((fit for order, fit in found if order == most), key=lambda fit: fit.error)
-    return _symmetry(most, fit, shape)
+    return _symmetry(most, polished(fit, shape, shape, False, limit(shape, shape)), shape)
+
+
+def _known(fit: Fit, found: list[tuple[int, Fit]]) -> bool:
+    """Whether a turn is about an axis that was found already, all of whose orders were tried."""
+    axis, _ = axis_and_angle(fit.motion.rotation)
+    others = (axis_and_angle(other.motion.rotation)[0] for _, other in found)
+    return any(abs(axis @ other) > _SAME_AXIS for other in others)
 
 
 def _finished(start: Similarity, shape: Shape) -> Fit | None:
     """The best motion near a start that brings the shape onto itself; None if there is none."""
-    fit = refined(start, shape, shape, False, _LONG)
     far = limit(shape, shape)
+    fit = refined(start, shape, shape, False, _SHORT, rough=True)
     if fit is None or fit.error > 2.0 * far:
         return None
-    fit = polished(fit, shape, shape, False, far)
+    fit = refined(fit.motion, shape, shape, False, _LONG)
+    if fit is None or fit.error > 2.0 * far:
+        return None
+    fit = polished(fit, shape, shape, False, far, fine=False)
     return fit if fit.overlap >= _WHOLE and fit.error < far else None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -156,7 +156,7 @@ def detect(
         )
     progress.step(1.0)
     detection.timings.update(clock.seconds)
-    return detection
+    return replace(detection, crease_angle=_crease_angle(settings, cad))
 
 
 @dataclass(frozen=True)
@@ -312,6 +312,15 @@ def _regions(
         return find_regions(surface, shape.gap, noise, radius, rings, mean)
     gap = np.where(cad.exact_vertices(surface), np.nan, shape.gap)
     return with_faces(cad, find_regions(surface, gap, noise, radius, rings, mean))
+
+
+def _crease_angle(settings: Settings, cad: Tessellation | None) -> float:
+    """Degrees from which edges are not fitted across."""
+    if settings.curvature == "given":
+        return 180.0
+    if settings.crease_angle == AUTO:
+        return 180.0 if cad is None else cad.crease_angle
+    return float(settings.crease_angle)
 
 
 def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
