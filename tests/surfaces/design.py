@@ -8,31 +8,34 @@ from .analytic import AnalyticSurface, UmbilicPoints
 from .graphs import graph_surface, refined_umbilic
 from .sampling import grid_points, random_points
 
-# The half breadth, and the squares of two over the length and of one over the draught.
-_HALF, _LENGTHWISE, _UPWARD = 0.05, 4.0, 256.0
 
+def wigley_hull(cells: int = 100, breadth: float = 0.1, draught: float = 0.0625) -> AnalyticSurface:
+    """One side of Wigley's hull of length 1 with its image above the waterline: (x, z, half the
+    breadth times (1 - 4 x^2) (1 - z^2 / draught^2)).
 
-def _wigley(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
-    along, down = 1.0 - _LENGTHWISE * x * x, 1.0 - _UPWARD * z * z
-    return (
-        _HALF * along * down,
-        -2.0 * _HALF * _LENGTHWISE * x * down,
-        -2.0 * _HALF * _UPWARD * z * along,
-        -2.0 * _HALF * _LENGTHWISE * down,
-        4.0 * _HALF * _LENGTHWISE * _UPWARD * x * z,
-        -2.0 * _HALF * _UPWARD * along,
-    )
+    Its two stars lie on the waterline: of the usual hull four thousandths of the length from its
+    ends, the farther in the deeper it is. `cells` from keel to keel.
+    """
+    half, lengthwise, upward = 0.5 * breadth, 4.0, 1.0 / draught**2
 
+    def jet(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
+        along, down = 1.0 - lengthwise * x * x, 1.0 - upward * z * z
+        return (
+            half * along * down,
+            -2.0 * half * lengthwise * x * down,
+            -2.0 * half * upward * z * along,
+            -2.0 * half * lengthwise * down,
+            4.0 * half * lengthwise * upward * x * z,
+            -2.0 * half * upward * along,
+        )
 
-def wigley_hull(cells: int = 100) -> AnalyticSurface:
-    """One side of Wigley's hull of length 1, breadth 0.1 and draught 1/16, with its image above
-    the waterline: (x, z, half breadth), and its umbilics at the ends of the waterline."""
-    points, triangles = grid_points(3 * cells, cells, (-0.5, -0.0625), (0.5, 0.0625))
-    end = np.sqrt((1.0 - _LENGTHWISE / _UPWARD) / _LENGTHWISE)
+    columns = max(round(cells / (2.0 * draught) / 2.0), cells)
+    points, triangles = grid_points(columns, cells, (-0.5, -draught), (0.5, draught))
+    end = np.sqrt((1.0 - lengthwise / upward) / lengthwise)
     found = UmbilicPoints.of(
-        [(refined_umbilic(_wigley, side * end, 0.0), 0.5, "lemon") for side in (-1.0, 1.0)]
+        [(refined_umbilic(jet, side * end, 0.0), -0.5, "star") for side in (-1.0, 1.0)]
     )
-    return graph_surface("Wigley's hull", _wigley, points, triangles, found)
+    return graph_surface("Wigley's hull", jet, points, triangles, found)
 
 
 # Curvature far away, what is added for near, and how far up the lens it grows.

@@ -28,25 +28,34 @@ def write(page: Page) -> None:
 def _hull(page: Page) -> None:
     page.heading("A ship's hull", 3)
     rows = []
-    for cells in (40, 80, 160):
-        mesh = wigley_hull(cells)
+    for name, cells, size in (
+        ("deep", 30, (0.3, 0.3)),
+        ("deep", 60, (0.3, 0.3)),
+        ("deep", 120, (0.3, 0.3)),
+        ("Wigley's", 80, (0.1, 0.0625)),
+        ("Wigley's", 160, (0.1, 0.0625)),
+    ):
+        mesh = wigley_hull(cells, *size)
         found = core.detect(mesh.vertices, mesh.triangles, _DESIGN)
         points = found.candidates.position
         distance = np.linalg.norm(points[:, None] - mesh.umbilics.position[None], axis=2)
         error = distance.min(axis=0) if len(points) else np.full(len(mesh.umbilics), np.inf)
         near = error / local_edges(mesh)
         rows.append(
-            [f"{len(mesh.triangles):,}", len(points), np.count_nonzero(near < 2.0),
-             number(float(near.max()), 2), len(found.umbilics), len(found.regions)]
+            [name, f"{len(mesh.triangles):,}", len(points), np.count_nonzero(near < 2.0),
+             number(float(near.max()), 2) if near.max() < 2.0 else "–", len(found.umbilics),
+             len(found.regions)]
         )  # fmt: skip
     page.text(
-        """Wigley's hull (length 1, breadth 0.1, draught 1/16; one side with its image above the
-        waterline), whose umbilics are known: two lemons on the waterline, four thousandths of the
-        length from stem and stern. They lie next to the edge of the mesh, where fits are one-sided:
-        they are found and stay candidates, which the extension does not call certain."""
+        """Hulls of Wigley's form, one side with its image above the waterline: length 1, the usual
+        one of breadth 0.1 and draught 1/16, a deep one of 0.3 and 0.3. Each has two stars on the
+        waterline, of the usual one four thousandths of the length from stem and stern: there the
+        mesh ends, fits are one-sided, and what is found stays a candidate."""
     )
     page.table(
-        ["triangles", "candidates", "umbilics found", "error, edges", "reported", "regions"], rows
+        ["hull", "triangles", "candidates", "umbilics found", "error, edges", "reported",
+         "regions"],
+        rows,
     )
     file = "ship_wigley_of.stl"
     if page.models is None or not (page.models / file).is_file():
@@ -54,7 +63,8 @@ def _hull(page: Page) -> None:
         return
     model = Model(page.models / file)
     found = model.detect(_DESIGN)
-    counts = ", ".join(f"{count} {kind}" for kind, count in found.umbilics.counts().items() if count)
+    each = found.umbilics.counts().items()
+    counts = ", ".join(f"{count} {kind}" for kind, count in each if count)
     kinds = sorted({region.kind for region in found.regions})
     page.text(
         f"""The same hull as a program for flow simulation has it, {len(model.arrays.triangles):,}
@@ -90,10 +100,12 @@ def _lens(page: Page) -> None:
              ", ".join(sorted(set(kinds))) if kinds else "–"]
         )  # fmt: skip
     page.text(
-        """A surface whose curvature grows from far to near along a line on which it is bent alike in
+        """A surface whose curvature grows from far to near along a line on which it is bent alike
+        in
         all directions: the umbilic line of a progressive lens. Here the whole line is known. Where
         the curvature grows, lines beside it cannot be umbilical: Minkwitz's theorem (1963) says
-        that the gap grows twice as fast across the line as the curvature along it. Random points."""
+        that the gap grows twice as fast across the line as the curvature along it. Random
+        points."""
     )
     page.table(
         ["triangles", "power on the line off by, %", "gap on the line / median gap",

@@ -13,7 +13,8 @@ from . import pictures, unfoldings
 from .model import TRIVIAL, Model, clusters, comparison
 from .page import Page
 
-BASELINES = """The rows below C are what the paper starts from (its section 2.1), which look at vertices
+BASELINES = """The rows below C are what the paper starts from (its section 2.1), which look at
+vertices
 alone: k1-k2 and H2-K are least there among their neighbours (H and K by Meyer et al. 2003), ratio:
 the curvatures are of one sign and alike to 5 %. They tell no index."""
 

@@ -124,7 +124,8 @@ def _rocker_arm(page: Page, model: Model) -> None:
     )
     rows, smooth = _filters(model)
     page.text(
-        """Normal smoothing, k passes of a mean and of a linear fit over the ring of each vertex, and
+        """Normal smoothing, k passes of a mean and of a linear fit over the ring of each vertex,
+        and
         the opening. The paper calls its filter linear, and linear fitting:"""
     )
     page.table(*rows)
@@ -180,7 +181,8 @@ def _bunny(page: Page, model: Model) -> None:
     page.differences.append(
         f"""The bunny: {counts[0]} points without a filter, {counts[1]} after the opening, still
         too many to use, as the paper says; {counts[2]} with 10 passes of the mean and the
-        opening, {counts[3]} with 10 of the linear fit. Smoothing normals makes the elliptic part less broken, so the opening keeps more
+        opening, {counts[3]} with 10 of the linear fit. Smoothing normals makes the elliptic part
+        less broken, so the opening keeps more
         of what is left; the two filters do not simply multiply."""
     )
 

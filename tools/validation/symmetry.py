@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial import cKDTree
+from surfaces.blobs import random_sphere, star
 
 import core
 from core.matching.closest_points import rotation_by
-from surfaces.blobs import random_sphere, star
 
 from .page import Page, number
 
