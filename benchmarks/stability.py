@@ -41,9 +41,9 @@ What is kept of a scan by default, and how much of it is kept again after the sc
 way that leaves its shape as it is. Written by `python3 -m benchmarks.stability`.
 
 - **Noise**: normal deviates of the standard deviation that the detection estimates for the scan's
-  own noise, added to every coordinate. **Half**: decimated by quadrics (fast-simplification) to half
-  the triangles. **Turned**: edges turned at random wherever the two triangles allow it, the points
-  as they were.
+  own noise, added to every coordinate. **Half**: decimated by quadrics (fast-simplification) to
+  half the triangles. **Turned**: edges turned at random wherever the two triangles allow it, the
+  points as they were.
 - **Again**: percent of the kept ones for which one of the same index is kept of the changed scan,
   within {errors:g} standard errors of both places, at least {nearest:g} and at most {farthest:g}
   edges; behind the stroke the same of the {few} most important. **Scale**: radius of the fits in
