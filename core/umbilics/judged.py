@@ -88,6 +88,10 @@ def judge(
     at_border = _at_border(surface, found.triangle, partner, vague, unclear, evidence.exact)
     position = found.position(surface)
     unseen = _unseen_pairs(position, partner, found.seen | at_border, radius)
+    if not evidence.exact:
+        # A border has errors of its own: it makes places vague without making pairs.
+        inner = ~at_border & ~(at_border[partner] & (partner >= 0))
+        unseen |= inner & _within_errors(position, partner, found.uncertainty)
     # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
     above = np.where(unseen, np.fmax(found.noise, persistence), found.noise)
     above = np.where(_both(present, partner), 0.0, above)
@@ -147,6 +151,16 @@ def _unseen_pairs(
     close = apart <= PAIR_REACH * radius.mean(axis=1)
     both, either = located & located[partner], located | located[partner]
     return paired & ~(both | (either & ~close))
+
+
+def _within_errors(
+    position: np.ndarray, partner: np.ndarray, uncertainty: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics that stand no further from the one they cancel with than the errors
+    of both places may reach: the same errors could bring them together."""
+    apart = np.linalg.norm(position - position[partner], axis=1)
+    reach = significant(1.0, PRESENT) * np.hypot(uncertainty, uncertainty[partner])
+    return (partner >= 0) & (apart < reach)
 
 
 def _both(there: np.ndarray, partner: np.ndarray) -> np.ndarray:
