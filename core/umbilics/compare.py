@@ -169,6 +169,7 @@ def _at_vertices(method: str, surface: Surface, by_shape: Detection) -> Detectio
         at_border=no,
         certain=no,
         resolved=~no,
+        importance=np.zeros(count),
         elliptic=~no,
     )
     return replace(

@@ -69,7 +69,7 @@ def half_anew(vertices, triangles, seed, noise):
     return np.where(upper[:, None], moved, vertices)
 
 
-@pytest.mark.parametrize("seed", (0, 3, 4))
+@pytest.mark.parametrize("seed", [0, 3, 4])
 def test_a_half_on_other_points_leaves_the_plane_within_its_stated_error(seed):
     vertices, triangles = egg()
     plane = mirror(half_anew(vertices, triangles, seed, 0.03), triangles)
