@@ -17,7 +17,7 @@ from .parts import Part, short
 
 _PERMANENT = 1e37
 # Part of a row for the kind; the rest is shared by the numbers.
-_KIND_PART = 0.5
+_KIND_PART = 0.47
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
