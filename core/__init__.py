@@ -7,6 +7,7 @@ from .base.errors import (
     GuidanceError,
     InvalidMeshError,
     InvalidSettingsError,
+    MatchError,
     RemeshError,
     UmbilicsError,
 )
@@ -21,6 +22,10 @@ from .formats.off import read_off
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
+from .matching.align import Alignment, align
+from .matching.identify import identify
+from .matching.rotation import RotationSymmetry, find_rotation
+from .matching.shape import Shape
 from .retopology.by_hand import Strokes, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
@@ -34,6 +39,7 @@ from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
 from .retopology.quads.remesh import quad_layout, remesh
 from .retopology.quads.result import QuadMesh
 from .retopology.quads.settings import RemeshSettings
+from .retopology.ridges.on_edges import RidgeEdges, ridge_edges
 from .retopology.ridges.ridge_lines import RidgeLines
 from .retopology.settings import GuidanceSettings
 from .retopology.topology_check import TopologyCheck, check_quads, check_topology
@@ -68,6 +74,7 @@ __all__ = [
     "SURFACE_TYPES",
     "TRUSTED",
     "USUAL_OPENING",
+    "Alignment",
     "CancelledError",
     "ChartError",
     "Choice",
@@ -83,6 +90,7 @@ __all__ = [
     "InvalidMeshError",
     "InvalidSettingsError",
     "Lines",
+    "MatchError",
     "MethodResult",
     "MirrorPlane",
     "Option",
@@ -93,10 +101,13 @@ __all__ = [
     "Region",
     "RemeshError",
     "RemeshSettings",
+    "RidgeEdges",
     "RidgeLines",
+    "RotationSymmetry",
     "Selection",
     "Separatrices",
     "Settings",
+    "Shape",
     "Strokes",
     "Suitability",
     "TopologyCheck",
@@ -105,6 +116,7 @@ __all__ = [
     "UsdMesh",
     "WantedPoles",
     "Written",
+    "align",
     "check",
     "check_quads",
     "check_topology",
@@ -116,7 +128,9 @@ __all__ = [
     "edge_paths",
     "export_guidance",
     "filtered",
+    "find_rotation",
     "guidance_paths",
+    "identify",
     "kept_rows",
     "noise_multiple",
     "numbers",
@@ -125,6 +139,7 @@ __all__ = [
     "quad_layout",
     "read_off",
     "remesh",
+    "ridge_edges",
     "select",
     "setting",
     "suitability",

@@ -4,6 +4,7 @@ from importlib import import_module
 
 # Registered in this order and unregistered in the reverse of it.
 _MODULES = (
+    "base.translation",
     "base.caches",
     "data.preferences",
     "data.properties",
@@ -40,6 +41,7 @@ _MODULES = (
     "data.topology",
     "guide",
     "add_pole",
+    "preview_layout",
     "remesh_to_quads",
     "new_retopology",
     "check_topology",
@@ -50,6 +52,8 @@ _MODULES = (
     "mark_seams",
     "symmetry",
     "align_to_x",
+    "rotation_symmetry",
+    "align_to_other",
     "draw_guides",
     "write_files",
     "export_field",

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .jobs import detect
 from .scene import homes, selection
 from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
@@ -28,13 +29,13 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
                 "mesh. Apply the modifiers, or detect with Source: Base Mesh."
             )
         if reason:
-            cls.poll_message_set(reason)
+            cls.poll_message_set(reported(reason))
         return not reason
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = selection.active(context)
         if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
-            self.report({"INFO"}, f"{obj.name} has arrows already.")
+            self.report({"INFO"}, reported(f"{obj.name} has arrows already."))
             return {"CANCELLED"}
         modifier = obj.modifiers.new("Umbilics Arrows", "NODES")
         modifier.node_group = arrow_group()

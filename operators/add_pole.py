@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
+from .base.translation import reported
 from .scene import selection
 from .scene.retopology import by_hand
 from .scene.transaction import all_or_nothing
@@ -33,10 +34,12 @@ class UMBILICS_OT_add_pole(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.shown(context)
         if obj is None or obj.type != "MESH" or not obj.umbilics_plan.planned:
-            cls.poll_message_set("Plan poles first, and make their mesh the active object.")
+            cls.poll_message_set(
+                reported("Plan poles first, and make their mesh the active object.")
+            )
             return False
         if obj.mode != "OBJECT":
-            cls.poll_message_set("Leave Edit Mode first: poles are objects of their own.")
+            cls.poll_message_set(reported("Leave Edit Mode first: poles are objects of their own."))
             return False
         return True
 
@@ -47,7 +50,7 @@ class UMBILICS_OT_add_pole(bpy.types.Operator):
         cursor = obj.matrix_world.inverted_safe() @ context.scene.cursor.location
         found, place, normal, _ = obj.closest_point_on_mesh(cursor, depsgraph=depsgraph)
         if not found:
-            self.report({"ERROR"}, f"{obj.name} has no surface for a pole to stand on.")
+            self.report({"ERROR"}, reported(f"{obj.name} has no surface for a pole to stand on."))
             return {"CANCELLED"}
         across = obj.matrix_world.to_3x3().inverted_safe().transposed() @ normal
         with all_or_nothing() as transaction:
@@ -61,7 +64,9 @@ class UMBILICS_OT_add_pole(bpy.types.Operator):
             )
         for other in context.view_layer.objects:
             other.select_set(other == pole)
-        self.report({"INFO"}, f"Pole of {self.valence} edges added. Move it, then plan again.")
+        self.report(
+            {"INFO"}, reported(f"Pole of {self.valence} edges added. Move it, then plan again.")
+        )
         return {"FINISHED"}
 
 

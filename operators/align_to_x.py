@@ -3,6 +3,7 @@
 import bpy
 from mathutils import Matrix, Vector
 
+from .base.translation import reported
 from .scene import selection
 from .scene.retopology import guidance_objects
 
@@ -20,7 +21,7 @@ class UMBILICS_OT_align_to_x(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.active(context)
         if obj is None or not guidance_objects.parts_of(obj, guidance_objects.MIRROR):
-            cls.poll_message_set("Find the mirror plane first.")
+            cls.poll_message_set(reported("Find the mirror plane first."))
             return False
         return True
 

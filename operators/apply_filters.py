@@ -3,6 +3,7 @@
 import bpy
 
 from .base import changes
+from .base.translation import reported
 from .scene import filters
 
 
@@ -18,7 +19,7 @@ class UMBILICS_OT_apply_filters(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not filters.with_results(context):
-            cls.poll_message_set("Detect umbilics first.")
+            cls.poll_message_set(reported("Detect umbilics first."))
             return False
         return True
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .jobs import worker
 
 
@@ -14,7 +15,7 @@ class UMBILICS_OT_cancel(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if worker.current() is None:
-            cls.poll_message_set("No detection is running.")
+            cls.poll_message_set(reported("No detection is running."))
             return False
         return True
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .jobs import detect, worker
 from .scene import old_copies, orphans, selection
 from .scene.modes import finished
@@ -23,7 +24,7 @@ class UMBILICS_OT_clear(bpy.types.Operator):
         if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
-            cls.poll_message_set(reason)
+            cls.poll_message_set(reported(reason))
         return not reason
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -31,7 +32,7 @@ class UMBILICS_OT_clear(bpy.types.Operator):
         cleared = [clear(context, obj) for obj in wanted if not detect.why_not(obj, to_clear=True)]
         if not (orphans.remove() or any(cleared)):
             name = wanted[0].name if len(wanted) == 1 and wanted[0] else "The selection"
-            self.report({"INFO"}, f"{name} has no umbilics to clear.")
+            self.report({"INFO"}, reported(f"{name} has no umbilics to clear."))
             return {"CANCELLED"}
         return {"FINISHED"}
 

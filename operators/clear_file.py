@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .clear import clear
 from .jobs import detect, worker
 from .scene import orphans
@@ -20,7 +21,7 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if worker.current() is not None:
-            cls.poll_message_set("A detection is running. Wait for it, or press Esc.")
+            cls.poll_message_set(reported("A detection is running. Wait for it, or press Esc."))
             return False
         return True
 
@@ -30,11 +31,13 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         cleared = [clear(context, obj) for obj in found if not detect.why_not(obj, to_clear=True)]
         left = orphans.remove()
         for why in refused:
-            self.report({"WARNING"}, why)
+            self.report({"WARNING"}, reported(why))
         if not (any(cleared) or left):
-            self.report({"INFO"}, "There is nothing of Umbilics in this file.")
+            self.report({"INFO"}, reported("There is nothing of Umbilics in this file."))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Cleared {sum(cleared)} objects, and {left} left of others.")
+        self.report(
+            {"INFO"}, reported(f"Cleared {sum(cleared)} objects, and {left} left of others.")
+        )
         return {"FINISHED"}
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 
 from .. import core
+from .base.translation import translated
 from .data import properties, reading
 from .jobs import detect
 from .jobs.modal import BackgroundOperator, Message, NeedsMesh
@@ -56,7 +57,7 @@ class UMBILICS_OT_compare(NeedsMesh, BackgroundOperator, bpy.types.Operator):
         self, context: bpy.types.Context, job: _Comparison, found: tuple[core.MethodResult, ...]
     ) -> list[Message]:
         if not bpy.app.background:
-            title = f"{job.object_name}: what each method finds"
+            title = translated(f"{job.object_name}: what each method finds")
             rows = core.comparison_rows(found)
             context.window_manager.popup_menu(_drawing(rows, found), title=title)
         return [("INFO", core.comparison_table(found))]
@@ -73,10 +74,12 @@ def _drawing(
         for k in columns:
             column = flow.column()
             for row in rows:
-                column.label(text=row[k].capitalize() if row is rows[0] else row[k])
+                text = row[k].capitalize() if row is rows[0] else row[k]
+                column.label(text=translated(text))
         for result in results:
             if result.refusal:
-                menu.layout.label(text=f"{result.method}: {result.refusal}", icon="ERROR")
+                reason = translated(str(result.refusal))
+                menu.layout.label(text=f"{result.method}: {reason}", icon="ERROR")
 
     return draw
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .data import record
 from .scene import chosen_umbilic
 
@@ -20,7 +21,7 @@ class UMBILICS_OT_copy_coordinates(bpy.types.Operator):
         position, _ = record.place_now(*chosen_umbilic.chosen(context))
         text = ", ".join(f"{value:.6g}" for value in position)
         context.window_manager.clipboard = text
-        self.report({"INFO"}, f"Copied {text}")
+        self.report({"INFO"}, reported(f"Copied {text}"))
         return {"FINISHED"}
 
 

@@ -3,6 +3,7 @@
 import bpy
 
 from .. import core
+from .base.translation import reported
 from .base.words import outcome, pins_lost
 from .data import properties, reading
 from .jobs import detect, worker
@@ -27,7 +28,7 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         if worker.current() is not None:
             reason = RUNNING
         if reason:
-            cls.poll_message_set(reason)
+            cls.poll_message_set(reported(reason))
         return not reason
 
     def jobs(

@@ -6,7 +6,7 @@ from .. import core
 from .jobs import retopology
 from .jobs.modal import GuidanceOperator
 from .scene import selection
-from .scene.retopology import guidance_objects
+from .scene.retopology import curve_objects
 
 
 class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
@@ -28,7 +28,7 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
     ) -> str:
         lines, separatrices, ridges = found
         with retopology.written(context, job) as (obj, transaction):
-            guidance_objects.write_guides(
+            curve_objects.write_guides(
                 context, obj, job.inputs.arrays, lines, separatrices, ridges, transaction
             )
         return (

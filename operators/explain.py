@@ -19,7 +19,9 @@ class UMBILICS_OT_explain(bpy.types.Operator):
     ) -> str:
         # Blender ends it with a full stop.
         words = summary.UMBILICS_PG_summary.bl_rna.properties[properties.number].description
-        return f"{words}. Click for the manual"
+        explained = bpy.app.translations.pgettext_tip(words)
+        click = bpy.app.translations.pgettext_tip("Click for the manual")
+        return f"{explained}. {click}"
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         return bpy.ops.wm.doc_view_manual(doc_id=f"UMBILICS_PG_summary.{self.number}")

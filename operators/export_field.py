@@ -7,6 +7,7 @@ from bpy.props import BoolProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import core
+from .base.translation import reported
 from .jobs.modal import NeedsMesh
 
 _CHOSEN = ("mesh", "rosy", "sharp")
@@ -53,14 +54,14 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
     def execute(self, context: bpy.types.Context) -> set[str]:
         kinds = self._kinds()
         if not kinds:
-            self.report({"ERROR"}, "Choose at least one kind of file.")
+            self.report({"ERROR"}, reported("Choose at least one kind of file."))
             return {"CANCELLED"}
         # A script says what it wants; in the file browser only one of the names is seen.
         there = in_the_way(self.filepath, kinds) if self._by_hand and not self.overwrite else []
         if there:
             self.report(
                 {"ERROR"},
-                f"{', '.join(there)}: already there. Choose another name, or Overwrite.",
+                reported(f"{', '.join(there)}: already there. Choose another name, or Overwrite."),
             )
             return {"CANCELLED"}
         # An operator that came from the file browser cannot stay and wait; another one does.
@@ -69,7 +70,7 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
             done = bpy.ops.umbilics.write_files(how, filepath=self.filepath, kinds=" ".join(kinds))
         except RuntimeError as error:
             # What the other one reports as an error comes as an exception.
-            self.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
+            self.report({"ERROR"}, reported(str(error).strip().removeprefix("Error: ")))
             return {"CANCELLED"}
         return {"CANCELLED"} if done == {"CANCELLED"} else {"FINISHED"}
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .scene import targets
 from .scene.modes import object_mode
 from .scene.transaction import all_or_nothing
@@ -23,7 +24,7 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
             and view_shading.is_changed(context.screen, area)
         )
         if not changed and not any(map(maps.is_shown_on, context.scene.objects)):
-            cls.poll_message_set("No map is shown.")
+            cls.poll_message_set(reported("No map is shown."))
             return False
         return True
 

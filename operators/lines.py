@@ -7,7 +7,7 @@ from .data import plans
 from .jobs import retopology
 from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
-from .scene.retopology import guidance_objects
+from .scene.retopology import curve_objects, guidance_objects
 
 
 class UMBILICS_OT_lines(AdjustableGuidance, bpy.types.Operator):
@@ -25,7 +25,7 @@ class UMBILICS_OT_lines(AdjustableGuidance, bpy.types.Operator):
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
-            guidance_objects.write_lines(
+            curve_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
             )
         return f"{len(found)} lines of curvature."

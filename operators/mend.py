@@ -9,6 +9,7 @@ from bpy.props import EnumProperty
 
 from .. import core
 from .base import verdict
+from .base.translation import reported
 from .data import record
 from .jobs import detect, worker
 from .mesh.read import positions
@@ -47,7 +48,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
         if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
-            cls.poll_message_set(reason)
+            cls.poll_message_set(reported(reason))
         return not reason
 
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .scene import selection, targets
 
 
@@ -18,7 +19,7 @@ class UMBILICS_OT_new_retopology(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.active(context)
         if obj is None or obj.type != "MESH" or obj.mode != "OBJECT":
-            cls.poll_message_set("Make the surface the active object, in Object Mode.")
+            cls.poll_message_set(reported("Make the surface the active object, in Object Mode."))
             return False
         return True
 

@@ -47,6 +47,8 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
                 detection=guide.detection,
                 sharp=arrays.sharp,
                 zone=job.zone,
+                strokes=job.steering.strokes,
+                wanted=job.steering.wanted,
             )
             guidance, _ = retopology.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
             part = progress.part("Checking", 0.95, 1.0)

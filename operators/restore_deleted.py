@@ -3,6 +3,7 @@
 import bpy
 
 from .base import changes
+from .base.translation import reported
 from .scene import filters, selection, targets
 
 
@@ -16,7 +17,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.shown(context)
         if obj is None or not obj.umbilics.deleted or not targets.is_local(obj):
-            cls.poll_message_set("No umbilic was deleted.")
+            cls.poll_message_set(reported("No umbilic was deleted."))
             return False
         return True
 

@@ -7,7 +7,7 @@ from .data import plans
 from .jobs import retopology
 from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
-from .scene.retopology import guidance_objects
+from .scene.retopology import curve_objects, guidance_objects
 
 
 class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
@@ -19,19 +19,29 @@ class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        settings = self.settings(context)
         return retopology.gather(
-            context, selection.shown(context), retopology.ridges, settings=settings
+            context,
+            selection.shown(context),
+            retopology.ridges_on_edges,
+            own_edges=True,
+            settings=self.settings(context),
         )
 
-    def done(self, context: bpy.types.Context, job: retopology.Job, found: core.RidgeLines) -> str:
+    def done(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: tuple[core.RidgeLines, core.RidgeEdges | None],
+    ) -> str:
+        lines, edges = found
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
-            guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
-        if not len(found):
+            curve_objects.write_lines(context, obj, job.inputs.arrays, lines, part, transaction)
+            guidance_objects.write_ridge_edges(obj, edges, transaction)
+        if not len(lines):
             return "No ridges: the mesh bends nowhere far enough for a line."
-        hollow = int((found.family == 1).sum())
-        return f"{len(found) - hollow} ridges and {hollow} ravines."
+        hollow = int((lines.family == 1).sum())
+        return f"{len(lines) - hollow} ridges and {hollow} ravines."
 
 
 with_settings(UMBILICS_OT_ridges, plans.OF_RIDGES)

@@ -7,7 +7,7 @@ from .data import plans
 from .jobs import retopology
 from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
-from .scene.retopology import guidance_objects
+from .scene.retopology import curve_objects, guidance_objects
 
 
 class UMBILICS_OT_separatrices(AdjustableGuidance, bpy.types.Operator):
@@ -27,7 +27,7 @@ class UMBILICS_OT_separatrices(AdjustableGuidance, bpy.types.Operator):
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.SEPARATRICES
-            guidance_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
+            curve_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
         joined = int((found.target >= 0).sum())
         return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
 

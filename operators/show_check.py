@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .scene.modes import object_mode
 from .scene.view import maps, view_shading
 
@@ -19,7 +20,7 @@ class UMBILICS_OT_show_check(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = context.active_object
         if obj is None or obj.type != "MESH" or not obj.umbilics_check.checked:
-            cls.poll_message_set("Check the topology of the active mesh first.")
+            cls.poll_message_set(reported("Check the topology of the active mesh first."))
             return False
         return True
 
@@ -30,8 +31,10 @@ class UMBILICS_OT_show_check(bpy.types.Operator):
         if not shown:
             self.report(
                 {"ERROR"},
-                f"The angles are not on the mesh of {obj.name}: its modifiers make other faces, or "
-                "it was edited. Apply the modifiers and check again.",
+                reported(
+                    f"The angles are not on the mesh of {obj.name}: its modifiers make other "
+                    "faces, or it was edited. Apply the modifiers and check again."
+                ),
             )
             return {"CANCELLED"}
         if context.area is not None and context.area.type == "VIEW_3D":

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.translation import reported
 from .jobs import worker
 from .scene import filters
 from .scene.modes import object_mode
@@ -25,7 +26,7 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:
-            cls.poll_message_set(reason)
+            cls.poll_message_set(reported(reason))
         return not reason
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -34,7 +35,9 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         with object_mode(context, edited):
             shown = maps.show(context, objects)
         if not shown:
-            self.report({"ERROR"}, "The results were removed from the mesh. Detect again.")
+            self.report(
+                {"ERROR"}, reported("The results were removed from the mesh. Detect again.")
+            )
             return {"CANCELLED"}
         if context.area is not None and context.area.type == "VIEW_3D":
             view_shading.show_attributes(context.screen, context.area)

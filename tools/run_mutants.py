@@ -37,6 +37,7 @@ MODULES = {
     "core/umbilics/refine.py": ("test_refine.py",),
     "core/curvature/closer.py": ("test_refine.py",),
     "core/retopology/poles.py": ("test_poles.py",),
+    "core/retopology/pole_places.py": ("test_poles.py",),
     "core/retopology/cross_field.py": ("test_cross_field.py",),
 }
 # Loaded once: each mutant is run in a fork of this process.

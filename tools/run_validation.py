@@ -1,7 +1,8 @@
 """Repeat the experiments of the paper and write docs/validation.md with its figures.
 
 The analytic surfaces are made here. The scanned models are read from MESH_FOLDER, which is not
-part of the project: stanford-bunny.obj, rocker-arm.obj, hand_closed_os.obj and torso_vtk.obj.
+part of the project: stanford-bunny.obj, rocker-arm.obj, hand_closed_os.obj, torso_vtk.obj and
+ship_wigley_of.stl.
 Nothing is fetched; the page says which figures are left out where a model is not there.
 """
 
@@ -35,7 +36,8 @@ def main() -> int:
         metavar="PART",
         action="append",
         default=[],
-        help="only these parts, for a quick look: patch, convergence, models, cost",
+        help="only these parts, for a quick look: patch, parametrization, convergence, regularity, "
+        "models, applications, cost",
     )
     chosen = parser.parse_args()
     if chosen.folder is not None and not chosen.folder.is_dir():

@@ -16,13 +16,26 @@ installed = Path(bpy.utils.user_resource("EXTENSIONS")) / "user_default" / "umbi
 sys.path[:0] = [str(path) for path in (installed, tools, tools.parent / "tests")]
 
 from places import say  # noqa: E402
-from validation import convergence, cost, equations, introduction, models, patch  # noqa: E402
+from validation import (  # noqa: E402
+    applications,
+    convergence,
+    cost,
+    equations,
+    introduction,
+    models,
+    parametrization,
+    patch,
+    regularity,
+)
 from validation.page import Page  # noqa: E402
 
 PARTS = {
     "patch": patch.write,
+    "parametrization": parametrization.write,
     "convergence": convergence.write,
+    "regularity": regularity.write,
     "models": models.write,
+    "applications": applications.write,
     "cost": cost.write,
 }
 

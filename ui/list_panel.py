@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import bpy
 
+from ..operators.base.translation import translated
 from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
 from ..operators.data import summary
 from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
@@ -16,7 +17,7 @@ from .parts import Part, short
 
 _PERMANENT = 1e37
 # Part of a row for the kind; the rest is shared by the numbers.
-_KIND_PART = 0.4
+_KIND_PART = 0.5
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
@@ -37,7 +38,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         kind = summary.kind_of(item)
         icon = kind_icons.icon_of(context, kind)
         name = halves.row(align=True)
-        name.label(text=f"{item.number} {kind.capitalize()}", icon_value=icon)
+        name.label(text=f"{item.number} {translated(kind.capitalize())}", icon_value=icon)
         if pinned:
             name.label(text="", icon="PINNED")
         columns = halves.row()
@@ -51,9 +52,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         items = getattr(data, name)
         display = context.scene.umbilics_display
         wanted = self.filter_name.lower()
-        flags = [
-            self.bitflag_filter_item if wanted in summary.kind_of(item) else 0 for item in items
-        ]
+        flags = [self.bitflag_filter_item if wanted in _words(item) else 0 for item in items]
         keys: dict[str, Callable[[bpy.types.PropertyGroup], float]] = {
             "persistence": lambda item: -item.persistence,
             "kind": lambda item: item.kind,
@@ -96,7 +95,8 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
         shown = {"rows": 4, "maxrows": 4}
         layout.template_list("UMBILICS_UL_umbilics", "", found, "items", found, "active", **shown)
         if found.hidden_items:
-            layout.label(text=f"and {found.hidden_items} less persistent ones", icon="INFO")
+            text = translated(f"and {found.hidden_items} less persistent ones")
+            layout.label(text=text, icon="INFO")
         actions = layout.row(align=True)
         actions.operator(UMBILICS_OT_frame_umbilic.bl_idname, text="Frame", icon="ZOOM_SELECTED")
         actions.operator(UMBILICS_OT_copy_coordinates.bl_idname, text="Copy", icon="COPYDOWN")
@@ -104,7 +104,14 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
         actions.operator(UMBILICS_OT_delete_umbilic.bl_idname, text="", icon="X")
         if found.deleted:
             count = len(summary.rows_of(found.deleted))
-            layout.operator(UMBILICS_OT_restore_deleted.bl_idname, text=f"Restore {count} Deleted")
+            text = translated(f"Restore {count} Deleted")
+            layout.operator(UMBILICS_OT_restore_deleted.bl_idname, text=text)
+
+
+def _words(item: bpy.types.PropertyGroup) -> str:
+    """What the list can be searched for: number and kind."""
+    kind = summary.kind_of(item)
+    return f"{item.number} {kind} {translated(kind.capitalize())}".lower()
 
 
 def _draw_names(layout: bpy.types.UILayout) -> None:

@@ -10,6 +10,12 @@ import bpy
 
 _MANUAL = Path(__file__).parent / "help" / "guide.html"
 
+_RETOPOLOGY = (
+    "guide", "add_pole", "preview_layout", "remesh_to_quads", "lines", "separatrices", "ridges",
+    "draw_guides", "mark_seams", "new_retopology", "check_topology", "show_check", "symmetry",
+    "align_to_x", "align_to_other", "rotation_symmetry", "export_field",
+)  # fmt: skip
+
 # From what Blender calls it to the chapter of the guide; the first that fits is taken.
 _PAGES = (
     ("bpy.types.umbilics_pg_settings.persistence*", "#thinning-out"),
@@ -21,6 +27,11 @@ _PAGES = (
     ("bpy.types.umbilics_pg_summary.active*", "#the-list"),
     ("bpy.types.umbilics_pg_summary.noise_multiple*", "#thinning-out"),
     ("bpy.types.umbilics_pg_summary.*", "#statistics"),
+    ("bpy.types.umbilics_pg_guidance.*", "#retopology"),
+    ("bpy.types.umbilics_pg_remesh.*", "#retopology"),
+    ("bpy.types.umbilics_pg_plan.*", "#retopology"),
+    ("bpy.types.umbilics_pg_check.*", "#retopology"),
+    *((f"bpy.ops.umbilics.{name}*", "#retopology") for name in _RETOPOLOGY),
     ("bpy.ops.umbilics.show_map*", "#maps"),
     ("bpy.ops.umbilics.hide_map*", "#maps"),
     ("bpy.ops.umbilics.*", "#first-detection"),

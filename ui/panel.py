@@ -5,6 +5,7 @@ import bpy
 from .. import core
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.base import verdict
+from ..operators.base.translation import translated
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
@@ -30,7 +31,7 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         actions = layout.column(align=True)
         run = worker.current()
         if run is not None:
-            actions.progress(factor=run.fraction, text=run.stage)
+            actions.progress(factor=run.fraction, text=translated(run.stage))
             actions.operator(UMBILICS_OT_cancel.bl_idname, text="Cancel", icon="CANCEL")
             return
         big = actions.row(align=True)
@@ -58,7 +59,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
         row = layout.row(heading="Opening")
         row.prop(display, "opened", text="")
         if settings.opening:
-            row.prop(settings, "opening", text="Strength")
+            row.prop(settings, "opening", text="Passes")
             layout.prop(settings, "flatness")
             layout.prop(display, "dropped")
         halves = layout.split(factor=0.4)
@@ -77,8 +78,11 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             row.prop(overlay, "show_relationship_lines", text="Dashed Lines", toggle=True)
         without = filters.without_empty(context, selection.shown(context))
         if without:
-            words = f"{without} less persistent umbilics have no empty. How many may have one is "
-            paragraph(layout, context, f"{words}set in the add-on's preferences.")
+            words = (
+                f"{without} less persistent umbilics have no empty. How many may have one is set "
+                "in the add-on's preferences."
+            )
+            paragraph(layout, context, words)
 
 
 class UMBILICS_PT_method(Part, bpy.types.Panel):
@@ -158,7 +162,10 @@ def _dropped(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     number = "noise_multiple"
     if found.used_persistence >= 0.0:
         number = "candidates"
-        words = f"{sum(getattr(found, kind) for kind in core.KINDS)} of {found.candidates} kept"
+        count = sum(getattr(found, kind) for kind in core.KINDS)
+        words = f"{count} of {found.candidates} kept"
+    elif not found.candidates:
+        words = "No candidates"
     elif not found.noise_multiple:
         words = "Noise unknown: none dropped"
     elif not found.persistence_level:

@@ -6,6 +6,7 @@ import textwrap
 
 import bpy
 
+from ..operators.base.translation import translated
 from ..operators.explain import UMBILICS_OT_explain
 
 # Mean width of a letter of Blender's interface font, and what a box takes at its sides.
@@ -66,7 +67,7 @@ def line(
     """
     halves = layout.split(factor=0.6)
     explained(halves, number, name, icon_value=icon_value)
-    halves.label(text=value, icon=icon)
+    halves.label(text=translated(value), icon=icon)
 
 
 def explained(
@@ -76,7 +77,7 @@ def explained(
     row = layout.row()
     row.alignment = alignment
     name = UMBILICS_OT_explain.bl_idname
-    row.operator(name, text=text, icon_value=icon_value, emboss=False).number = number
+    row.operator(name, text=translated(text), icon_value=icon_value, emboss=False).number = number
 
 
 def paragraph(
@@ -86,7 +87,7 @@ def paragraph(
     width = context.region.width / context.preferences.system.ui_scale
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, words in enumerate(broken(text, width)):
+    for number, words in enumerate(broken(translated(text), width)):
         column.label(text=words, icon="BLANK1" if number else icon)
 
 

@@ -3,7 +3,9 @@
 import bpy
 
 from ..operators.add_pole import UMBILICS_OT_add_pole
+from ..operators.align_to_other import UMBILICS_OT_align_to_other
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.base.translation import translated
 from ..operators.check_topology import UMBILICS_OT_check_topology
 from ..operators.data import plans, topology
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
@@ -13,8 +15,10 @@ from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
 from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
+from ..operators.rotation_symmetry import UMBILICS_OT_rotation_symmetry
 from ..operators.scene import selection, staleness
 from ..operators.scene.retopology import by_hand, checks, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
@@ -44,7 +48,7 @@ class UMBILICS_UL_poles(bpy.types.UIList):
         row.active = change != "deleted"
         row.label(text=str(item.valence), icon=_ICON.get(item.valence, "DOT"))
         rest = row.split(factor=0.7)
-        rest.label(text=", ".join(filter(None, (item.origin, change))))
+        rest.label(text=", ".join(map(translated, filter(None, (item.origin, change)))))
         rest.label(text=f"{100.0 * item.confidence:.0f} %")
 
 
@@ -72,14 +76,14 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.template_list(
             "UMBILICS_UL_poles", "", plan, "poles", plan, "active", rows=3, maxrows=8
         )
-        total = guidance_objects.pole_sum(obj)
+        count = guidance_objects.pole_sum(obj)
         halves = layout.split(factor=0.65)
         halves.label(text="Sum of 4 - valence")
         if not plan.closed:
-            halves.label(text=f"{total} (open)")
+            halves.label(text=translated(f"{count} (open)"))
         else:
-            icon = "CHECKMARK" if total == plan.expected else "ERROR"
-            halves.label(text=f"{total} of {plan.expected}", icon=icon)
+            icon = "CHECKMARK" if count == plan.expected else "ERROR"
+            halves.label(text=translated(f"{count} of {plan.expected}"), icon=icon)
         _by_hand(layout, context, obj)
         reasons = staleness.plan_reasons(context, obj)
         if reasons:
@@ -120,6 +124,7 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout.prop(group, "symmetry")
         layout.prop(group, "adaptivity", slider=True)
         layout.prop(group, "smoothness", slider=True)
+        layout.operator(UMBILICS_OT_preview_layout.bl_idname, icon="VIEW_ORTHO")
         layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
@@ -194,7 +199,7 @@ class UMBILICS_UL_marks(bpy.types.UIList):
         state = ("Matched", "Extra", "Missing")[item.state]
         row = layout.split(factor=0.25)
         row.label(text=str(item.valence), icon=_STATE_ICON[item.state])
-        row.label(text=state)
+        row.label(text=translated(state))
 
 
 def _check(
@@ -210,12 +215,11 @@ def _check(
     box = layout.box()
     column = box.column(align=True)
     sound = kept.quads == kept.faces and kept.jacobian > 0.0
-    column.label(
-        text=f"Against {kept.against}" if sound else "Not all faces are sound quads",
-        icon="CHECKMARK" if sound else "ERROR",
-    )
+    name = kept.against
+    text = f"Against {name}" if sound else "Not all faces are sound quads"
+    column.label(text=translated(text), icon="CHECKMARK" if sound else "ERROR")
     for line in topology.sentences(kept):
-        column.label(text=line)
+        column.label(text=translated(line))
     if checks.is_old(context, obj):
         paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
     box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")
@@ -252,9 +256,13 @@ class UMBILICS_PT_hand_over(Tab, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator(UMBILICS_OT_symmetry.bl_idname, icon="MOD_MIRROR")
         column.operator(UMBILICS_OT_align_to_x.bl_idname, icon="ORIENTATION_GIMBAL")
+        column.operator(UMBILICS_OT_rotation_symmetry.bl_idname, icon="FILE_REFRESH")
+        column.operator(UMBILICS_OT_align_to_other.bl_idname, icon="SNAP_ON")
         obj = selection.shown(context)
         if obj is not None and obj.umbilics_plan.mirror:
-            layout.label(text=obj.umbilics_plan.mirror)
+            layout.label(text=translated(obj.umbilics_plan.mirror))
+        if obj is not None and obj.umbilics_plan.axis:
+            layout.label(text=translated(obj.umbilics_plan.axis))
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -3,6 +3,7 @@
 import bpy
 
 from .. import core
+from ..operators.base import units
 from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, line, paragraph
@@ -35,18 +36,23 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
             icon = "CHECKMARK" if found.balanced else "ERROR"
             value = f"{found.expected_index_sum:g}"
         else:
-            icon, value = "NONE", f"{found.euler_characteristic} (open)"
+            count = found.euler_characteristic
+            icon, value = "NONE", f"{count} (open)"
         line(sums, "euler_characteristic", "Euler characteristic", value, icon=icon)
         numbers = self.layout.column(align=True)
-        noise = f"{found.noise:.3g}" if found.noise else "unknown"
+        scene = context.scene
+        noise = units.length(scene, found.noise) if found.noise else "unknown"
         line(numbers, "noise", "Noise", noise)
-        radius = f"{found.scale:.3g}" if found.scale else "none"
+        radius = units.length(scene, found.scale) if found.scale else "none"
         line(numbers, "scale", "Fitted radius", radius)
         name = "Strongest dropped" if found.used_persistence < 0.0 else "Dropped below"
-        level = f"{found.persistence_level:.3g}" if found.persistence_level else "none"
+        dropped = found.persistence_level
+        level = units.curvature(scene, dropped) if dropped else "none"
         line(numbers, "persistence_level", name, level)
-        icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
-        ratio = f"{found.trust_ratio:.2f}"
+        icon, ratio = "QUESTION", "unknown"
+        if found.noise:
+            icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
+            ratio = f"{found.trust_ratio:.2f}"
         line(numbers, "trust_ratio", "Noise / median gap", ratio, icon=icon)
         for warning in found.warnings:
             paragraph(self.layout.box(), context, warning.text)

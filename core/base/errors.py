@@ -21,6 +21,10 @@ class GuidanceError(UmbilicsError):
     """The guidance that was asked for does not exist on this surface."""
 
 
+class MatchError(UmbilicsError):
+    """Two shapes, or a shape and itself, do not match."""
+
+
 class RemeshError(UmbilicsError):
     """The surface cannot be covered with quads."""
 

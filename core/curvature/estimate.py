@@ -11,6 +11,7 @@ from ..base.errors import InvalidMeshError
 from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
+from ..base.unit import unit
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import following
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
@@ -224,7 +225,7 @@ def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
         if not np.isfinite(arrays[name]).all():
             raise InvalidMeshError(f"The given {name} holds values that are not finite.")
     k1, k2 = (arrays[name].ravel() * surface.unit for name in ("k1", "k2"))
-    d1, d2 = _unit(arrays["d1"]), arrays["d2"]
+    d1, d2 = unit(arrays["d1"]), arrays["d2"]
     normal = np.cross(d1, d2)
     size = np.linalg.norm(normal, axis=1)
     surface_normal = vertex_normals(surface)
@@ -233,7 +234,7 @@ def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
     normal = np.where(inward[:, None], -normal, normal)
     vague = size < 1e-6
     normal = np.where(vague[:, None], surface_normal, normal / np.where(vague, 1, size)[:, None])
-    d1 = _unit(d1 - np.einsum("nc,nc->n", d1, normal)[:, None] * normal)
+    d1 = unit(d1 - np.einsum("nc,nc->n", d1, normal)[:, None] * normal)
     swapped = k2 > k1
     d2 = np.cross(normal, d1)
     d1 = np.where(swapped[:, None], d2, d1)
@@ -246,11 +247,6 @@ def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
         np.full(len(k1), np.nan),
     )
     return Estimate(field, _edge_length(surface), ~vague, None, float("nan"))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
 def _filled(field: CurvatureField, other: CurvatureField, keep: np.ndarray) -> CurvatureField:

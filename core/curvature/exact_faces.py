@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.unit import unit
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from .field import CurvatureField
@@ -41,9 +42,9 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
         weighted = normals[inside[own]] * areas[inside[own], None]
         for axis in range(3):
             total[:, axis] += np.bincount(corner[own], weighted[:, axis], minlength=n)
-    normal = _unit(total[rows])
+    normal = unit(total[rows])
     along = part.axis[face[rows]]
-    along = _unit(along - np.einsum("nc,nc->n", along, normal)[:, None] * normal)
+    along = unit(along - np.einsum("nc,nc->n", along, normal)[:, None] * normal)
     sound = (np.linalg.norm(normal, axis=1) > 0.5) & (np.linalg.norm(along, axis=1) > 0.5)
     rows, normal, along = rows[sound], normal[sound], along[sound]
     curvature = 2.0 * part.mean_curvature[face[rows]]
@@ -55,8 +56,3 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
     values["d1"][rows], values["d2"][rows] = first, np.cross(normal, first)
     values["normal"][rows] = normal
     return CurvatureField(**values)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

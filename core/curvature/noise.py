@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..fields.transport import rotation
 from ..mesh.surface import Surface
 from .tolerances import DISCRETIZATION, FIELD_REACH, NEIGHBOUR_SHARE, SINGLE_PRECISION
 
@@ -47,11 +48,7 @@ def field_noise(
     for first, last in pairwise(ends):
         other = neighbours[start[first] : start[last]]
         own = np.repeat(np.arange(first, last), valence[first:last])
-        # conj(m) . m' turns one frame into the other, up to a positive factor.
-        turn = np.einsum("ij,ij->i", direction[own].conj(), direction[other])
-        size = np.abs(turn)
-        turn = np.divide(turn, size, out=np.ones_like(turn), where=size > 0)
-        carried = gap[other] * turn**2
+        carried = gap[other] * rotation(direction[own].T, direction[other].T) ** 2
         length = np.linalg.norm(surface.vertices[other] - surface.vertices[own], axis=1)
         place = start[first:last] - start[first]
         count = valence[first:last]

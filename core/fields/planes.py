@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import phase
 from ..mesh.surface import Surface
 from .directions import DirectionField
 
@@ -92,14 +93,14 @@ def lay_out(surface: Surface, field: DirectionField, progress: Progress) -> Face
         zc = np.einsum("rc,rc->r", c - a, x) + 1j * np.einsum("rc,rc->r", c - a, y)
         corner[rows, 1], corner[rows, 2] = zb, zc
         sides = np.stack([zb, zc - zb, -zc], axis=1)
-        edge[rows] = _unit(sides)
+        edge[rows] = phase(sides)
         at = []
         for k in range(3):
             one, two = d1[vertex[:, k]], d2[vertex[:, k]]
             # The rotation in the polar decomposition of the projection between the planes.
             turn = np.einsum("rc,rc->r", one, x) + np.einsum("rc,rc->r", two, y)
             turn = turn + 1j * (np.einsum("rc,rc->r", one, y) - np.einsum("rc,rc->r", two, x))
-            at.append(gap[vertex[:, k]] * _unit(turn) ** 2)
+            at.append(gap[vertex[:, k]] * phase(turn) ** 2)
         value[rows] = at[0]
         # D_b - D_a = (B + C) zb and D_c - D_a = B zc + C conj(zc).
         slope = (at[1] - at[0]) / np.maximum(length, np.finfo(float).tiny)
@@ -144,9 +145,4 @@ def in_plane(surface: Surface, triangle: np.ndarray, vectors: np.ndarray) -> np.
     x = b - a
     x /= np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
     y = np.cross(surface.face_normal_area[0][triangle], x)
-    return _unit(np.einsum("rc,rc->r", vectors, x) + 1j * np.einsum("rc,rc->r", vectors, y))
-
-
-def _unit(values: np.ndarray) -> np.ndarray:
-    size = np.abs(values)
-    return np.divide(values, size, out=np.ones_like(values), where=size > 0)
+    return phase(np.einsum("rc,rc->r", vectors, x) + 1j * np.einsum("rc,rc->r", vectors, y))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.unit import phase
 from .frames import frame
 
 # Normals closer to opposite than this have no unique smallest rotation between them.
@@ -26,6 +27,16 @@ def carried(vectors: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.n
     cosine = np.einsum("ij,ij->i", source, target)
     along = np.einsum("ij,ij->i", vectors, target) / np.maximum(1.0 + cosine, _OPPOSITE)
     return vectors - (source + target) * along[:, None]
+
+
+def rotation(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """(r,) complex, of length one: turns the frames m = e1 + i e2 (3, r) of one tangent plane into
+    those of another, as far as the smallest rotation between the planes leaves to turn.
+
+    It is conj(m_source) . m_target, the rotation in the polar decomposition of the projection
+    between the planes; 1 between opposite ones.
+    """
+    return phase(np.einsum("cr,cr->r", source.conj(), target))
 
 
 def doubled_angle(

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import phase
 from ..mesh.half_edges import previous
 from ..mesh.surface import Surface
 
@@ -64,7 +65,7 @@ def _by_vertex_normals(
         wild = np.flatnonzero(~_calm(_rotations(np.take(frames, triangles.T, axis=1)), symmetry))
         if len(wild):
             corners = triangles[wild].T
-            edges = _unit(_rotations(np.moveaxis(d1[corners] + 1j * d2[corners], 2, 0)))
+            edges = phase(_rotations(np.moveaxis(d1[corners] + 1j * d2[corners], 2, 0)))
             holonomy = np.angle(edges.prod(axis=0))
             turns[first + wild] = _turn(edges, symmetry).sum(axis=0) + symmetry * holonomy
 
@@ -94,12 +95,6 @@ def _calm(rotation: np.ndarray, symmetry: int) -> np.ndarray:
     return calm & (around.real > ABOVE_ROUND_OFF * np.abs(around.imag))
 
 
-def _unit(rotation: np.ndarray) -> np.ndarray:
-    """Rotations of length one. Opposite normals leave it open, rotation 0: then 1."""
-    size = np.abs(rotation)
-    return np.where(size > 0, rotation / np.where(size > 0, size, 1.0), 1.0)
-
-
 def _turn(rotation: np.ndarray, symmetry: int) -> np.ndarray:
     """Turn of `symmetry` times the angle of d1 along an edge, in (-pi, pi]."""
     return np.angle(np.conj(rotation) ** symmetry)
@@ -119,7 +114,7 @@ def edge_turns(
 
     def block(first: int) -> None:
         some = rows[first : first + BLOCK]
-        edges = _unit(_rotations(np.take(frames, surface.triangles[some].T, axis=1)))
+        edges = phase(_rotations(np.take(frames, surface.triangles[some].T, axis=1)))
         turns[first : first + BLOCK] = _turn(edges, symmetry).T
 
     run(block, range(0, len(rows), BLOCK), Progress())

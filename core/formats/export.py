@@ -82,6 +82,22 @@ def export_guidance(
         The surface cannot be covered with quads.
     FormatError
         A file cannot be written.
+
+    Examples
+    --------
+    The poles and the field of an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> from pathlib import Path
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> written = core.export_guidance(
+    ...     Path("ellipsoid"),
+    ...     ["rosy", "sing"],
+    ...     guide,
+    ...     core.GuidanceSettings(),
+    ...     mesh=(vertices, triangles),
+    ... )
+    >>> [path.name for path in written.paths]
+    ['ellipsoid.rosy', 'ellipsoid.sing']
     """
     progress = progress or Progress()
     # Quads take as long as all the rest.
@@ -113,7 +129,16 @@ def export_guidance(
     made = check = None
     if with_quads:
         part = progress.part("Remeshing", 0.4, 0.75)
-        made = remesh(*mesh, remeshing, part, detection=guide.detection, sharp=sharp, zone=zone)
+        made = remesh(
+            *mesh,
+            remeshing,
+            part,
+            detection=guide.detection,
+            sharp=sharp,
+            zone=zone,
+            strokes=strokes,
+            wanted=wanted,
+        )
         check = check_quads(made, guide, guidance.poles, progress.part("Checking", 0.75, 0.8))
     data = Exported(*mesh, guide, guidance, lines, arcs, ridges, made)
     paths = write_guidance(stem, kinds, data, to_file, progress.part("Writing files", 0.8, 1.0))

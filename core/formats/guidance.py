@@ -44,30 +44,30 @@ class FileKind:
 
 
 FILE_KINDS = {
-    "mesh": FileKind(".obj", "Triangles", "The triangles that the field files belong to (.obj)"),
-    "rosy": FileKind(".rosy", "RoSy", "One direction of each face's cross, for QuadWild (.rosy)"),
+    "mesh": FileKind(".obj", "Triangles (OBJ)", "The triangles that the field files belong to"),
+    "rosy": FileKind(".rosy", "RoSy (QuadWild)", "One direction of each face's cross (.rosy)"),
     "rawfield": FileKind(
-        ".rawfield", "Raw Field", "All four directions of each face's cross, for Directional"
+        ".rawfield", "Raw Field (Directional)", "All four directions of each face's cross"
     ),
-    "sing": FileKind(".sing", "Singularities", "Singular vertices of the field, for Directional"),
-    "dmat": FileKind(".dmat", "DMAT", "One direction of each face's cross, for libigl"),
-    "sharp": FileKind(".sharp", "Sharp Features", "Creases and borders, for QuadWild (.sharp)"),
-    "lines": FileKind("-lines.obj", "Lines", "Lines of curvature as polylines (.obj)"),
-    "separatrices": FileKind("-separatrices.obj", "Separatrices", "As polylines (.obj)"),
-    "ridges": FileKind("-ridges.obj", "Ridges", "Ridges and ravines as polylines (.obj)"),
+    "sing": FileKind(".sing", "Singularities (Directional)", "Singular vertices of the field"),
+    "dmat": FileKind(".dmat", "DMAT (libigl)", "One direction of each face's cross"),
+    "sharp": FileKind(".sharp", "Sharp Features (QuadWild)", "Creases and borders (.sharp)"),
+    "lines": FileKind("-lines.obj", "Lines (OBJ)", "Lines of curvature as polylines"),
+    "separatrices": FileKind("-separatrices.obj", "Separatrices (OBJ)", "As polylines"),
+    "ridges": FileKind("-ridges.obj", "Ridges (OBJ)", "Ridges and ravines as polylines"),
     "ridge_figures": FileKind(
         "-ridges.csv",
-        "Ridge Figures",
-        "Kind, strength and bend of every point of the ridges (.csv, .json)",
+        "Ridge Figures (CSV, JSON)",
+        "Kind, strength and bend of every point of the ridges",
         ("-ridges.json",),
     ),
     "csv": FileKind(
-        "-poles.csv", "Tables", "Poles and umbilics as two tables (.csv)", ("-umbilics.csv",)
+        "-poles.csv", "Tables (CSV)", "Poles and umbilics as two tables", ("-umbilics.csv",)
     ),
     "json": FileKind("-poles.json", "JSON", "Poles and umbilics in one file (.json)"),
-    "quads": FileKind("-quads.obj", "Quads", "The mesh remeshed to quads (.obj)"),
+    "quads": FileKind("-quads.obj", "Quads (OBJ)", "The mesh remeshed to quads"),
     "quads_ply": FileKind(
-        "-quads.ply", "Quads with Figures", "The same with valence, patch and angle (.ply)"
+        "-quads.ply", "Quads with Figures (PLY)", "The same with valence, patch and angle"
     ),
 }
 QUAD_KINDS = ("quads", "quads_ply")
@@ -165,11 +165,11 @@ def _rawfield(path: Path, data: Exported, turn: np.ndarray) -> None:
     write_rawfield(path, np.stack([one, two, -one, -two], axis=1) @ turn.T)
 
 
-def _sing(path: Path, data: Exported, turn: np.ndarray) -> None:
+def _sing(path: Path, data: Exported, _turn: np.ndarray) -> None:
     write_sing(path, *data.guide.singular_vertices(data.guidance))
 
 
-def _sharp(path: Path, data: Exported, turn: np.ndarray) -> None:
+def _sharp(path: Path, data: Exported, _turn: np.ndarray) -> None:
     guidance = data.guidance
     write_sharp(path, guidance.feature_convex, guidance.feature_triangle, guidance.feature_side)
 

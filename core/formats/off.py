@@ -26,6 +26,15 @@ def read_off(path: Path | str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     FormatError
         The file cannot be read, is not of this format, is in binary or in four dimensions, has
         less in it than its head says, or has a face of a vertex that is not there.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> lines = ("OFF", "3 1 0", "0 0 0", "1 0 0", "0 1 0", "3 0 1 2")
+    >>> written = Path("triangle.off").write_text(chr(10).join(lines))
+    >>> vertices, corners, sizes = core.read_off("triangle.off")
+    >>> vertices.shape, corners.tolist(), sizes.tolist()
+    ((3, 3), [0, 1, 2], [3])
     """
     try:
         text = Path(path).read_bytes().decode("utf-8", "replace")

@@ -101,6 +101,10 @@ class Surface:
         """(3, m) squared lengths of the sides ab, bc and ca of the triangles abc."""
         return self._faces[2]
 
+    def mean_sides(self, rows: np.ndarray) -> np.ndarray:
+        """(r,) mean length of the sides of the triangles `rows` (r,)."""
+        return np.sqrt(self.side_squares[:, rows]).mean(axis=0)
+
     @cached_property
     def least_height(self) -> np.ndarray:
         """(m,) the smallest of the three heights of each triangle."""

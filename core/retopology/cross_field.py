@@ -25,7 +25,7 @@ from ..curvature.noise import field_noise
 from ..fields.directions import DirectionField
 from ..fields.frames import frame, principal_directions
 from ..fields.multigrid import solve
-from ..fields.transport import carried, tangents
+from ..fields.transport import carried, rotation, tangents
 from ..fields.winding import certified_index
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
@@ -281,9 +281,7 @@ def _laplacian(
     transport = np.empty(len(first), complex)
     for start in range(0, len(first), BLOCK):
         part = slice(start, start + BLOCK)
-        turn = np.einsum("ce,ce->e", axis[:, tail[part]], axis[:, head[part]].conj())
-        size = np.abs(turn)
-        turn = np.divide(turn, size, out=np.ones_like(turn), where=size > 0)
+        turn = rotation(axis[:, head[part]], axis[:, tail[part]])
         transport[part] = turn**symmetry
     entry = -both * transport
     upper = sparse.coo_array((entry, (tail, head)), shape=(n, n)).tocsr()
@@ -343,10 +341,7 @@ def _on_faces(surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progr
         total = np.zeros(x.shape[1], complex)
         own = x + 1j * y
         for corner in surface.triangles[rows].T:
-            turn = np.einsum("ce,ce->e", own, axis[:, corner].conj())
-            size = np.abs(turn)
-            turn = np.divide(turn, size, out=np.ones_like(turn), where=size > 0)
-            total += turn**4 * u[corner]
+            total += rotation(axis[:, corner], own) ** 4 * u[corner]
         angle = np.angle(total) / 4.0
         result[rows] = (np.cos(angle) * x + np.sin(angle) * y).T
 

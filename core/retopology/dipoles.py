@@ -83,7 +83,7 @@ def _around_pairs(
     single = np.flatnonzero(index)
     corner = surface.vertices[surface.triangles[single]]
     place, upright = corner.mean(axis=1), surface.face_normal_area[0][single]
-    edge = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
+    edge = surface.mean_sides(single)
     reach = np.maximum(apart, CLOSEST * edge)
     one, two = _nearest_opposite(place, index[single])
     distance = np.linalg.norm(place[one] - place[two], axis=1)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..base.errors import GuidanceError
 from ..base.progress import Progress
+from ..mesh.samples import spread_points
 from ..umbilics.result import Umbilics
 
 # Relative difference of curvature, and cosine of normals and separatrices, within a pair.
@@ -25,6 +26,10 @@ MOST = 80
 REFINED, SAMPLES, STEPS = 16, 1500, 40
 # Of those as many are refined to the end.
 FINALISTS = 3
+# Below this error, in sizes, the vertices are each other's images, and samples would only blur it.
+EXACT = 1e-7
+# Steps that polish any other plane.
+POLISHING = 10
 # Part of the samples that count: a mark on one side must not tilt the plane.
 TRIMMED = 0.85
 # Distance to its image, in sizes of the shape, at which an umbilic counts as matched.
@@ -49,6 +54,9 @@ class MirrorPlane:
         0 to 1: 1 where the image lies on the shape, 0 at the limit of what counts as symmetric.
     pairs:
         (p, 2) int64 rows of the umbilics that are images of each other; equal on the plane.
+    angle_error, offset_error:
+        Standard errors of the plane's direction, in degrees, and of its distance from the middle
+        of the shape, in length, as if the distances were independent at the vertices.
     """
 
     point: np.ndarray
@@ -56,6 +64,8 @@ class MirrorPlane:
     error: float
     score: float
     pairs: np.ndarray
+    angle_error: float
+    offset_error: float
 
 
 def find_mirror_plane(
@@ -89,6 +99,10 @@ def find_mirror_plane(
             "Too few umbilics match in kind and curvature to propose a mirror plane. Lower the "
             "persistence to keep more."
         )
+    # Where noise has moved the umbilics: the plane of a mirrored shape lies across an axis of
+    # inertia, through its middle.
+    axes = np.linalg.eigh(np.cov((samples - middle).T))[1].T
+    planes += [(axis, float(axis @ middle)) for axis in axes]
     rough = []
     for done, plane in enumerate(planes):
         progress.step(0.8 * done / len(planes))
@@ -101,6 +115,9 @@ def find_mirror_plane(
     exact, remaining = _refined(best, corners, tree, STEPS)
     if remaining < least:
         best, least = exact, remaining
+    if least > EXACT * size:
+        best = _polished(best, middle, samples, target)
+    angle_error, offset_error = _standard_errors(_tilt(best, middle, samples, target))
     normal, offset = best
     score = 1.0 - least / (ASYMMETRIC * size)
     if score <= 0.0:
@@ -116,6 +133,8 @@ def find_mirror_plane(
         error=float(least),
         score=float(score),
         pairs=_pairs(umbilics, normal, offset, MATCHED * size),
+        angle_error=angle_error,
+        offset_error=offset_error,
     )
 
 
@@ -123,20 +142,78 @@ def _sampled(
     vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Any, ...]:
     """Centroid, (s, 3) points spread by area, and a tree of a denser set with its normals."""
-    normal, area = face_normal_area
+    _, area = face_normal_area
     centre = vertices[triangles].mean(axis=1)
     middle = np.average(centre, axis=0, weights=area)
     random = np.random.default_rng(0)
-
-    def points(count: int) -> tuple[np.ndarray, np.ndarray]:
-        row = random.choice(len(area), count, p=area / area.sum())
-        a, b = np.sqrt(random.random(count)), random.random(count)
-        weights = np.stack([1.0 - a, a * (1.0 - b), a * b], axis=1)
-        return np.einsum("sk,skc->sc", weights, vertices[triangles[row]]), normal[row]
-
-    samples, _ = points(SAMPLES)
-    dense, normals = points(16 * SAMPLES)
+    samples, _ = spread_points(vertices, triangles, face_normal_area, SAMPLES, random)
+    dense, normals = spread_points(vertices, triangles, face_normal_area, 16 * SAMPLES, random)
     return middle, samples, (cKDTree(dense), normals)
+
+
+@dataclass(frozen=True)
+class _Tilt:
+    """How the distances of mirrored samples to the tangent planes change with the plane: (s, 3)
+    for a tilt about two axes (2, 3) and a move, and (s,) the distances themselves."""
+
+    design: np.ndarray
+    off: np.ndarray
+    axes: np.ndarray
+
+
+def _tilt(
+    plane: tuple[np.ndarray, float],
+    middle: np.ndarray,
+    samples: np.ndarray,
+    target: tuple[cKDTree, np.ndarray],
+) -> _Tilt:
+    normal, offset = plane
+    tree, normals = target
+    image = _reflected(samples, normal, offset)
+    distance, near = tree.query(image)
+    order = np.argsort(distance)[: int(TRIMMED * len(distance))]
+    across = normals[near[order]]
+    off = np.einsum("sc,sc->s", image[order] - tree.data[near[order]], across)
+    # Within three standard deviations, not the nearest ones: these would say too little.
+    kept = np.abs(off) <= 3.0 * np.sqrt(np.mean(off**2))
+    order, across, off = order[kept], across[kept], off[kept]
+    arm = samples[order] - middle
+    height = samples[order] @ normal - offset
+    along = across @ normal
+    one = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    one /= np.linalg.norm(one)
+    axes = np.stack([one, np.cross(normal, one)])
+    # The image p - 2 (n p - o) n changes by -2 (dn p) n - 2 (n p - o) dn and by 2 do n.
+    columns = [-2.0 * (arm @ axis) * along - 2.0 * height * (across @ axis) for axis in axes]
+    return _Tilt(np.stack([*columns, 2.0 * along], axis=1), off, axes)
+
+
+def _polished(
+    plane: tuple[np.ndarray, float],
+    middle: np.ndarray,
+    samples: np.ndarray,
+    target: tuple[cKDTree, np.ndarray],
+) -> tuple[np.ndarray, float]:
+    """The plane for which the distances to the tangent planes are least (Gauss and Newton)."""
+    for _ in range(POLISHING):
+        tilt = _tilt(plane, middle, samples, target)
+        step = np.linalg.lstsq(tilt.design, -tilt.off, rcond=1e-10)[0]
+        normal, offset = plane
+        turned = normal + step[:2] @ tilt.axes
+        turned /= np.linalg.norm(turned)
+        # The tilt is about the middle.
+        plane = turned, float(turned @ middle + (offset - normal @ middle) + step[2])
+    return plane
+
+
+def _standard_errors(tilt: _Tilt) -> tuple[float, float]:
+    """Of the plane's direction, in degrees, and of its distance from the middle.
+
+    Samples that are each other's images tell the same: half of them count.
+    """
+    spread = np.linalg.pinv(tilt.design.T @ tilt.design)
+    deviation = np.sqrt(2.0 * np.mean(tilt.off**2) * np.maximum(np.diag(spread), 0.0))
+    return float(np.degrees(np.hypot(*deviation[:2]))), float(deviation[2])
 
 
 def _of_vertices(

@@ -60,6 +60,18 @@ class Guide:
     ------
     InvalidMeshError
         As `core.detect`.
+
+    Examples
+    --------
+    Of an ellipsoid of `vertices` and `triangles`, as in `detect`: every lemon asks for two
+    vertices of three edges, and separatrices join the lemons.
+
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> poles = guide.guidance().poles
+    >>> poles.valence.tolist(), poles.total
+    ([3, 3, 3, 3, 3, 3, 3, 3], 8)
+    >>> len(guide.separatrices())
+    4
     """
 
     def __init__(

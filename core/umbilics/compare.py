@@ -85,6 +85,16 @@ def compare(
     ------
     InvalidMeshError, CancelledError
         As `core.detect` does.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> results = core.compare(vertices, triangles)
+    >>> [result.method for result in results][:3]
+    ['S', 'I', 'C']
+    >>> results[0].detection.umbilics.counts()["lemon"]
+    4
     """
     settings = settings or Settings()
     progress = progress or Progress()

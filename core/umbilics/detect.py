@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -77,6 +77,23 @@ def detect(
     ------
     InvalidMeshError, ChartError, CancelledError
         With a sentence for the user.
+
+    Examples
+    --------
+    An ellipsoid of three axes has four umbilics, all of them lemons, here as the hull of random
+    points; how the hull winds its triangles does not matter.
+
+    >>> import numpy as np
+    >>> from scipy.spatial import ConvexHull
+    >>> points = np.random.default_rng(0).normal(size=(2000, 3))
+    >>> points /= np.linalg.norm(points, axis=1, keepdims=True)
+    >>> triangles = ConvexHull(points).simplices
+    >>> detection = core.detect(points * (3.0, 2.0, 1.0), triangles)
+    >>> detection.umbilics.counts()["lemon"], detection.index_sum
+    (4, 2.0)
+    >>> x = 3.0 * np.sqrt((3.0**2 - 2.0**2) / (3.0**2 - 1.0**2))
+    >>> bool(np.allclose(np.abs(detection.umbilics.position[:, 0]), x, atol=0.02))
+    True
     """
     settings = settings or Settings()
     progress = progress or Progress()
@@ -139,7 +156,7 @@ def detect(
         )
     progress.step(1.0)
     detection.timings.update(clock.seconds)
-    return detection
+    return replace(detection, crease_angle=_crease_angle(settings, cad))
 
 
 @dataclass(frozen=True)
@@ -295,6 +312,15 @@ def _regions(
         return find_regions(surface, shape.gap, noise, radius, rings, mean)
     gap = np.where(cad.exact_vertices(surface), np.nan, shape.gap)
     return with_faces(cad, find_regions(surface, gap, noise, radius, rings, mean))
+
+
+def _crease_angle(settings: Settings, cad: Tessellation | None) -> float:
+    """Degrees from which edges are not fitted across."""
+    if settings.curvature == "given":
+        return 180.0
+    if settings.crease_angle == AUTO:
+        return 180.0 if cad is None else cad.crease_angle
+    return float(settings.crease_angle)
 
 
 def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:

@@ -72,6 +72,15 @@ def select(
     Nothing is computed again: only the persistence level, and whether the opening is on, are
     read; another strength of the opening takes a new detection. `pinned` and `deleted` are as
     for `kept_rows`.
+
+    Examples
+    --------
+    Of an ellipsoid of `vertices` and `triangles` that was detected on, as in `detect`:
+
+    >>> detection = core.detect(vertices, triangles)
+    >>> chosen = core.select(detection, core.Settings(persistence=0.0), deleted=[0])
+    >>> len(detection.candidates) - len(chosen.rows)
+    1
     """
     candidates = detection.candidates
     cancelled = _cancelled(candidates, settings)

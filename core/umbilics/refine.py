@@ -179,9 +179,7 @@ def _refine_block(
     weights = (1.0 + (x * x + y * y) / FOCUS) ** -3 if degree == CLEAN[0] else None
     fit = fit_heights(x, y, z, weights, degree)
 
-    edge = np.linalg.norm(
-        surface.vertices[corners] - surface.vertices[np.roll(corners, 1, axis=1)], axis=2
-    ).mean(axis=1)
+    edge = surface.mean_sides(places.triangle[rows])
     # Edges of the triangle itself or, where that is a small one, of as many vertices spread
     # evenly over the disc of the samples.
     spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))

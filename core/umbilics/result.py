@@ -177,6 +177,9 @@ class Detection:
         Median radius of the fitted neighbourhoods, in length; NaN where nothing was fitted.
     borders_joined:
         Whether borders that lie on each other were joined for the analysis.
+    crease_angle:
+        Degrees from which edges were not fitted across, the automatic choice included; 180 where
+        all were.
     warnings:
         Sentences for the user, each saying what was met and what to do.
     timings:
@@ -198,5 +201,6 @@ class Detection:
     noise: float
     scale: float
     borders_joined: bool = True
+    crease_angle: float = 180.0
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import bpy
 
 from ... import core
+from ...core.base.words import counted
 from .words import counts_in_words
 
 # What mends a detection; see `operators/mend.py`.
@@ -50,9 +51,9 @@ class Verdict:
 def verdict(summary: bpy.types.PropertyGroup) -> Verdict:
     """The judgement of a detection by its `summary.UMBILICS_PG_summary`."""
     umbilics = sum(getattr(summary, kind) for kind in core.KINDS)
-    found = f"{umbilics or 'no'} umbilic{'' if umbilics == 1 else 's'}"
+    found = counted(umbilics, "umbilic") if umbilics else "no umbilics"
     if summary.regions:
-        found += f", {summary.regions} region{'' if summary.regions == 1 else 's'}"
+        found += f", {counted(summary.regions, 'region')}"
     remedy = _remedy(summary)
     if remedy:
         return Verdict(found, _HELP[remedy], False, remedy)

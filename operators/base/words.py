@@ -3,6 +3,7 @@
 import math
 
 from ... import core
+from ...core.base.words import counted
 
 
 def counts_in_words(counts: dict[str, int]) -> str:
@@ -12,10 +13,11 @@ def counts_in_words(counts: dict[str, int]) -> str:
         if kind == core.KINDS[-1] and count:
             parts.append(f"{count} of uncertain kind")
         elif count:
-            parts.append(f"{count} {kind}{'s' if count > 1 else ''}")
+            parts.append(counted(count, kind))
     if not parts:
         return "no umbilics"
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if parts[1:] else parts)
+    several, last = ", ".join(parts[:-1]), parts[-1]
+    return f"{several} and {last}" if several else last
 
 
 def is_balanced(index_sum: float, expected: float) -> bool:
@@ -27,8 +29,7 @@ def outcome(detection: core.Detection) -> str:
     """One sentence: what was found, and whether the indices sum up as they must."""
     found = counts_in_words(detection.umbilics.counts())
     if detection.regions:
-        count = len(detection.regions)
-        found += f", {count} umbilical region{'s' if count > 1 else ''}"
+        found += f", {counted(len(detection.regions), 'umbilical region')}"
     total = f"index sum {detection.index_sum:g}"
     if not math.isfinite(detection.expected_index_sum):
         return f"{found}; {total} on an open surface"

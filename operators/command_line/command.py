@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ... import core
-from . import batch, exit_codes, importers, messages, one_file, topology, version
+from . import batch, exit_codes, importers, matching, messages, one_file, topology, version
 from .arguments import parser as arguments
 from .arguments.request import Request
 from .batch import lifetime, supervised
@@ -51,13 +51,26 @@ def _done(request: Request) -> int:
     except OSError as error:
         messages.complain(f"{error.filename}: cannot be written ({error.strerror}).")
         return exit_codes.FAILED
+    references: list[matching.Reference] = []
+    if request.matching:
+        try:
+            references = matching.references(request.matching, request.settings, base)
+        except core.UmbilicsError as error:
+            messages.complain(str(error))
+            return exit_codes.FAILED
     failed = False
     for file, outputs in zip(request.files, request.outputs, strict=True):
-        failed |= not _one_file(request, file, base, outputs)
+        failed |= not _one_file(request, file, base, outputs, references)
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
-def _one_file(request: Request, file: str | None, base: str, outputs: dict[str, Any]) -> bool:
+def _one_file(
+    request: Request,
+    file: str | None,
+    base: str,
+    outputs: dict[str, Any],
+    references: list[matching.Reference],
+) -> bool:
     """Do one file, so that the next ones are done whatever is in it; whether all went well."""
     label = "" if file is None else f"{shown(file)}: "
     start = time.monotonic()
@@ -70,12 +83,12 @@ def _one_file(request: Request, file: str | None, base: str, outputs: dict[str, 
         if request.check is not None and file is not None:
             checked = topology.from_file(request.check, file)
         opened = importers.open_file(file, base)
-        done = one_file.analyse(request, file, opened, outputs, checked)
+        done = one_file.analyse(request, file, opened, outputs, checked, references)
     except core.UmbilicsError as error:
         failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
     except MemoryError:
         failure = f"{label}out of memory: give it more with fewer --jobs or --memory-limit."
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         # Not foreseen: said in full for those who can mend it, and the other files go on.
         traceback.print_exc()
         failure = f"{label}stopped by a fault of this program ({type(error).__name__}: {error})."

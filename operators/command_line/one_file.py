@@ -6,6 +6,7 @@ import dataclasses
 import errno
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..data import properties
 from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
-from . import frames, guidance, importers, mesh_file, messages, report, topology
+from . import frames, guidance, importers, matching, mesh_file, messages, report, topology
 from .arguments.request import Request
 from .guard import shown
 from .messages import complain
@@ -47,8 +48,10 @@ def analyse(
     opened: importers.Opened,
     outputs: dict[str, Path],
     checked: topology.Checked | None = None,
+    references: Sequence[matching.Reference] = (),
 ) -> bool:
-    """Do what is asked for with an opened file; whether all went well.
+    """Do what is asked for with an opened file; whether all went well. The `references` are what
+    its meshes are to be brought onto.
 
     `checked` is the mesh of another file that is held against its surfaces.
 
@@ -75,7 +78,8 @@ def analyse(
             checked = topology.from_object(request.check)
         found.checked = checked
         for name in wanted:
-            entries.append(_one_object(request, file, opened, name, found, "blend" in outputs))
+            is_kept = "blend" in outputs
+            entries.append(_one_object(request, file, opened, name, found, is_kept, references))
         if found.done:
             _write(found, opened, outputs)
     if any("error" not in entry for entry in entries) and "json" in outputs:
@@ -91,6 +95,7 @@ def _one_object(
     name: str,
     found: _Frame,
     is_kept: bool,
+    references: Sequence[matching.Reference],
 ) -> dict[str, Any]:
     """Detect on one mesh; its entry in the report."""
     label = name if file is None else f"{shown(file)}: {name}"
@@ -111,6 +116,13 @@ def _one_object(
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
         said, facts = _guided(request, stem, found.checked, inputs, detection, opened, rest)
+        if request.matching is not None:
+            part = progress.part("Matching", 0.9, 1.0)
+            sentences, matches = matching.write(
+                request.matching, references, inputs, detection, opened.to_file, part
+            )
+            said += sentences
+            facts |= matches
     except core.CancelledError:
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:

@@ -152,6 +152,7 @@ class UMBILICS_PG_plan(bpy.types.PropertyGroup):
     closed: BoolProperty(description="The surface has no border, so that the sum is known")
     expected: IntProperty(description="What the sum of 4 - valence must be on a closed surface")
     mirror: StringProperty(description="The mirror plane that was found, in words")
+    axis: StringProperty(description="The rotation axis that was found, in words")
     mesh: PointerProperty(
         type=bpy.types.Mesh, description="Holds the fields that the object's own mesh cannot hold"
     )
@@ -240,7 +241,8 @@ def change_of(pole: UMBILICS_PG_pole) -> str:
 
 def forget(obj: bpy.types.Object) -> bool:
     """Clear the object's plan; says whether there was one."""
-    was_there = obj.umbilics_plan.planned or bool(obj.umbilics_plan.mirror)
+    plan = obj.umbilics_plan
+    was_there = plan.planned or bool(plan.mirror or plan.axis)
     obj.property_unset("umbilics_plan")
     return was_there
 

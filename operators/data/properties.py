@@ -52,6 +52,8 @@ def _property(name: str, option: core.Option, default: Any) -> Any:
             subtype="ANGLE",
             **text,
         )
+    if option.unit == "length":
+        text["subtype"] = "DISTANCE"
     bounds = {"min": option.minimum, "max": option.maximum}
     bounds = {name: bound for name, bound in bounds.items() if math.isfinite(bound)}
     return FloatProperty(default=default, precision=4, **bounds, **text)

@@ -31,9 +31,15 @@ class Delivery:
     transfer: bool = core.setting(
         False,
         label="Transfer Data",
-        help="Carry materials, UV maps, vertex groups and colours over from the original",
+        help="Carry materials, UV maps, vertex groups, colours and shape keys over from the "
+        "original",
         kind="flag",
     )
+
+
+def settings_properties() -> dict[str, Any]:
+    """Blender properties for the core's settings alone."""
+    return annotations_of(core.RemeshSettings)
 
 
 def properties() -> dict[str, Any]:

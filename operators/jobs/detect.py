@@ -169,7 +169,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         maps.hide(context, obj, transaction)
         homes.leave(obj, RESULTS, homes.DETECTION, transaction, home.mesh)
         transaction.keep_attributes(home.mesh, tuple(RESULTS))
-        write_results(home.mesh, inputs.arrays, results.attributes)
+        write_results(home.mesh, results.attributes)
         lost = _describe(obj, inputs, results, transaction)
         homes.settle(home, homes.DETECTION, transaction)
         filters.write(context, obj, inputs.settings, transaction, fresh=True)
@@ -193,9 +193,10 @@ def _describe(
     kept.analysed = inputs.analysed
     suits = results.suitability
     # Creases that were not fitted across smear nothing.
-    angle = inputs.settings.crease_angle
-    is_hard = suits.is_hard and not isinstance(angle, str) and angle > core.SHARP
-    kept.is_coarse, kept.is_hard = suits.is_coarse, is_hard
+    angle = results.detection.crease_angle
+    kept.is_coarse, kept.is_hard = suits.is_coarse, suits.is_hard and angle > core.SHARP
+    if inputs.settings.crease_angle == core.AUTO and angle < 180.0:
+        kept.analysed = f"{inputs.analysed}; creases of more than {angle:.0f}\N{DEGREE SIGN}"
     record.store(obj, results.record)
     return pins.carry_over(obj, chosen, before, results.record.record)
 
@@ -219,7 +220,8 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
 
 def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
     """What was analysed and what was left out, in a line for the panel."""
-    source = f"With {', '.join(works)}" if works else "The mesh itself"
+    names = ", ".join(works)
+    source = f"With {names}" if works else "The mesh itself"
     wanted = len(np.unique(arrays.polygon))
     where = {
         "WHOLE": "whole object",
@@ -228,8 +230,9 @@ def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
         "GROUP": f"group {scope.group}",
     }[scope.kind]
     left_out = 0 if scope.kind == "WHOLE" else arrays.polygon_count - wanted
-    ignored = f"; {left_out} of {arrays.polygon_count} faces left out" if left_out else ""
-    return f"{source}, {where}{ignored}"
+    count = arrays.polygon_count
+    ignored = [f"{left_out} of {count} faces left out"] if left_out else []
+    return "; ".join((f"{source}, {where}", *ignored))
 
 
 def check_object(obj: bpy.types.Object | None, with_modifiers: bool = False) -> None:

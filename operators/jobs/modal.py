@@ -13,6 +13,7 @@ from typing import Any
 import bpy
 
 from ... import core
+from ..base.translation import reported
 from ..scene import selection
 from ..scene.modes import finished
 from . import detect, retopology, worker
@@ -91,7 +92,7 @@ class BackgroundOperator:
         try:
             outcomes = task.results()
         except core.CancelledError:
-            self.report({"INFO"}, "Cancelled; nothing was changed.")
+            self.report({"INFO"}, reported("Cancelled; nothing was changed."))
             return {"CANCELLED"}
         edited = context.mode == "EDIT_MESH"
         return finished(self._write(context, task.jobs, outcomes, self._refused), edited)
@@ -128,15 +129,15 @@ class BackgroundOperator:
             written += 1
             name = f"{job.object_name}: " if len(jobs) + len(refused) > 1 else ""
             for level, sentence in messages:
-                self.report({level}, f"{name}{sentence}")
+                self.report({level}, reported(f"{name}{sentence}"))
         if not written:
             return self._fail(errors)
         for reason in errors:
-            self.report({"WARNING"}, str(reason))
+            self.report({"WARNING"}, reported(str(reason)))
         return {"FINISHED"}
 
     def _fail(self, errors: Sequence[core.UmbilicsError]) -> set[str]:
-        self.report({"ERROR"}, " ".join(str(error) for error in errors))
+        self.report({"ERROR"}, reported(" ".join(str(error) for error in errors)))
         return {"CANCELLED"}
 
 
@@ -153,7 +154,7 @@ class NeedsMesh:
         if worker.current() is not None:
             reason = RUNNING
         if reason:
-            cls.poll_message_set(reason)
+            cls.poll_message_set(reported(reason))
         return not reason
 
 

@@ -147,14 +147,16 @@ def gather(
     work: Callable[[Job, core.Guide, core.Progress], Any],
     with_edges: bool = False,
     *,
+    own_edges: bool = False,
     settings: core.GuidanceSettings | None = None,
     steered: bool = False,
     with_poles: bool = True,
 ) -> Job:
     """Read an object; the scene is not changed.
 
-    Without `settings` they are those of the scene. `steered` says that guide strokes count, and
-    `with_poles` that poles which the user moved, added or deleted are to stay so.
+    Without `settings` they are those of the scene. `with_edges` reads the edges of the object's own
+    mesh, `own_edges` only where they are those that are seen. `steered` says that guide strokes
+    count, and `with_poles` that poles which the user moved, added or deleted are to stay so.
 
     Raises
     ------
@@ -172,7 +174,11 @@ def gather(
         names = properties.given_names(scene.umbilics)
     obj, evaluated, scope = _to_read(scene, obj)
     detect.check_object(obj, evaluated)
-    for layouts in (guidance_objects.ATTRIBUTES, guidance_objects.MARKS):
+    for layouts in (
+        guidance_objects.ATTRIBUTES,
+        guidance_objects.MARKS,
+        guidance_objects.RIDGE_EDGES,
+    ):
         check_result_names(obj, layouts)
     depsgraph = context.evaluated_depsgraph_get() if evaluated else None
     inputs = detect.gather(obj, detecting, names, depsgraph=depsgraph, scope=scope)
@@ -181,6 +187,7 @@ def gather(
     with object_mode(context, obj, push=False), current_mesh(obj, depsgraph) as mesh:
         if with_edges:
             _check_marks(obj, mesh)
+        if with_edges or (own_edges and _has_edges_of(obj, mesh)):
             edges = edge_vertices(mesh)
         if zone_name:
             zone = in_vertex_group(obj, mesh, zone_name)
@@ -217,11 +224,16 @@ def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.O
 
 def _check_marks(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
     """Raise `ObjectError` where edges of `mesh` are none of the object's own."""
-    if not targets.is_own(obj) or not homes.same_faces(mesh, obj.data):
+    if not _has_edges_of(obj, mesh):
         raise ObjectError(
             f"The edges that are seen are not those of {obj.name}'s own mesh, which marks are "
             "kept with. Apply its modifiers, or detect with Source: Base Mesh."
         )
+
+
+def _has_edges_of(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> bool:
+    """Whether edges of `mesh`, as it is seen, are those of the object's own mesh."""
+    return targets.is_own(obj) and homes.same_faces(mesh, obj.data)
 
 
 @contextmanager
@@ -286,6 +298,16 @@ def ridges(job: Job, guide: core.Guide, progress: core.Progress) -> core.RidgeLi
     return guide.ridges(job.settings, progress)
 
 
+def ridges_on_edges(
+    job: Job, guide: core.Guide, progress: core.Progress
+) -> tuple[core.RidgeLines, core.RidgeEdges | None]:
+    """Ridges, and what the mesh's edges have of them, if there are edges."""
+    found = ridges(job, guide, progress)
+    if job.edges is None:
+        return found, None
+    return found, core.ridge_edges(job.inputs.arrays.vertices, job.edges, found)
+
+
 def guides(
     job: Job, guide: core.Guide, progress: core.Progress
 ) -> tuple[core.Lines, core.Lines, core.RidgeLines]:
@@ -300,6 +322,13 @@ def guides(
 def mirror(job: Job, guide: core.Guide, progress: core.Progress) -> core.MirrorPlane:
     """The mirror plane."""
     return guide.symmetry(progress)
+
+
+def rotation(job: Job, guide: core.Guide, progress: core.Progress) -> core.RotationSymmetry:
+    """The rotation symmetry."""
+    arrays = job.inputs.arrays
+    shape = core.Shape.of(arrays.vertices, arrays.triangles, guide.detection)
+    return core.find_rotation(shape, progress)
 
 
 def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import bpy
 
 from ... import core
+from ..base.translation import translated
 
 # Seconds between two looks of the user's at the progress.
 PACE = 0.25
@@ -91,7 +92,8 @@ class BackgroundTask:
 
     def news(self) -> str:
         """What the status bar should say; nothing if that is what it said just now."""
-        text = f"Umbilics: {self.stage} ({self.fraction:.0%})     Esc: Cancel"
+        done = f"{self.fraction:.0%}"
+        text = translated(f"Umbilics: {self.stage} ({done})     Esc: Cancel")
         now = time.monotonic()
         if text == self._shown[0] or now - self._shown[1] < PACE:
             return ""
@@ -106,7 +108,7 @@ class BackgroundTask:
                 self._name = f"{job.object_name}: " if count > 1 else ""
                 part = progress.part("", number / count, (number + 1) / count)
                 self._outcomes.append(outcome_of(job, part))
-        except BaseException as error:  # raised again in the main thread by `results`
+        except BaseException as error:  # noqa: BLE001 (raised again in the main thread by `results`)
             self._error = error
 
     def _report(self, fraction: float, stage: str) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..base.errors import AttributeNameError
 from .fetch import LAYOUT, fetch
-from .read import MeshArrays
 
 _LARGEST = float(np.finfo(np.float32).max)
 
@@ -45,7 +44,7 @@ def check_result_names(
             )
 
 
-def write_results(mesh: bpy.types.Mesh, arrays: MeshArrays, results: dict[str, np.ndarray]) -> None:
+def write_results(mesh: bpy.types.Mesh, results: dict[str, np.ndarray]) -> None:
     """Store results as attributes, making or replacing ours; the mesh is not in Edit Mode.
 
     `results` holds arrays for names in RESULTS; of those it has not, an earlier one is removed.
@@ -59,11 +58,11 @@ def write_attributes(
     mesh: bpy.types.Mesh, results: dict[str, np.ndarray], layouts: dict[str, tuple[str, str]]
 ) -> None:
     """Store arrays under their names, with the domains and types of `layouts`; as above."""
-    for name in results:
+    for name, array in results.items():
         domain, kind = layouts[name]
         _, dtype, key, _ = LAYOUT[kind]
         attribute = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
-        values = np.nan_to_num(results[name], nan=0.0, posinf=0.0, neginf=0.0)
+        values = np.nan_to_num(array, nan=0.0, posinf=0.0, neginf=0.0)
         # Curvatures of a tiny mesh may be beyond single precision.
         values = np.clip(values, -_LARGEST, _LARGEST).astype(dtype)
         attribute.data.foreach_set(key, np.ascontiguousarray(values).ravel())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..base import changes
+from ..base.translation import reported
 from ..data import record, summary
 from . import filters, selection, targets
 
@@ -32,7 +33,7 @@ def chosen(context: bpy.types.Context) -> Chosen:
 def is_chosen(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """For `poll`: whether an umbilic is chosen; explains itself if none is."""
     if _found(context) is None:
-        cls.poll_message_set(NOTHING_CHOSEN)
+        cls.poll_message_set(reported(NOTHING_CHOSEN))
         return False
     return True
 
@@ -42,7 +43,7 @@ def can_be_changed(cls: type[bpy.types.Operator], context: bpy.types.Context) ->
     if not is_chosen(cls, context):
         return False
     if not targets.is_local(selection.shown(context)):
-        cls.poll_message_set("These results are linked from another file.")
+        cls.poll_message_set(reported("These results are linked from another file."))
         return False
     return True
 

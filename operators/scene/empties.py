@@ -43,6 +43,8 @@ PERMANENT = float(np.finfo(np.float32).max)
 UNKNOWN = -1.0
 # Size of the cross under a glyph of the overlay, in sizes of the glyph.
 _CROSS = 0.35
+# No empty is larger than this part of the mesh, unless the preferences want it.
+_LARGEST = 0.1
 
 
 def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
@@ -129,7 +131,9 @@ def _add(
         transaction.on_failure(root.children.unlink, collection)
     look = Appearance(context)
     umbilics = record.detection.candidates.select(rows)
-    size = np.maximum(look.empty_size * record.edge[rows], look.smallest_empty * record.extent)
+    # On a mesh of a few faces edges say nothing of how large an empty should be.
+    size = np.minimum(look.empty_size * record.edge[rows], _LARGEST * record.extent)
+    size = np.maximum(size, look.smallest_empty * record.extent)
     frames = frames_of(umbilics)
     is_overlaid = _is_overlaid(context)
     shown = set() if is_overlaid else set(umbilics.kind.tolist())

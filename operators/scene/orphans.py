@@ -19,7 +19,12 @@ from .transaction import Transaction, all_or_nothing, empty_without
 from .view import glyph_images
 
 # What a detection and a plan may leave on a mesh, and how it is laid out.
-_ON_MESHES = (RESULTS, guidance_objects.ATTRIBUTES, guidance_objects.MARKS)
+_ON_MESHES = (
+    RESULTS,
+    guidance_objects.ATTRIBUTES,
+    guidance_objects.MARKS,
+    guidance_objects.RIDGE_EDGES,
+)
 
 
 def with_results() -> list[bpy.types.Object]:
@@ -49,7 +54,7 @@ def remove() -> int:
 
 def _has_results(obj: bpy.types.Object) -> bool:
     plan = obj.umbilics_plan
-    return bool(obj.umbilics.detected or plan.planned or plan.mirror)
+    return bool(obj.umbilics.detected or plan.planned or plan.mirror or plan.axis)
 
 
 def _is_tagged(obj: bpy.types.Object) -> bool:

@@ -36,7 +36,8 @@ def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
     if obj.umbilics.source and source != obj.umbilics.source:
         changed.append(context.scene.umbilics_display.bl_rna.properties["source"].name)
     if changed:
-        found.append(f"Changed since: {', '.join(changed)}.")
+        labels = ", ".join(changed)
+        found.append(f"Changed since: {labels}.")
     return found
 
 
@@ -57,7 +58,8 @@ def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]
         found.append("The guide strokes are others.")
     changed = plans.changed_settings(context.scene.umbilics_guidance, made)
     if changed:
-        found.append(f"Changed since: {', '.join(changed)}.")
+        labels = ", ".join(changed)
+        found.append(f"Changed since: {labels}.")
     return found
 
 

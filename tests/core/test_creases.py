@@ -51,6 +51,20 @@ def test_each_marked_edge_is_found_once_in_either_order():
     assert len(marked_half_edges(surface, None)) == 0
 
 
+def test_marks_on_more_than_a_fifth_of_the_edges_are_the_importers():
+    vertices, triangles = roof(0.0)
+    surface, _ = clean(vertices, triangles)
+    edges = np.random.default_rng(0).permutation(edges_of(triangles))
+    # A fifth of the edges, as if each belonged to two triangles.
+    fifth = len(triangles) * 3 // 10
+    assert len(marked_half_edges(surface, edges[:fifth])) == fifth
+    assert len(marked_half_edges(surface, edges[: fifth + 1])) == 0
+    # On a mesh of a few triangles all edges may be creases.
+    few, _ = clean(vertices, triangles[:200])
+    edges = edges_of(triangles[:200])
+    assert len(marked_half_edges(few, edges)) == len(edges)
+
+
 def test_marks_on_every_edge_are_the_importers_and_change_nothing():
     ball, triangles = surfaces.icosphere(4)
     vertices = ball * (3.0, 2.0, 1.0)

@@ -36,7 +36,7 @@ def away_from(directions, others):
 @pytest.mark.parametrize("smoothness", [0.0, 0.3, 0.65, 1.0])
 @pytest.mark.parametrize(
     "mesh",
-    [ellipsoid(subdivisions=4), quartic(4), torus(columns=60, rows=24), sphere()],
+    [ellipsoid(subdivisions=4), quartic(4), torus(columns=60, rows=24), sphere(subdivisions=4)],
     ids=lambda mesh: mesh.name,
 )
 def test_indices_sum_to_the_euler_characteristic(mesh, smoothness):
@@ -78,7 +78,7 @@ def test_lemons_part_across_their_separatrix():
 def test_smoother_means_farther_apart():
     apart = []
     for smoothness in (0.5, 0.65, 0.8, 1.0):
-        surface, _, cross = made(ellipsoid(subdivisions=5), smoothness=smoothness)
+        surface, _, cross = made(ellipsoid(subdivisions=4), smoothness=smoothness)
         rows = np.flatnonzero(cross.triangle_index)
         apart.append(np.abs(surface.vertices[surface.triangles[rows]].mean(axis=1)[:, 1]).mean())
     assert apart == sorted(apart)
@@ -160,9 +160,9 @@ def test_face_field_has_the_same_sum_at_vertices():
     assert (quarters == 1).all() and len(vertex) == 8
 
 
-def turning_laplacian(rng, spread=0.3):
+def turning_laplacian(rng, spread=0.3, subdivisions=5):
     """A Hermitian Laplacian (n, n) over an icosphere, with random phases, and its degrees (n,)."""
-    points, triangles = icosphere(5)
+    points, triangles = icosphere(subdivisions)
     n = len(points)
     tail, head = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     first = tail < head
@@ -173,21 +173,20 @@ def turning_laplacian(rng, spread=0.3):
     return upper + upper.conj().T + sparse.diags_array(degree.astype(complex)), degree
 
 
-def test_solver_agrees_with_a_factorization():
+def test_solver_finds_what_was_put_in():
     rng = np.random.default_rng(1)
     matrix, degree = turning_laplacian(rng)
     n = len(degree)
     matrix = (matrix + sparse.diags_array(np.full(n, 0.01 + 0j))).tocsr()
-    right = rng.normal(size=n) + 1j * rng.normal(size=n)
-    exact = spsolve(matrix.tocsc(), right)
-    found = solve(matrix, right, Progress(), tolerance=1e-8)
+    exact = rng.normal(size=n) + 1j * rng.normal(size=n)
+    found = solve(matrix, matrix @ exact, Progress(), tolerance=1e-8)
     assert np.abs(found - exact).max() < 1e-5 * np.abs(exact).max()
 
 
 def test_solver_is_as_exact_beside_rows_that_weigh_much():
     """As those of creases, a hundred times the others."""
     rng = np.random.default_rng(2)
-    matrix, degree = turning_laplacian(rng, spread=0.02)
+    matrix, degree = turning_laplacian(rng, spread=0.02, subdivisions=4)
     heavy = rng.random(len(degree)) < 0.05
     weight = np.where(heavy, 100.0 * degree, 1e-6)
     wanted = np.exp(2j * np.pi * rng.random(len(degree)))

@@ -1,5 +1,7 @@
 """The whole pipeline against surfaces whose umbilics are known exactly."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import surfaces
@@ -68,6 +70,22 @@ def test_patch_with_exact_operators_has_its_three_umbilics(parametrization, seed
     assert len(detection.umbilics) == 3
     assert sorted(detection.umbilics.kind) == ["lemon", "lemon", "star"]
     assert errors_in_edges(detection.umbilics, surface).max() < 0.5
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_given_operators_are_taken_as_they_are_whichever_curvature_comes_first(swapped):
+    surface = surfaces.seed_patch(1350)
+    given = exact_operators(surface)
+    if swapped:
+        given = dataclasses.replace(given, k1=given.k2, k2=given.k1, d1=given.d2, d2=given.d1)
+    # Of the directions neither sign nor length nor handedness counts.
+    given = dataclasses.replace(given, d1=-2.0 * given.d1)
+    settings = core.Settings(curvature="given")
+    field = core.detect(surface.vertices, surface.triangles, settings, given=given).curvature
+    np.testing.assert_allclose(field.k1, surface.k1)
+    np.testing.assert_allclose(field.k2, surface.k2)
+    for found, true in ((field.d1, surface.d1), (field.d2, surface.d2)):
+        np.testing.assert_allclose(np.abs(np.einsum("nc,nc->n", found, true)), 1.0)
 
 
 @pytest.mark.parametrize("count, limit", [(5400, 1.0), (21600, 0.35)])

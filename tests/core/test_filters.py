@@ -92,6 +92,15 @@ def test_what_is_pinned_stays_and_what_is_deleted_goes_whatever_the_filters_say(
     assert rows_of(detection, pinned=[2], deleted=[2]) == [4, 5]
 
 
+def test_rows_that_do_not_exist_are_no_rows_from_the_end(detection):
+    assert rows_of(detection, deleted=[-1, 6]) == [2, 3, 4, 5]
+    left_out = changed(detection, at_border=np.arange(6) == 5)
+    assert rows_of(left_out, pinned=[-1, 6]) == [2, 3, 4]
+    for deleted, count in (([-1, 6], 1), ([5], 0)):
+        warnings = core.select(left_out, core.Settings(), deleted=deleted).warnings
+        assert len(warnings) == count
+
+
 def test_regions_count_for_the_sum(detection):
     region = core.Region(np.arange(3), 1.0, 1.5, "spherical", 1.0)
     chosen = core.select(replace(detection, regions=(region, region)), core.Settings())
@@ -107,6 +116,7 @@ def test_more_smoothing_is_advised_where_noise_that_was_dropped_is_as_large_as_t
 
     assert advised(0.71, core.Settings())
     assert not advised(0.7, core.Settings())
+    assert not advised(0.1, core.Settings())
     # Nothing was dropped.
     assert not advised(0.9, core.Settings(persistence=0.0))
 

@@ -11,7 +11,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 # A room imports only from itself and from the rooms before it.
 ROOMS = {
-    "core": ("base", "mesh", "fields", "curvature", "umbilics", "retopology", "formats"),
+    "core": (
+        "base",
+        "mesh",
+        "fields",
+        "curvature",
+        "umbilics",
+        "matching",
+        "retopology",
+        "formats",
+    ),
     "operators": ("base", "drawing", "mesh", "data", "scene", "jobs", "command_line"),
 }
 # Files that a newcomer can take in at one glance. The root of operators is a list of what the user

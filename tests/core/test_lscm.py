@@ -4,9 +4,15 @@ from fields import surface_of
 from surfaces import ellipsoid, grid_points, random_points, seed_patch, sphere, torus
 
 from core import ChartError, InvalidMeshError
-from core.mesh.charts import charts_from_seams, charts_from_uv, corner_uv, require_disks, unfold
-from core.mesh.lscm import conformal_map
 from core.mesh.repair import clean
+from core.mesh.unfolding.charts import (
+    charts_from_seams,
+    charts_from_uv,
+    corner_uv,
+    require_disks,
+    unfold,
+)
+from core.mesh.unfolding.lscm import conformal_map
 from core.umbilics.methods.curvature_tensor import unfolded_along_seams, unfolded_by_uv
 
 NO_SEAMS = np.zeros((0, 2), dtype=np.int64)

@@ -1,5 +1,6 @@
 """The pole plan: counts, sums, zones, what each pole says."""
 
+import functools
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,26 +13,41 @@ from core.base.progress import Progress
 from core.retopology.lines.edge_paths import edge_paths
 from core.retopology.poles import plan_poles
 
+MESHES = {
+    "ellipsoid": ellipsoid(subdivisions=4),
+    "quartic": quartic(4),
+    "sphere": sphere(subdivisions=4),
+    "torus": torus(columns=60, rows=24),
+    "cylinder": cylinder(),
+    "monkey saddle": monkey_saddle(),
+}
 
-def planned(mesh, zone=None, detection_settings=None, **settings):
-    detection = core.detect(mesh.vertices, mesh.triangles, detection_settings)
-    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
-    return detection, guide.guidance(core.GuidanceSettings(**settings), zone=zone).poles
+
+@functools.cache
+def guide_of(name, **settings):
+    mesh = MESHES[name]
+    detection = core.detect(mesh.vertices, mesh.triangles, core.Settings(**settings))
+    return core.Guide(mesh.vertices, mesh.triangles, detection)
+
+
+@functools.cache
+def poles_of(name, plan="field"):
+    return guide_of(name).guidance(core.GuidanceSettings(plan=plan)).poles
 
 
 @pytest.mark.parametrize("plan", ["field", "umbilics"])
 @pytest.mark.parametrize(
-    "mesh, total", [(ellipsoid(), 8), (quartic(), 8), (sphere(), 8), (torus(), 0)]
+    "name, total", [("ellipsoid", 8), ("quartic", 8), ("sphere", 8), ("torus", 0)]
 )
-def test_the_sum_is_four_times_the_euler_characteristic(mesh, total, plan):
-    _, poles = planned(mesh, plan=plan)
+def test_the_sum_is_four_times_the_euler_characteristic(name, total, plan):
+    poles = poles_of(name, plan)
     assert (4 - poles.valence).sum() == poles.total == poles.expected == total
     assert set(poles.valence) <= {3, 5}
 
 
 @pytest.mark.parametrize("plan", ["field", "umbilics"])
 def test_every_lemon_becomes_two_three_poles(plan):
-    detection, poles = planned(ellipsoid(), plan=plan)
+    detection, poles = guide_of("ellipsoid").detection, poles_of("ellipsoid", plan)
     assert (poles.valence == 3).all() and len(poles) == 8
     assert np.array_equal(np.bincount(poles.umbilic), [2, 2, 2, 2])
     assert (poles.confidence == 1.0).all()
@@ -44,27 +60,24 @@ def test_every_lemon_becomes_two_three_poles(plan):
 
 @pytest.mark.parametrize("lengths, edges, claimed", [(7.5, 5.5, True), (8.5, 6.5, False)])
 def test_an_umbilic_takes_what_smoothing_has_moved_a_few_lengths_and_edges(lengths, edges, claimed):
-    mesh = ellipsoid(subdivisions=4)
-    detection = core.detect(mesh.vertices, mesh.triangles)
-    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
-    surface = guide.surface
+    guide = guide_of("ellipsoid")
+    surface, umbilics = guide.surface, guide.detection.umbilics
     edge = 1.5 * float(np.sqrt(np.median(surface.face_normal_area[1])))
     smoothing = 0.5 * edge
     middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
-    away = np.linalg.norm(middle[:, None] - detection.umbilics.position, axis=2).min(axis=1)
+    away = np.linalg.norm(middle[:, None] - umbilics.position, axis=2).min(axis=1)
     wanted = (lengths * smoothing + edges * edge) * surface.unit
     moved = np.argmin(np.abs(away - wanted))
     assert abs(away[moved] - wanted) < 0.1 * edge * surface.unit
     index = np.zeros(len(surface.triangles))
     index[moved] = 0.25
     cross = SimpleNamespace(triangle_index=index, smoothing=smoothing)
-    poles = plan_poles(surface, guide.planes(Progress()), cross, detection.umbilics, [])
+    poles = plan_poles(surface, guide.planes(Progress()), cross, umbilics, [])
     assert (poles.umbilic[0] >= 0) == claimed
 
 
 def test_poles_of_an_umbilic_that_is_not_certain_are_half_as_sure():
-    mesh = ellipsoid(subdivisions=3)
-    detection = core.detect(mesh.vertices, mesh.triangles)
+    mesh, detection = MESHES["ellipsoid"], guide_of("ellipsoid").detection
     doubted = replace(detection.umbilics, certain=np.array([True, False, True, False]))
     detection = replace(detection, umbilics=doubted)
     poles = core.Guide(mesh.vertices, mesh.triangles, detection).guidance().poles
@@ -72,7 +85,7 @@ def test_poles_of_an_umbilic_that_is_not_certain_are_half_as_sure():
 
 
 def test_every_umbilic_has_its_poles_where_all_are_wanted():
-    detection, poles = planned(quartic(), plan="umbilics")
+    detection, poles = guide_of("quartic").detection, poles_of("quartic", "umbilics")
     quarters = np.bincount(
         poles.umbilic[poles.umbilic >= 0],
         weights=(4 - poles.valence)[poles.umbilic >= 0],
@@ -82,12 +95,13 @@ def test_every_umbilic_has_its_poles_where_all_are_wanted():
 
 
 def test_sums_hold_where_the_filters_left_them_open():
-    _, poles = planned(quartic(), detection_settings=core.Settings(opening=2), plan="umbilics")
+    guide = guide_of("quartic", opening=2)
+    poles = guide.guidance(core.GuidanceSettings(plan="umbilics")).poles
     assert poles.total == poles.expected == 8
 
 
 def test_poles_of_a_region_are_spread_over_it():
-    _, poles = planned(sphere())
+    poles = poles_of("sphere")
     assert (poles.umbilic == -1).all() and (poles.region == 0).all()
     # As on a cube: no two nearer than an edge of it, by a good margin.
     gap = np.linalg.norm(poles.position[:, None] - poles.position[None], axis=2)
@@ -95,39 +109,36 @@ def test_poles_of_a_region_are_spread_over_it():
 
 
 def test_open_surface_has_no_expected_sum():
-    _, poles = planned(cylinder())
+    poles = poles_of("cylinder")
     assert np.isnan(poles.expected) and len(poles) == 0
-    _, star = planned(monkey_saddle())
-    assert np.isnan(star.expected)
+    assert np.isnan(poles_of("monkey saddle").expected)
 
 
 def test_poles_lie_on_their_triangles():
-    mesh = ellipsoid()
-    _, poles = planned(mesh)
+    mesh, poles = MESHES["ellipsoid"], poles_of("ellipsoid")
     corner = mesh.vertices[mesh.triangles[poles.triangle]]
     assert np.allclose(np.einsum("kc,kcx->kx", poles.barycentric, corner), poles.position)
     assert np.allclose(np.linalg.norm(poles.normal, axis=1), 1.0)
 
 
 def test_marked_zone_is_avoided():
-    mesh = ellipsoid()
+    mesh = MESHES["ellipsoid"]
     zone = mesh.vertices[:, 0] > 2.0
-    _, poles = planned(mesh, zone=zone)
+    poles = guide_of("ellipsoid").guidance(zone=zone).poles
     assert not zone[mesh.triangles[poles.triangle]].any()
     assert poles.moved.sum() == 4 and poles.total == 8
     assert len(np.unique(poles.triangle)) == 8
 
 
 def test_a_zone_that_is_everything_moves_nothing():
-    mesh = ellipsoid(subdivisions=3)
-    _, poles = planned(mesh, zone=np.ones(len(mesh.vertices), bool))
+    zone = np.ones(len(MESHES["ellipsoid"].vertices), bool)
+    poles = guide_of("ellipsoid").guidance(zone=zone).poles
     assert poles.total == 8 and not poles.moved.any()
 
 
 def test_paths_along_edges_are_near_the_lines():
-    mesh = ellipsoid(subdivisions=4)
-    detection = core.detect(mesh.vertices, mesh.triangles)
-    arcs = core.Guide(mesh.vertices, mesh.triangles, detection).separatrices()
+    mesh = MESHES["ellipsoid"]
+    arcs = guide_of("ellipsoid").separatrices()
     sides = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
     edges = np.unique(np.sort(sides, axis=1), axis=0)
     marked = edge_paths(mesh.vertices, edges, arcs)
@@ -135,3 +146,68 @@ def test_paths_along_edges_are_near_the_lines():
     assert np.abs(mesh.vertices[used, 1]).max() < mesh.edge_length
     # A ring: every vertex has two of them.
     assert set(np.bincount(used.ravel())) <= {0, 2}
+
+
+def without_singularities(surface, smoothing):
+    """A cross field that has lost all of them."""
+    return SimpleNamespace(
+        triangle_index=np.zeros(len(surface.triangles)),
+        smoothing=smoothing,
+        strength=np.ones(len(surface.vertices)),
+    )
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("lengths", [0.1, 8.0])
+def test_poles_that_the_field_has_lost_stand_to_both_sides_of_the_separatrix(known, lengths):
+    """By half a smoothing length, but at least an edge; somewhere where it is not known."""
+    guide = guide_of("ellipsoid")
+    surface, umbilics = guide.surface, guide.detection.umbilics
+    ray = umbilics.separatrix[:, 0]
+    if not known:
+        umbilics = replace(umbilics, separatrix=np.full_like(umbilics.separatrix, np.nan))
+    edge = 1.5 * float(np.sqrt(np.median(surface.face_normal_area[1])))
+    cross = without_singularities(surface, lengths * edge)
+    planes = guide.planes(Progress())
+    poles = plan_poles(surface, planes, cross, umbilics, [], plan="umbilics")
+    assert poles.umbilic.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert (poles.valence == 3).all() and poles.total == 8
+    apart = max(0.5 * lengths, 1.0) * edge * surface.unit
+    for number in range(4):
+        away = poles.position[poles.umbilic == number] - umbilics.position[number]
+        np.testing.assert_allclose(np.linalg.norm(away, axis=1), apart, rtol=0.1)
+        across = away / np.linalg.norm(away, axis=1, keepdims=True)
+        assert across[0] @ across[1] < -0.8
+        if known:
+            assert np.abs(across @ ray[number]).max() < 0.3
+
+
+def test_poles_are_listed_by_their_umbilics_those_without_one_last():
+    guide = guide_of("ellipsoid")
+    surface, umbilics = guide.surface, guide.detection.umbilics
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    top = np.argmax(middle[:, 1])
+    cross = without_singularities(surface, 0.01)
+    cross.triangle_index[[umbilics.triangle[2], umbilics.triangle[0], top]] = 0.25
+    poles = plan_poles(surface, guide.planes(Progress()), cross, umbilics, [])
+    assert poles.umbilic.tolist() == [0, 2, -1]
+    assert poles.triangle.tolist() == [umbilics.triangle[0], umbilics.triangle[2], top]
+
+
+def test_an_umbilic_in_the_first_triangle_has_its_poles_and_one_on_nothing_none():
+    mesh, umbilics = MESHES["ellipsoid"], guide_of("ellipsoid").detection.umbilics
+    count = len(mesh.triangles)
+    first = int(umbilics.triangle[0])
+    # The first umbilic's triangle becomes the first one; the last one is none at all.
+    triangles = np.concatenate([np.roll(mesh.triangles, -first, axis=0), [[0, 0, 1]]])
+    detection = core.detect(mesh.vertices, triangles)
+    guide = core.Guide(mesh.vertices, triangles, detection)
+    moved = (umbilics.triangle - first) % count
+    moved[1] = count
+    umbilics = replace(umbilics, triangle=moved)
+    cross = without_singularities(guide.surface, 0.01)
+    planes = guide.planes(Progress())
+    poles = plan_poles(guide.surface, planes, cross, umbilics, [], plan="umbilics")
+    assert [int((poles.umbilic == number).sum()) for number in range(4)] == [2, 0, 2, 2]
+    # The sum wants two more, which nothing places.
+    assert (poles.umbilic == -1).sum() == 2 and poles.total == 8

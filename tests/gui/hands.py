@@ -53,7 +53,7 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
             return min(left, _TICK)
         except StopIteration:
             os._exit(0)
-        except BaseException:
+        except BaseException:  # noqa: BLE001 (whatever it is, Blender has to end)
             traceback.print_exc()
             os._exit(1)
 
@@ -147,7 +147,7 @@ def write(text: str) -> None:
 
 def place_in(window: bpy.types.Window, x: int, y: int) -> tuple[int, int]:
     """Screen pixels of a place in a window, from its left and its top."""
-    height = int(os.environ.get("UMBILICS_SCREEN_HEIGHT", 900))
+    height = int(os.environ.get("UMBILICS_SCREEN_HEIGHT", "900"))
     return window.x + x, height - window.y - window.height + y
 
 
@@ -258,7 +258,7 @@ _hand: subprocess.Popen | None = None
 
 def _xdotool(*arguments) -> None:
     """Begin to move the hand; Blender has to go on meanwhile, or it sees all events at once."""
-    global _hand
+    global _hand  # noqa: PLW0603
     if _hand is not None and _hand.wait():
         raise AssertionError(f"xdotool failed: {_hand.args}")
     _hand = subprocess.Popen(["xdotool", *map(str, arguments)])

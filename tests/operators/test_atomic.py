@@ -6,6 +6,7 @@ import pytest
 from scene_building import add_ellipsoid, empty_scene
 
 GUIDANCE, PENCIL = "scene.retopology.guidance_objects", "scene.retopology.grease_pencil"
+CURVES = "scene.retopology.curve_objects"
 OURS = ("umbilics", "umbilics_plan")
 
 
@@ -143,9 +144,9 @@ DETECTING = [
 PLANNING = [
     ("jobs.retopology", "home_of_plan"),
     (GUIDANCE, "write_attributes"),
-    (GUIDANCE, "_discard"),
+    (GUIDANCE, "replaced"),
     (GUIDANCE, "_upright"),
-    (GUIDANCE, "_adopt"),
+    (GUIDANCE, "adopt"),
     ("data.plans", "store"),
     ("scene.homes", "settle"),
 ]
@@ -254,10 +255,10 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
 WORKS = {
     "lines": (
         "lines",
-        [(GUIDANCE, "_adopt"), (GUIDANCE, "_discard")],
+        [(CURVES, "adopt"), (CURVES, "replaced")],
     ),
     "draw_guides": ("guides", [(PENCIL, "make"), (PENCIL, "_draw")]),
-    "symmetry": ("mirror", [(GUIDANCE, "_adopt")]),
+    "symmetry": ("mirror", [(GUIDANCE, "adopt")]),
 }
 
 

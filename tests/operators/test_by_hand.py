@@ -1,5 +1,7 @@
 """Pins and deletions stay with their umbilics when the mesh is detected again."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -101,6 +103,33 @@ def test_no_umbilic_stands_for_two(addon, obj):
     everything = list(range(len(now.detection.candidates)))
     assert by_hand.carry_over(obj, (everything, []), now, now) == 0
     assert rows_of(addon, obj.umbilics.pinned) == everything
+
+
+class _Candidates:
+    """On the x-axis, all lemons."""
+
+    def __init__(self, places):
+        self.position = np.multiply.outer(places, (1.0, 0.0, 0.0))
+        self.index = np.full(len(places), 0.5)
+
+    def __len__(self):
+        return len(self.index)
+
+
+def test_the_nearer_of_two_has_the_only_counterpart(addon):
+    """Two umbilics have become one: it is the one of the two that lay nearer."""
+
+    def record(*places):
+        count = len(places)
+        detection = SimpleNamespace(candidates=_Candidates(np.array(places)))
+        return SimpleNamespace(detection=detection, matrix=np.eye(4), edge=np.ones(count))
+
+    before, after = record(0.0, 1.0, 20.0), record(0.7)
+    counterparts = addon.operators.data.pins.counterparts
+    assert counterparts(([0, 1], []), before, after) == (([0], []), 1)
+    assert counterparts(([0], [1]), before, after) == (([], [0]), 1)
+    # Too far away, and one that another file's record does not have.
+    assert counterparts(([2], [9]), before, after) == (([], []), 1)
 
 
 def test_what_has_no_counterpart_is_told_of(addon, obj):

@@ -79,7 +79,7 @@ def test_what_was_remeshed_is_checked_at_once(pair):
 
 
 def test_missing_and_extra_ones_are_in_the_table_first(pair):
-    surface, quads = pair
+    _, quads = pair
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="DESELECT")
     bpy.ops.object.mode_set(mode="OBJECT")

@@ -63,7 +63,7 @@ def test_json_is_what_the_manual_says(run, files, tmp_path):
     target = tmp_path / "deep" / "out.json"
     arguments = [str(files / "egg.obj"), "--json", str(target), "--per-vertex"]
     assert run([*arguments, "--persistence", "0", "--crease-angle", "90"]) == 0
-    found = json.loads(target.read_text(), parse_constant=lambda word: pytest.fail(word))
+    found = json.loads(target.read_text(), parse_constant=pytest.fail)
     assert found["schema"] == 1
     assert found["settings"]["method"] == "S"
     assert found["settings"]["persistence"] == 0.0

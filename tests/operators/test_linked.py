@@ -96,7 +96,22 @@ def test_results_are_beside_it_and_stay_in_the_file(library, way, tmp_path):
     assert census() == before
 
 
-@pytest.mark.parametrize("way", (linked, overridden))
+def test_results_beside_it_are_out_of_date_when_it_is_worked_on(addon, library):
+    source = overridden(library)
+    bpy.ops.umbilics.detect()
+    beside = bpy.context.object
+    assert beside != source
+
+    def reasons():
+        bpy.context.view_layer.update()
+        return " ".join(addon.operators.scene.staleness.reasons(bpy.context, beside))
+
+    assert reasons() == ""
+    source.modifiers.new("Wider", "DISPLACE").strength = 0.1
+    assert "moved" in reasons()
+
+
+@pytest.mark.parametrize("way", [linked, overridden])
 def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library, way):
     bpy.ops.wm.open_mainfile(filepath=library)
     active(bpy.data.objects[NAME])

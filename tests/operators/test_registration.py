@@ -10,7 +10,7 @@ NAME = "bl_ext.user_default.umbilics"
 def residue() -> list[str]:
     ours = [name for name in dir(bpy.types) if name.startswith("UMBILICS_")]
     ours += [t.__name__ for t in (bpy.types.Scene, bpy.types.Object) if hasattr(t, "umbilics")]
-    ours += [name for name in dir(bpy.ops.umbilics)]
+    ours += list(dir(bpy.ops.umbilics))
     return ours
 
 

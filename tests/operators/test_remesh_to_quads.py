@@ -94,6 +94,52 @@ def test_shrinkwrap_materials_and_groups_on_request(obj):
     assert right <= inside and not inside & left
 
 
+def test_shape_keys_move_the_quads_as_the_surface_below(obj):
+    """A key that scales, one relative to it, one through a group: seen, and each alone."""
+    points = np.array([vertex.co for vertex in obj.data.vertices])
+    obj.shape_key_add(name="Basis")
+    moves = {"wide": (0.5, 0.0, 0.0), "wider": (0.25, 0.0, 0.0), "high": (0.0, 0.0, 0.4)}
+    for name, by in moves.items():
+        block = obj.shape_key_add(name=name, from_mix=False)
+        start = points * (1.0 + np.array(moves["wide"])) if name == "wider" else points
+        block.data.foreach_set("co", (start + points * by).astype(np.float32).ravel())
+    blocks = obj.data.shape_keys.key_blocks
+    blocks["wider"].relative_key = blocks["wide"]
+    for name, value in (("wide", 0.5), ("wider", 0.0), ("high", 1.0)):
+        blocks[name].value = value
+    blocks["high"].slider_max = 2.0
+    obj.vertex_groups.new(name="right").add(
+        [vertex.index for vertex in obj.data.vertices if vertex.co.x > 0], 1.0, "REPLACE"
+    )
+    blocks["high"].vertex_group = "right"
+    obj.scale = (1.0, 1.0, 2.0)
+    made = remesh(transfer=True)
+    ours = made.data.shape_keys.key_blocks
+    assert [block.name for block in ours] == ["Basis", *moves]
+    assert [block.value for block in ours][1:] == [0.5, 0.0, 1.0]
+    assert ours["wider"].relative_key == ours["wide"]
+    assert ours["high"].vertex_group == "right" and ours["high"].slider_max == 2.0
+
+    def places(block):
+        return np.array([point.co for point in block.data])
+
+    basis = places(ours["Basis"])
+    inner = np.abs(basis[:, 0]) > 0.2
+    # On the ellipsoid as it is without keys.
+    level = ((basis / (1.5, 1.0, 0.7)) ** 2).sum(axis=1)
+    assert np.abs(level[inner] - 1.0).max() < 0.02
+    assert places(ours["wide"]) - basis == pytest.approx(basis * moves["wide"], abs=0.02)
+    wider = places(ours["wider"]) - places(ours["wide"])
+    assert wider == pytest.approx(basis * moves["wider"], abs=0.02)
+    bpy.context.view_layer.update()
+    shown = made.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    seen = np.array([vertex.co for vertex in shown.vertices])
+    wide = 1.25 * basis[:, 0]
+    assert seen[inner, 0] == pytest.approx(wide[inner], abs=0.02)
+    tall = np.where(basis[:, 0] > 0, 1.4, 1.0) * basis[:, 2]
+    assert seen[inner, 2] == pytest.approx(tall[inner], abs=0.02)
+
+
 def test_a_failure_leaves_the_scene_as_it_was(addon, obj, monkeypatch):
     def fails(*_):
         raise addon.core.UmbilicsError("No quads today.")

@@ -6,7 +6,7 @@ import json
 import bpy
 import numpy as np
 import pytest
-from scene_building import add_ellipsoid, census
+from scene_building import add_ellipsoid, census, values
 from test_guidance import marked, parts, spline_points
 from test_guidance_command import run
 
@@ -67,6 +67,33 @@ def test_ridges_become_marks_and_those_of_the_user_stay(mark):
     assert list(np.flatnonzero(creases(obj))) == [5] and creases(obj)[5] == 0.25
     assert list(np.flatnonzero(marked(obj, "use_seam"))) == [7]
     assert not marked(obj, "use_edge_sharp").any()
+
+
+def test_the_nearest_edges_carry_kind_bend_and_strength():
+    obj = add_ellipsoid()
+    assert bpy.ops.umbilics.ridges() == {"FINISHED"}
+    (curve,) = parts(obj, "ridges")
+    kind = values(obj, "umbilics_ridge")
+    bend, strength = values(obj, "umbilics_ridge_bend"), values(obj, "umbilics_ridge_strength")
+    on = kind == 1
+    assert set(kind) == {0, 1} and on.sum() > 50
+    assert (bend[~on] == 0).all() and (strength[~on] == 0).all()
+    assert np.degrees(bend[on].mean()) == pytest.approx(curve["umbilics_bends"][0], rel=0.05)
+    # Across the section z = 0 the curvature is a / (z half axis)^2 at its sharpest end.
+    assert strength.max() == pytest.approx(3.0, rel=0.05)
+    # As mesh edges they are connected: each end is shared.
+    ends = np.array([edge.vertices[:] for edge in obj.data.edges])[on]
+    assert (np.bincount(ends.ravel())[np.unique(ends)] == 2).all()
+    bpy.context.scene.umbilics_guidance.least_bend = np.radians(120.0)
+    assert bpy.ops.umbilics.ridges() == {"FINISHED"}
+    assert not values(obj, "umbilics_ridge").any()
+
+
+def test_under_modifiers_that_make_other_edges_there_are_curves_alone():
+    obj = add_ellipsoid(subdivisions=3)
+    obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    assert bpy.ops.umbilics.ridges() == {"FINISHED"}
+    assert "umbilics_ridge" not in obj.data.attributes
 
 
 def test_again_replaces_and_clear_leaves_nothing():

@@ -222,3 +222,53 @@ def test_settings_of_a_step_can_be_adjusted_and_the_panel_follows(obj):
     assert not group.spacing_auto and group.spacing == pytest.approx(0.4)
     with pytest.raises(TypeError):
         bpy.ops.umbilics.lines(smoothness=0.4)
+
+
+def quad_poles(obj):
+    """Places of the poles of the active quad mesh."""
+    valence = values(obj, "umbilics_valence")
+    points = np.array([vertex.co for vertex in obj.data.vertices])
+    return points[valence > 0]
+
+
+def remesh(**options):
+    done = bpy.ops.umbilics.remesh_to_quads(quads=300, relaxation=5, hide_original=False, **options)
+    assert done == {"FINISHED"}
+    return bpy.context.view_layer.objects.active
+
+
+def test_quads_have_the_poles_that_were_moved(obj):
+    plan()
+    moved = poles(obj)[0]
+    moved.location.y += 0.35
+    bpy.context.view_layer.update()
+    wanted = np.array(moved.matrix_world.translation)
+    made = remesh()
+    assert np.linalg.norm(quad_poles(made) - wanted, axis=1).min() < 0.2
+    kept = made.umbilics_check
+    assert (kept.matched, kept.missing, kept.extra) == (8, 0, 0)
+
+
+def test_the_layout_is_seen_before_the_quads_and_guides_once_it_is_chosen(obj):
+    def layout():
+        return [child for child in obj.children if child.get("umbilics_guidance") == "layout"]
+
+    assert bpy.ops.umbilics.preview_layout(quads=300) == {"FINISHED"}
+    (curve,) = layout()
+    ends = np.array([spline.points[at].co[:3] for spline in curve.data.splines for at in (0, -1)])
+    points = np.concatenate(
+        [[point.co[:3] for point in spline.points] for spline in curve.data.splines]
+    )
+    level = ((points / np.array((1.5, 1.0, 0.7))) ** 2).sum(axis=1)
+    assert np.abs(level - 1.0).max() < 0.05
+    made = remesh()
+    # Lines begin at the poles of the quads.
+    for pole in quad_poles(made):
+        assert np.linalg.norm(ends - pole, axis=1).min() < 0.3
+    bpy.context.view_layer.objects.active = obj
+    bpy.context.scene.umbilics_guidance.strokes = curve
+    assert bpy.ops.umbilics.preview_layout(quads=300) == {"FINISHED"}
+    # What was chosen may have been edited: it stays, and is the user's.
+    assert "umbilics_guidance" not in curve and len(layout()) == 1
+    bpy.ops.umbilics.clear()
+    assert not layout() and curve.name in bpy.data.objects

@@ -95,3 +95,17 @@ def test_one_umbilic_and_one_region_are_said_in_the_singular(addon):
     assert addon.operators.base.verdict.verdict(summary).found == "1 umbilic, 1 region"
     summary.lemon, summary.regions = 0, 0
     assert addon.operators.base.verdict.verdict(summary).found == "no umbilics"
+
+
+def test_the_automatic_crease_angle_is_known(judged):
+    """A box is heeded by itself; a part that is none, with as sharp edges, is not."""
+    obj = box()
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == ""
+    assert "; creases of more than " in obj.umbilics.analysed
+    bpy.context.scene.umbilics.regions = False
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "CREASES"
+    assert "creases" not in obj.umbilics.analysed
+    assert bpy.ops.umbilics.mend(way="CREASES") == {"FINISHED"}
+    assert judged(obj).remedy == ""

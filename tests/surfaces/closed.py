@@ -14,7 +14,7 @@ def ellipsoid(
 ) -> AnalyticSurface:
     """x^2/a^2 + y^2/b^2 + z^2/c^2 = 1 with a > b > c, an icosphere stretched: four lemons."""
     points, triangles = icosphere(subdivisions)
-    return _ellipsoid(points * np.array(axes), triangles, axes)
+    return ellipsoid_on(points * np.array(axes), triangles, axes)
 
 
 def random_ellipsoid(
@@ -25,10 +25,10 @@ def random_ellipsoid(
     points /= np.linalg.norm(points, axis=1)[:, None]
     # The hull of the unstretched points is the Delaunay triangulation of the sphere.
     triangles = outward(points, ConvexHull(points).simplices.astype(np.int64))
-    return _ellipsoid(points * np.array(axes), triangles, axes)
+    return ellipsoid_on(points * np.array(axes), triangles, axes)
 
 
-def _ellipsoid(
+def ellipsoid_on(
     vertices: np.ndarray, triangles: np.ndarray, axes: tuple[float, float, float]
 ) -> AnalyticSurface:
     a, b, c = axes

@@ -118,9 +118,9 @@ def test_every_name_in_the_schema_is_in_the_manual():
 def test_the_exit_codes_are_those_of_the_manual():
     folder = ROOT / "operators" / "command_line"
     source = (folder / "exit_codes.py").read_text()
-    codes = {int(code) for code in re.findall(r"= (\d+)$", source, re.M)}
+    codes = {int(code) for code in re.findall(r"= (\d+)$", source, re.MULTILINE)}
     text = (ROOT / "docs" / "batch.md").read_text("utf-8")
     table = text.split("## Exit codes")[1].split("## ")[0]
-    assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.M)} == codes
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.MULTILINE)} == codes
     (end,) = (one for one in schema("event").schema["oneOf"] if "exit_code" in one["properties"])
     assert set(end["properties"]["exit_code"]["enum"]) == codes

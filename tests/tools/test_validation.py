@@ -93,3 +93,43 @@ def test_a_missing_folder_is_a_clear_error(tmp_path):
     )
     assert done.returncode == 1
     assert "there is no folder" in done.stderr
+
+
+def test_a_half_meshed_anew_leaves_the_other_and_the_surface():
+    from surfaces.sampling import icosphere
+
+    points, triangles = icosphere(3)
+    true = symmetry.Mirror(np.array([1.0, 0.0, 0.0]), 0.0, 0.0)
+    places, faces = symmetry.half_anew(points, triangles, true, 0.0)
+    below = points[:, 0] <= 0.0
+    assert np.array_equal(places[below], points[below])
+    assert np.abs(places[~below] - points[~below]).max() > 0.01
+    assert np.abs(np.linalg.norm(places, axis=1) - 1.0).max() < 0.02
+    changed = (faces != triangles).any(axis=1)
+    assert changed[(points[triangles][:, :, 0] > 0).all(axis=1)].mean() > 0.1
+    assert not changed[(points[triangles][:, :, 0] <= 0).any(axis=1)].any()
+
+
+def test_flipped_edges_leave_a_closed_surface():
+    from surfaces.sampling import icosphere
+
+    from core.mesh.repair import clean
+
+    points, triangles = icosphere(3)
+    flipped = symmetry.flipped_edges(points, triangles, 0.2, np.random.default_rng(0))
+    surface, warnings = clean(points, flipped)
+    assert surface.closed.all()
+    assert surface.euler_characteristic.sum() == 2
+    assert not warnings
+    valence = np.bincount(flipped.ravel())
+    assert valence.std() > 1.0
+
+
+def test_clusters_count_once():
+    from types import SimpleNamespace
+
+    from validation.regularity import clustered_index
+
+    triangles = np.array([[0, 1, 2], [2, 1, 3], [4, 5, 6]])
+    found = SimpleNamespace(vertex=np.array([0, 1, 4, 3]), index=np.array([0.5, 0.5, -0.5, -0.5]))
+    assert clustered_index(triangles, found) == -0.5

@@ -167,13 +167,13 @@ def test_what_auto_has_chosen_is_said(addon, draw):
     mine.persistence_level = 0.123
     labels = draw().names("label")
     assert f"Dropped up to {multiple:.1f} × noise (0.12)" in labels
-    assert labels[labels.index("Strongest dropped") + 1] == "0.123"
+    assert labels[labels.index("Strongest dropped") + 1] == "0.123 1/m"
     bpy.context.scene.umbilics.persistence = 0.01
     bpy.context.scene.umbilics.persistence_auto = False
     labels = draw().names("label")
     assert not any("× noise" in label for label in labels)
     assert f"4 of {mine.candidates} kept" in labels
-    assert labels[labels.index("Dropped below") + 1] == "0.01"
+    assert labels[labels.index("Dropped below") + 1] == "0.01 1/m"
 
 
 def test_every_number_of_the_statistics_explains_itself(addon, draw):

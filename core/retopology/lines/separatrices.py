@@ -99,7 +99,7 @@ def separatrices(
     tangent = np.concatenate([tangent, -tangent])
     family = np.repeat([0, 1], len(point))
     point = np.concatenate([point, point])
-    edge = _edge_lengths(surface, inner)
+    edge = surface.mean_sides(inner)
     reach = _reach(surface, umbilics, edge)
     obstacle = discs(surface, umbilics) if around is None else around
     free = obstacle < 0
@@ -138,12 +138,6 @@ def length_limit(surface: Surface, settings: GuidanceSettings) -> float:
     return float(settings.length_limit) / surface.unit
 
 
-def _edge_lengths(surface: Surface, rows: np.ndarray) -> np.ndarray:
-    """(k,) mean edge of the given triangles."""
-    corner = surface.vertices[surface.triangles[rows]]
-    return np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
-
-
 def _reach(surface: Surface, umbilics: Umbilics, edge: np.ndarray) -> np.ndarray:
     """(k,) how near to an umbilic a line has arrived at it, by the edges (k,) around it."""
     error = np.nan_to_num(umbilics.uncertainty, nan=0.0, posinf=0.0) / surface.unit
@@ -153,7 +147,7 @@ def _reach(surface: Surface, umbilics: Umbilics, edge: np.ndarray) -> np.ndarray
 def discs(surface: Surface, umbilics: Umbilics) -> np.ndarray:
     """(m,) int64 umbilic, of k in input rows, that each triangle is within reach of; -1: none."""
     rows, _ = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
-    reach = _reach(surface, umbilics, _edge_lengths(surface, rows))
+    reach = _reach(surface, umbilics, surface.mean_sides(rows))
     obstacle = np.full(len(surface.triangles), -1, np.int64)
     normal, _ = surface.face_normal_area
     middle = surface.vertices[surface.triangles].mean(axis=1)
@@ -191,7 +185,7 @@ def _lines(
     apart: float,
 ) -> Separatrices:
     count = len(family)
-    detail = DETAIL * float(np.median(_edge_lengths(surface, inner))) if len(inner) else 1.0
+    detail = DETAIL * float(np.median(surface.mean_sides(inner))) if len(inner) else 1.0
     rows = sparse_rows(traces, detail)
     line = np.repeat(np.arange(count), np.diff(traces.start))[rows]
     joined = joined_bundles(

@@ -159,7 +159,7 @@ def trace(
             ids = running.ids
             records.append((ids, chords.triangle, chords.z, running.length))
             block = obstacle[running.triangle]
-            hit = running.arrived(block, chords)
+            hit = running.arrived(block)
             told: np.ndarray | int = -1
             if stop is not None and steps % every == 0:
                 told = stop(ids, chords.triangle, chords.z, running.length)
@@ -269,7 +269,7 @@ class _Running:
         self.direction, self.heading = chords.direction * turn, chords.heading * turn
         return border, reached
 
-    def arrived(self, block: np.ndarray, chords: Chords) -> np.ndarray:
+    def arrived(self, block: np.ndarray) -> np.ndarray:
         """(r,) bool, True where the obstacle `block` (r,) of the triangle entered ends a line."""
         hit = block >= 0
         if hit.any():

@@ -110,18 +110,14 @@ def _kept(traces: Traces, keep: np.ndarray) -> Traces:
     )
 
 
-def _carried(
-    surface: Surface, planes: FaceFrames, traces: Traces, rows: np.ndarray
-) -> np.ndarray:
+def _carried(surface: Surface, planes: FaceFrames, traces: Traces, rows: np.ndarray) -> np.ndarray:
     """(r,) places, in the planes of the points `rows`, of the points before them."""
     triangle = traces.triangle[rows]
     point = points_of(surface, planes, traces.triangle[rows - 1], traces.z[rows - 1])
-    return _laid(surface, planes, triangle, point)
+    return _laid(surface, triangle, point)
 
 
-def _laid(
-    surface: Surface, planes: FaceFrames, triangle: np.ndarray, point: np.ndarray
-) -> np.ndarray:
+def _laid(surface: Surface, triangle: np.ndarray, point: np.ndarray) -> np.ndarray:
     """(r,) complex places of points (r, 3) of triangles (r,) in their planes."""
     a, b = (surface.vertices[surface.triangles[triangle, k]] for k in range(2))
     x = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1), np.finfo(float).tiny)[:, None]
@@ -168,8 +164,8 @@ def _crossings(
     piece = order[np.repeat(begin, count) + within]
     at = rows[chord]
     here, there = _carried(surface, planes, traces, at), traces.z[at]
-    tail = _laid(surface, planes, barriers.triangle[piece], barriers.tail[piece])
-    head = _laid(surface, planes, barriers.triangle[piece], barriers.head[piece])
+    tail = _laid(surface, barriers.triangle[piece], barriers.tail[piece])
+    head = _laid(surface, barriers.triangle[piece], barriers.head[piece])
     turn = ((there - here).conj() * (head - tail)).imag
     with np.errstate(divide="ignore", invalid="ignore"):
         share = ((tail - here).conj() * (head - tail)).imag / turn

@@ -107,8 +107,7 @@ def _reached(
         return reached
     place = (umbilics.position - surface.origin) / surface.unit
     distance, nearest = cKDTree(place).query(chains.position[ends])
-    corner = surface.vertices[surface.triangles[chains.triangle[ends]]]
-    edge = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
+    edge = surface.mean_sides(chains.triangle[ends])
     error = np.nan_to_num(umbilics.uncertainty, nan=0.0, posinf=0.0)[nearest] / surface.unit
     near = ~chains.closed & (distance <= REACH * np.maximum(edge, np.minimum(error, 2.0 * edge)))
     rows = np.flatnonzero(near)

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...curvature.field import CurvatureField
 from ...curvature.from_normals import voronoi_areas
-from ...mesh.cotangents import angles_and_cotangents
 from ...mesh.surface import Surface
+from ...mesh.unfolding.cotangents import angles_and_cotangents
 
 # The less curvature over the larger above which a vertex counts as umbilical.
 ALIKE = 0.95

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.progress import Progress
+from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...fields.transport import carried, tangents
-from ...mesh.charts import (
+from ...mesh.surface import Surface
+from ...mesh.unfolding.charts import (
     Charts,
     charts_from_seams,
     charts_from_uv,
@@ -17,9 +19,8 @@ from ...mesh.charts import (
     scaled_to_area,
     unfold,
 )
-from ...mesh.cuts import opened_to_disks
-from ...mesh.lscm import flattened
-from ...mesh.surface import Surface
+from ...mesh.unfolding.cuts import opened_to_disks
+from ...mesh.unfolding.lscm import flattened
 from .raw import RawUmbilics
 
 # A triangle is called sheared when its plane image is this many times longer one way than the
@@ -120,12 +121,10 @@ def detect_by_curvature_tensor(
     progress = progress or Progress()
     charts = unfolding.charts
     turned, _ = vertex_maps(surface, curvature.normal, unfolding)
-    length = np.abs(turned)
-    rotation = np.where(length > 0, turned / np.where(length > 0, length, 1.0), 1.0)
     progress.step(0.5)
     e1, e2 = tangents(curvature.normal)
     first = np.einsum("ij,ij->i", curvature.d1, e1) + 1j * np.einsum("ij,ij->i", curvature.d1, e2)
-    deviator = curvature.gap[charts.vertex] * (first[charts.vertex] * rotation) ** 2
+    deviator = curvature.gap[charts.vertex] * (first[charts.vertex] * phase(turned)) ** 2
     triangle, barycentric, index = zeros_in_triangles(deviator[charts.corners])
     return RawUmbilics(
         triangle=triangle,

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...fields.frames import frame
 from ...mesh.surface import Surface
@@ -57,9 +58,7 @@ def face_deviators(
     d1, d2 = field.d1[corners], field.d2[corners]
     b11, b12 = _dot(d1, x), _dot(d2, x)
     b21, b22 = _dot(d1, y), _dot(d2, y)
-    rotation = (b11 + b22) + 1j * (b21 - b12)
-    size = np.abs(rotation)
-    rotation = np.where(size > 0, rotation / np.where(size > 0, size, 1.0), 1.0)
+    rotation = phase((b11 + b22) + 1j * (b21 - b12))
     values = field.gap[corners] * rotation**2
     refused = np.zeros(len(rows), bool)
     if parametrization == "projection":

@@ -10,7 +10,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance, topology, version
+from .. import frames, guidance, matching, topology, version
 from ..batch import Plan, PlanError
 from ..batch.plan import tasks_for
 from ..guard import Guard
@@ -179,6 +179,7 @@ def worker_arguments(
     arguments += [f"--object={name}" for name in found.object]
     arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
     arguments += source_arguments.words_of(found)
+    arguments += matching.worker_arguments(found)
     if found.frames:
         arguments.append(f"--frames={frames.in_words(found.frames)}")
     return tuple(arguments)

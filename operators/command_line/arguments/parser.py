@@ -12,7 +12,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance, topology
+from .. import frames, guidance, matching, topology
 from ..batch.names import result_name
 from ..guard import Guard, OverwriteError
 from ..importers import SUFFIXES
@@ -57,6 +57,8 @@ def parse(arguments: list[str]) -> Request:
     try:
         planning = guidance.settings_of(parser, found)
         guide = guidance.request_of(parser, found, planning)
+        match = matching.request_of(parser, found)
+        guard.reads(match.files if match else ())
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
         if found.check_topology is not None and found.files:
             checked = Path(found.check_topology)
@@ -87,6 +89,7 @@ def parse(arguments: list[str]) -> Request:
         is_worker=found.worker,
         planning=planning,
         guidance=guide,
+        matching=match,
         check=found.check_topology,
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
@@ -161,6 +164,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_results(parser)
     guidance.add_arguments(parser, _add_setting)
+    matching.add_arguments(parser)
     batch_arguments.add_arguments(parser)
     batch_arguments.add_limits(parser)
     group = parser.add_argument_group("settings")

@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from .... import core
-from .. import guidance
+from .. import guidance, matching
 from ..batch import Plan
 from ..guard import Guard
 from . import source as source_arguments
@@ -56,6 +56,8 @@ class Request:
         This process belongs to another one, and ends with it.
     guard:
         Holds the paths of all inputs and results.
+    matching:
+        What the meshes are to be brought onto, and whether their symmetry is asked for.
     batch:
         With one other processes do the files.
     summary:
@@ -78,6 +80,7 @@ class Request:
     is_worker: bool = False
     planning: core.GuidanceSettings = dataclasses.field(default_factory=core.GuidanceSettings)
     guidance: guidance.GuidanceRequest | None = None
+    matching: matching.MatchingRequest | None = None
     check: str | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None

@@ -1,13 +1,12 @@
-"""What the guidance leaves in the scene: attributes, poles, curves, the mirror, edge marks.
+"""What the guidance leaves in the scene: attributes, poles, the mirror, edge marks; the curves of
+`curve_objects` too.
 
 Objects are children of the mesh, carry the custom property `umbilics_guidance` (their part, one of
 `PARTS`) and lie in a collection with the same property. They follow the mesh. A part that is made
 again replaces its own objects only.
 
-Custom properties: of a pole `umbilics_valence`, `umbilics_confidence`, `umbilics_umbilic` (row
-among the kept umbilics, -1 for none) and `umbilics_number` (its number, 0 for none); of a curve
-`umbilics_family` (0 larger, 1 smaller curvature) and `umbilics_lengths`, a length for each
-spline; of ridges also `umbilics_kinds` and `umbilics_bends`, the mean bend in degrees of each.
+Custom properties of a pole: `umbilics_valence`, `umbilics_confidence`, `umbilics_umbilic` (row
+among the kept umbilics, -1 for none) and `umbilics_number` (its number, 0 for none).
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ from ..transaction import Transaction, empty_without
 from . import grease_pencil, pole_shapes
 
 TAG = "umbilics_guidance"
-PARTS = ("poles", "lines", "separatrices", "ridges", "guides", "mirror")
-POLES, LINES, SEPARATRICES, RIDGES, GUIDES, MIRROR = PARTS
+PARTS = ("poles", "lines", "separatrices", "ridges", "layout", "guides", "mirror", "axis")
+POLES, LINES, SEPARATRICES, RIDGES, LAYOUT, GUIDES, MIRROR, AXIS = PARTS
 ATTRIBUTES = {
     "umbilics_cross": ("POINT", "FLOAT_VECTOR"),
     "umbilics_confidence": ("POINT", "FLOAT"),
@@ -44,14 +43,16 @@ ATTRIBUTES = {
 }
 # 1 where we marked a seam, 2 where a sharp edge, 4 where a crease, and sums: to be undone.
 MARKS = {"umbilics_marked": ("EDGE", "INT")}
+# 1 on ridges, 2 on ravines; how far the normal turns across them, and the curvature there.
+RIDGE_EDGES = {
+    "umbilics_ridge": ("EDGE", "INT"),
+    "umbilics_ridge_bend": ("EDGE", "FLOAT"),
+    "umbilics_ridge_strength": ("EDGE", "FLOAT"),
+}
 _BIT = {"seam": 1, "edge_sharp": 2, "crease": 4}
 
-_FAMILY_NAME = ("Larger Curvature", "Smaller Curvature")
-_FAMILY_COLOUR = ((1.0, 0.15, 0.08, 1.0), (0.08, 0.35, 1.0, 1.0))
-_RIDGE_NAME = ("Ridges", "Ravines")
-_RIDGE_COLOUR = ((0.95, 0.55, 0.05, 1.0), (0.05, 0.6, 0.55, 1.0))
-# Sizes as fractions of the mesh's extent.
-_POLE_SIZE, _LIFT, _BEVEL = 0.008, 0.0005, 0.0014
+# As a fraction of the mesh's extent.
+_POLE_SIZE = 0.008
 
 
 def parts_of(obj: bpy.types.Object, part: str | None = None) -> list[bpy.types.Object]:
@@ -104,7 +105,7 @@ def write_plan(
     homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction, home.mesh)
     transaction.keep_attributes(home.mesh, tuple(ATTRIBUTES))
     write_attributes(home.mesh, values, ATTRIBUTES)
-    collection = _discard(obj, POLES, transaction)
+    collection = replaced(obj, POLES, transaction)
     poles = guidance.poles
     extent = float(np.ptp(arrays.vertices, axis=0).max())
     empties, origins = [], []
@@ -117,7 +118,7 @@ def write_plan(
         empty["umbilics_number"] = int(kept.numbers[umbilic]) if umbilic >= 0 else 0
         place, normal = poles.position[row], poles.normal[row]
         at = arrays.matrix, upright_at(place, normal)
-        collection = _adopt(context, obj, empty, POLES, collection, transaction, at)
+        collection = adopt(context, obj, empty, POLES, collection, transaction, at)
         empties.append(empty)
         origins.append("By Hand" if by_hand else _origin(poles, kept, row))
     transaction.keep_properties(obj, homes.PLAN)
@@ -153,7 +154,7 @@ def put_pole(
 ) -> None:
     """Put a pole beside those of the object's plan, at a place (3,) of the world."""
     at = np.array(obj.matrix_world), upright_at(place, normal)
-    _adopt(context, obj, empty, POLES, collection_of(obj), transaction, at)
+    adopt(context, obj, empty, POLES, collection_of(obj), transaction, at)
 
 
 def upright_at(place: np.ndarray, normal: np.ndarray) -> Matrix:
@@ -178,92 +179,6 @@ def _upright(normal: np.ndarray) -> Matrix:
     return Matrix(matrix)
 
 
-def write_lines(
-    context: bpy.types.Context,
-    obj: bpy.types.Object,
-    arrays: MeshArrays,
-    lines: core.Lines,
-    part: str,
-    transaction: Transaction,
-) -> None:
-    """A curve object of poly splines for each family, in place of the earlier ones."""
-    collection = _discard(obj, part, transaction)
-    points = _lifted(arrays, lines)
-    ridges = lines if isinstance(lines, core.RidgeLines) else None
-    for family, name in enumerate(_FAMILY_NAME if ridges is None else _RIDGE_NAME):
-        rows = np.flatnonzero(lines.family == family)
-        if not len(rows):
-            continue
-        title = f"{part.capitalize()}: {name}" if ridges is None else name
-        curve = transaction.made(bpy.data.curves.new(title, "CURVE"))
-        curve.dimensions = "3D"
-        curve.resolution_u = 1
-        curve.bevel_depth = _thickness(arrays, part)
-        curve.bevel_resolution = 1
-        for row in rows:
-            place = points[lines.start[row] : lines.start[row + 1]]
-            spline = curve.splines.new("POLY")
-            spline.points.add(len(place) - 1)
-            co = np.ones((len(place), 4), dtype=np.float32)
-            co[:, :3] = place
-            spline.points.foreach_set("co", co.ravel())
-            spline.use_cyclic_u = bool(lines.closed[row])
-        curve_object = transaction.made(bpy.data.objects.new(curve.name, curve))
-        colour = (_FAMILY_COLOUR if ridges is None else _RIDGE_COLOUR)[family]
-        curve.materials.append(_coloured(title, colour, transaction))
-        curve_object.color = colour
-        curve_object["umbilics_family"] = family
-        curve_object["umbilics_lengths"] = lines.length[rows].tolist()
-        if ridges is not None:
-            curve_object["umbilics_kinds"] = ridges.kind[rows].tolist()
-            bends = np.add.reduceat(ridges.bend, ridges.start[:-1]) / np.diff(ridges.start)
-            curve_object["umbilics_bends"] = bends[rows].tolist()
-        collection = _adopt(context, obj, curve_object, part, collection, transaction)
-
-
-def _coloured(name: str, colour: tuple[float, ...], transaction: Transaction) -> bpy.types.Material:
-    """A material of that colour, which Solid view shows as it is set up from the start."""
-    material = transaction.made(bpy.data.materials.new(name))
-    material.diffuse_color = colour
-    material[TAG] = True
-    return material
-
-
-def write_guides(
-    context: bpy.types.Context,
-    obj: bpy.types.Object,
-    arrays: MeshArrays,
-    lines: core.Lines,
-    separatrices: core.Lines,
-    ridges: core.RidgeLines,
-    transaction: Transaction,
-) -> None:
-    """Lines, separatrices and ridges as Grease Pencil strokes, in place of the earlier ones."""
-    collection = _discard(obj, GUIDES, transaction)
-    layers = {}
-    for name, some in grease_pencil.layers_of(lines, separatrices, ridges).items():
-        part = LINES if name in grease_pencil.FAMILIES else SEPARATRICES
-        layers[name] = some, _lifted(arrays, some), _thickness(arrays, part)
-    frame = min(context.scene.frame_start, context.scene.frame_current)
-    made = grease_pencil.make(f"Guides of {obj.name}", layers, frame, transaction)
-    _adopt(context, obj, made, GUIDES, collection, transaction)
-
-
-def _lifted(arrays: MeshArrays, lines: core.Lines) -> np.ndarray:
-    """(p, 3) points in the object's space, a hair's breadth above the mesh, to be seen on it."""
-    extent = float(np.ptp(arrays.vertices, axis=0).max())
-    to_object = np.linalg.inv(arrays.matrix)
-    lifted = lines.position + _LIFT * extent * lines.normal
-    return lifted @ to_object[:3, :3].T + to_object[:3, 3]
-
-
-def _thickness(arrays: MeshArrays, part: str) -> float:
-    """Radius of lines in the object's space."""
-    extent = float(np.ptp(arrays.vertices, axis=0).max())
-    scale = float(np.cbrt(abs(np.linalg.det(arrays.matrix[:3, :3]))))
-    return (1.0 if part == LINES else 1.5) * _BEVEL * extent / scale
-
-
 def write_mirror(
     context: bpy.types.Context,
     obj: bpy.types.Object,
@@ -272,7 +187,7 @@ def write_mirror(
     transaction: Transaction,
 ) -> None:
     """An empty whose z axis is the plane's normal, as large as the mesh."""
-    collection = _discard(obj, MIRROR, transaction)
+    collection = replaced(obj, MIRROR, transaction)
     empty = transaction.made(bpy.data.objects.new("Mirror Plane", None))
     empty.empty_display_type = "CIRCLE"
     empty.empty_display_size = 0.55 * float(np.ptp(arrays.vertices, axis=0).max())
@@ -281,10 +196,32 @@ def write_mirror(
     # The circle lies in the empty's x-z plane: its y axis is the normal.
     turn = Matrix.Rotation(-np.pi / 2.0, 4, "X")
     place = Matrix.Translation(plane.point.tolist()) @ _upright(plane.normal) @ turn
-    _adopt(context, obj, empty, MIRROR, collection, transaction, (arrays.matrix, place))
+    adopt(context, obj, empty, MIRROR, collection, transaction, (arrays.matrix, place))
     transaction.keep_properties(obj, homes.PLAN)
     obj.umbilics_plan.mirror = (
         f"{len(plane.pairs)} matched, {100.0 * plane.score:.0f} % of a perfect mirror"
+    )
+
+
+def write_axis(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    arrays: MeshArrays,
+    found: core.RotationSymmetry,
+    transaction: Transaction,
+) -> None:
+    """An empty on the axis, whose arrow runs along it, as the offset of a radial array wants it."""
+    collection = replaced(obj, AXIS, transaction)
+    empty = transaction.made(bpy.data.objects.new(f"Rotation Axis {found.order}", None))
+    empty.empty_display_type = "SINGLE_ARROW"
+    empty.empty_display_size = 0.8 * float(np.ptp(arrays.vertices, axis=0).max())
+    empty["umbilics_order"] = found.order
+    empty["umbilics_score"] = found.score
+    place = Matrix.Translation(found.point.tolist()) @ _upright(found.axis)
+    adopt(context, obj, empty, AXIS, collection, transaction, (arrays.matrix, place))
+    transaction.keep_properties(obj, homes.PLAN)
+    obj.umbilics_plan.axis = (
+        f"Order {found.order}, {100.0 * found.score:.0f} % of a perfect rotation"
     )
 
 
@@ -319,7 +256,20 @@ def _marks(mesh: bpy.types.Mesh) -> np.ndarray:
     return values
 
 
-def _discard(
+def write_ridge_edges(
+    obj: bpy.types.Object, found: core.RidgeEdges | None, transaction: Transaction
+) -> None:
+    """Attributes on the edges of the object's mesh, in place of earlier ones; None takes these."""
+    if not is_local(obj.data):
+        return
+    transaction.keep_attributes(obj.data, tuple(RIDGE_EDGES))
+    remove_results(obj.data, RIDGE_EDGES.keys(), RIDGE_EDGES)
+    if found is not None:
+        arrays = found.kind, np.radians(found.bend), found.strength
+        write_attributes(obj.data, dict(zip(RIDGE_EDGES, arrays, strict=True)), RIDGE_EDGES)
+
+
+def replaced(
     obj: bpy.types.Object, part: str, transaction: Transaction
 ) -> bpy.types.Collection | None:
     """Have the objects of one part go, and the collection with its last; the collection."""
@@ -342,6 +292,11 @@ def discard(child: bpy.types.Object, transaction: Transaction) -> None:
         transaction.keep_custom(child, (TAG,))
         del child[TAG]
         return
+    if any(scene.umbilics_guidance.strokes == child for scene in bpy.data.scenes):
+        # What was chosen to guide may have been edited: it is the user's, too.
+        transaction.keep_custom(child, (TAG,))
+        del child[TAG]
+        return
     transaction.discard([child])
     if child.type in ("CURVE", "MESH") and child.data.users == 1:
         ours = [one for one in child.data.materials if one is not None and TAG in one]
@@ -352,13 +307,14 @@ def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Have everything go that the guidance left on an object that is not in Edit Mode."""
     found = [bool(parts_of(obj))]
     for part in PARTS:
-        _discard(obj, part, transaction)
+        replaced(obj, part, transaction)
     found.append(homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction))
     if is_local(obj.data) and not homes.others_with_results(obj):
         # Marks are the mesh's: whoever shares it may have made them.
-        transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
+        transaction.keep_attributes(obj.data, (*MARKS, *RIDGE_EDGES, *EDGE_ATTRIBUTES))
         found += [unmark(obj, kind) for kind in _BIT]
-        found.append(remove_results(obj.data, MARKS.keys(), MARKS) > 0)
+        for layouts in (MARKS, RIDGE_EDGES):
+            found.append(remove_results(obj.data, layouts.keys(), layouts) > 0)
     transaction.keep_properties(obj, homes.PLAN)
     found.append(plans.forget(obj))
     return any(found)
@@ -370,7 +326,7 @@ def collection_of(obj: bpy.types.Object) -> bpy.types.Collection | None:
     return ours[0] if ours else None
 
 
-def _adopt(
+def adopt(
     context: bpy.types.Context,
     obj: bpy.types.Object,
     child: bpy.types.Object,

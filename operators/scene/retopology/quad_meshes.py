@@ -19,6 +19,7 @@ from ...mesh.fetch import fetch
 from ...mesh.read import MeshArrays
 from ..targets import is_local
 from ..transaction import Transaction
+from . import shape_keys
 
 ATTRIBUTES = {
     "umbilics_valence": ("POINT", "INT"),
@@ -115,6 +116,7 @@ def _transfer(
                 bpy.ops.object.data_transfer(
                     data_type=kind, use_create=True, layers_select_dst="NAME", **options
                 )
+    shape_keys.carry_over(source, made, arrays)
 
 
 def _come_forward(

@@ -114,7 +114,7 @@ def _coordinates(
         length = layout.arc_end[arc] - layout.arc_start[arc]
         count = int(made.lengths[arc])
         first = 1 if at else 0
-        for item in range(first, count + 1) if count else range(0, 1 - first):
+        for item in range(first, count + 1) if count else range(1 - first):
             offset = length * item / max(count, 1)
             at.append(passed + offset)
             along.append((half, offset))

@@ -170,7 +170,7 @@ def pose(crosses: Crosses) -> SeamlessProblem:
             (len(row) + row, n + near[side], -sign * turn.real),
         ]
     rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
-    unknown, number = _merged(crosses, cut)
+    unknown, number = _merged(cut)
     conditions = sparse.coo_array(
         (values, (rows, unknown[columns])), shape=(2 * len(edge), number)
     ).tocsc()
@@ -293,7 +293,7 @@ def _around(crosses: Crosses) -> sparse.csr_array:
     return (touch @ mean / 3.0).tocsr()
 
 
-def _merged(crosses: Crosses, cut: Seams) -> tuple[np.ndarray, int]:
+def _merged(cut: Seams) -> tuple[np.ndarray, int]:
     """(2 copies,) the unknown of each coordinate, and how many there are.
 
     Along a feature on the real axis the imaginary parts are one unknown, and the other way.

@@ -61,7 +61,7 @@ def seams(crosses: Crosses) -> Seams:
     columns = np.concatenate([following(twin[across]), twin[across]])
     graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(3 * m, 3 * m))
     count, sheet = csgraph.connected_components(graph, directed=False)
-    axis = _axes(crosses, comb, matching)
+    axis = _axes(crosses, comb)
     return Seams(comb, cut, matching, sheet.reshape(-1, 3).astype(np.int64), int(count), axis)
 
 
@@ -113,7 +113,7 @@ def _shorten(crosses: Crosses, cut: np.ndarray, keep: np.ndarray) -> None:
                     stack.append(other)
 
 
-def _axes(crosses: Crosses, comb: np.ndarray, matching: np.ndarray) -> np.ndarray:
+def _axes(crosses: Crosses, comb: np.ndarray) -> np.ndarray:
     """(3 m,) the axis that each feature half-edge runs along in combed coordinates."""
     feature = np.flatnonzero(crosses.feature)
     axis = np.full(len(crosses.twin), -1)

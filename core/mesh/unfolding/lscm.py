@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from ..base.errors import ChartError
+from ...base.errors import ChartError
 
 # A triangle thinner than this (height over longest side) is treated as if it were that thick:
 # it would otherwise dominate the energy through its own round-off.
@@ -48,7 +48,7 @@ def conformal_map(
     free = np.flatnonzero(~held)
     if not len(free):
         return place
-    rows = _conformal_energy(vertices, triangles)[free]
+    rows = conformal_energy(vertices, triangles)[free]
     right = -(rows @ place)
     inner = rows[:, free].tocsc()
     del rows
@@ -76,7 +76,7 @@ def conformal_map(
     return place
 
 
-def _conformal_energy(vertices: np.ndarray, triangles: np.ndarray) -> sparse.csr_array:
+def conformal_energy(vertices: np.ndarray, triangles: np.ndarray) -> sparse.csr_array:
     """(n, n) Hermitian matrix M with U* M U = sum |sum W_j U_j|^2 / 2A."""
     flat = flattened(vertices, triangles)
     # The side opposite to a corner, anticlockwise.

@@ -8,12 +8,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..base.errors import ChartError, InvalidMeshError
-from ..base.progress import Progress
-from .half_edges import following
-from .input_map import kept_vertices
+from ...base.errors import ChartError, InvalidMeshError
+from ...base.progress import Progress
+from ..half_edges import following
+from ..input_map import kept_vertices
+from ..surface import Surface
 from .lscm import conformal_map
-from .surface import Surface
 
 # Charts are unfolded together until they hold this many triangles.
 _BATCH = 200_000
@@ -161,7 +161,7 @@ def unfold(surface: Surface, charts: Charts, progress: Progress | None = None) -
     progress = progress or Progress()
     place = np.zeros(len(charts.vertex), dtype=complex)
     points = surface.vertices[charts.vertex]
-    pins = _pins(charts, points)
+    pins = border_pins(charts, points)
     distance = np.linalg.norm(points[pins[:, 1]] - points[pins[:, 0]], axis=1)
     size = np.bincount(charts.chart)
     batch = np.cumsum(size) // _BATCH
@@ -194,7 +194,7 @@ def scaled_to_area(surface: Surface, charts: Charts, place: np.ndarray) -> np.nd
     return np.where(mirrored, np.conj(place), place) * scale[chart_of_vertex]
 
 
-def _pins(charts: Charts, points: np.ndarray) -> np.ndarray:
+def border_pins(charts: Charts, points: np.ndarray) -> np.ndarray:
     """(charts, 2) border vertices far apart: the farthest from the middle of the border, and
     the one farthest from that."""
     half_edges = np.flatnonzero(charts.border)

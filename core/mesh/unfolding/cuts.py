@@ -17,10 +17,10 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
-from ..base.progress import Progress
+from ...base.progress import Progress
+from ..surface import Surface
 from .charts import Charts, cut_along
 from .cotangents import angles_and_cotangents
-from .surface import Surface
 
 # Lengths that a map with isometric border scales more than so many times have the cut led to them.
 MOST_SCALING = 3.0

@@ -1,0 +1,17 @@
+"""Vectors and complex numbers made one long, and what becomes of those that are nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """(..., 3) vectors made one long; zero vectors stay zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def phase(values: np.ndarray) -> np.ndarray:
+    """Complex numbers made one long; 1, no turn at all, where they are zero and leave it open."""
+    size = np.abs(values)
+    return np.divide(values, size, out=np.ones_like(values), where=size > 0)

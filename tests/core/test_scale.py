@@ -1,0 +1,139 @@
+"""The scale that the errors of a surface ask for."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import surfaces
+from fields import surface_of
+
+from core.base.progress import Progress
+from core.curvature import scale as module
+from core.curvature.scale import MOST_FACTOR, choose, grow_while_it_falls, starting_normals
+from core.mesh.neighbourhoods import Neighbourhood, adjacency
+from core.mesh.normals import smooth_normals, vertex_normals
+from core.mesh.repair import clean
+
+
+def around(surface):
+    return Neighbourhood(surface, adjacency(surface))
+
+
+def chosen_for(surface):
+    return choose(surface, vertex_normals(surface), around(surface), Progress())
+
+
+def stretched(aspect, noise):
+    """A rough spheroid whose triangles are up to so many times as long as wide."""
+    points, triangles = surfaces.icosphere(4)
+    rough = noise * np.random.default_rng(0).standard_normal(points.shape)
+    return clean(points * (1.0, 1.0, aspect) + rough, triangles)[0]
+
+
+def test_a_clean_surface_stays_at_two_focused_rings():
+    surface = surface_of(surfaces.ellipsoid(subdivisions=3))
+    normals = vertex_normals(surface)
+    chosen = choose(surface, normals, around(surface), Progress())
+    assert chosen.neighbourhood.rings == 2 and chosen.neighbourhood.focused
+    assert chosen.neighbourhood.stretch == 1.0 and chosen.factor == 1.0
+    assert chosen.normals is normals
+
+
+def test_a_plane_has_nothing_to_average_out():
+    surface = surface_of(surfaces.plane(cells=12))
+    assert chosen_for(surface).neighbourhood.rings == 2
+
+
+def test_round_off_is_not_averaged_out(monkeypatch):
+    """Of a plane askew the fits leave nothing but last digits."""
+    monkeypatch.setattr(module, "grow_while_it_falls", None)
+    chosen = chosen_for(surface_of(surfaces.plane(cells=12, tilt=0.3)))
+    assert chosen.neighbourhood.rings == 2 and chosen.neighbourhood.focused
+
+
+def test_a_single_triangle_has_no_vertex_to_choose_by():
+    surface, _ = clean(np.eye(3), np.array([[0, 1, 2]]))
+    chosen = chosen_for(surface)
+    assert chosen.neighbourhood.rings == 2 and chosen.factor == 1.0
+
+
+@pytest.mark.parametrize("aspect, disc", [(1.0, False), (6.0, True)])
+def test_noise_on_stretched_triangles_is_averaged_over_discs(aspect, disc):
+    neighbourhood = chosen_for(stretched(aspect, 0.02)).neighbourhood
+    assert neighbourhood.rings > 2 and not neighbourhood.focused
+    assert (neighbourhood.stretch > 2.0) == disc
+    assert disc or neighbourhood.stretch == 1.0
+
+
+def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
+    def grown(surface, normals, neighbourhood, centres, progress, most):
+        return module.Scale(dataclasses.replace(neighbourhood, rings=3), normals, 1.0)
+
+    monkeypatch.setattr(module, "grow_while_it_falls", grown)
+    assert chosen_for(stretched(60.0, 0.02)).neighbourhood.stretch == 16.0
+
+
+def series(monkeypatch, changes, noise=0.1):
+    """`grow_while_it_falls` with fits whose deviators change so from ring to ring, in length and
+    in direction."""
+    steps = np.asarray(changes) * np.exp(2.0j * np.arange(len(changes)))
+    deviators = 3.0 + np.concatenate([[0.0], np.cumsum(steps)])
+
+    def fits(surface, normals, neighbourhood, progress, centres, degree):
+        count = len(centres)
+        deviator = deviators[min(neighbourhood.rings - 2, len(changes))]
+        half = 0.5 * np.angle(deviator)
+        return SimpleNamespace(
+            k1=np.full(count, np.abs(deviator) - 1.0),
+            k2=np.full(count, -1.0),
+            d1=np.tile([np.cos(half), np.sin(half), 0.0], (count, 1)),
+            determined=np.ones(count, bool),
+            noise=np.full(count, noise),
+        )
+
+    monkeypatch.setattr(module, "fit_jets", fits)
+    surface = surface_of(surfaces.plane(cells=4))
+    begin = dataclasses.replace(around(surface), rings=2)
+    normals = surfaces.sphere(subdivisions=1).normal[: len(surface.vertices)]
+    monkeypatch.setattr(module, "frame", lambda _: (np.eye(3)[[0]].T, np.eye(3)[[1]].T))
+    grown = grow_while_it_falls(surface, normals, begin, np.arange(5), Progress())
+    # As far as `starting_normals` smooths for so many rings, only by steps.
+    rings = grown.neighbourhood.rings
+    smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
+    np.testing.assert_allclose(grown.normals, smoothed, atol=1e-12)
+    return rings, grown.factor
+
+
+@pytest.mark.parametrize(
+    "changes, rings",
+    [
+        ([1.0, 0.9], 2),
+        ([1.0, 0.8, 0.7], 3),
+        ([1.0, 0.5, 0.25, 0.24], 4),
+        # Where the shape is lost the change rises, whatever comes after.
+        ([1.0, 0.5, 0.6, 0.1], 3),
+        (0.8 ** np.arange(20), 8),
+    ],
+)
+def test_rings_grow_while_the_change_falls(monkeypatch, changes, rings):
+    assert series(monkeypatch, np.asarray(changes))[0] == rings
+
+
+def test_the_error_is_what_the_change_says_within_bounds(monkeypatch):
+    """Of equal noise at both scales 0.3 of the variance is taken to be lost to the next ring."""
+    expected = 0.1 * np.sqrt(np.log(2.0) * 0.3)
+    for times, factor in ((0.5, 1.0), (2.0, 2.0), (9.0, MOST_FACTOR)):
+        found = series(monkeypatch, [times * expected, times * expected])[1]
+        assert found == pytest.approx(factor)
+    assert series(monkeypatch, [1.0, 1.0], noise=0.0)[1] == 1.0
+
+
+def test_normals_are_smoothed_as_far_as_the_rings_reach():
+    surface = stretched(1.0, 0.02)
+    normals = vertex_normals(surface)
+    two, five = (dataclasses.replace(around(surface), rings=rings) for rings in (2, 5))
+    assert starting_normals(surface, normals, two, Progress()) is normals
+    np.testing.assert_array_equal(
+        starting_normals(surface, normals, five, Progress()), smooth_normals(surface, normals, 5)
+    )
