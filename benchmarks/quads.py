@@ -1,6 +1,10 @@
 """Quad meshes beside those of other programs: docs/quads.md.
 
     benchmarks/quads [--quads N ...] [--meshes FOLDER] [--only NAME ...] [--out FILE]
+    benchmarks/quads --random FIRST LAST
+
+The second remeshes random closed surfaces, numbered from 0, and prints every guarantee that is
+not held; its exit status is how many surfaces have one.
 
 Analytic and random surfaces are always there; real ones are read from the folder where it exists.
 """
@@ -14,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from mesh_files import read_mesh
+from quad_guarantees import broken_guarantees
 from surfaces import cylinder, ellipsoid, quartic, sphere, torus
 
 import core
@@ -25,6 +30,7 @@ from core.retopology.quads.finishing.projection import ClosestPoints
 from . import ROOT
 from .pages import machine, table
 from .peers.quad_meshers import PeerError, instant_meshes, quadriflow, run
+from .random_surfaces import random_surface
 
 # Real surfaces: organic, scans, CAD, open, of genus 1 and 2.
 FILES = (
@@ -183,6 +189,36 @@ def programs(cache: Path) -> tuple[dict[str, Callable], str]:
     return found, " ".join(words)
 
 
+def guarantees(seeds: range) -> int:
+    """Remesh random surfaces; how many of them break a guarantee."""
+    count = 0
+    for seed in seeds:
+        try:
+            name, vertices, triangles, quads = random_surface(seed)
+        except ImportError as error:
+            print(f"{seed}: left out, {error}", flush=True)
+            continue
+        start = time.perf_counter()
+        try:
+            made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads))
+        except core.UmbilicsError as error:
+            broken = [str(error)]
+            words = f"{len(triangles)} triangles"
+        else:
+            broken = broken_guarantees(vertices, triangles, made, quads)
+            jacobian = scaled_jacobian(made.vertices, made.quads)
+            words = (
+                f"{len(triangles)} triangles, {len(made.quads)} of {quads} quads, "
+                f"{len(made.pole_valence)} poles, Jacobian {jacobian.min():.2f} / "
+                f"{jacobian.mean():.3f}, {np.nanmean(made.angle):.1f} degrees"
+            )
+        count += bool(broken)
+        seconds = time.perf_counter() - start
+        print(f"{seed}: {name}, {words}, {seconds:.1f} s", *broken, sep="\n    ", flush=True)
+    print(f"{count} of {len(seeds)} surfaces break a guarantee")
+    return min(count, 100)
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks/quads", description=__doc__)
     parser.add_argument("--quads", type=int, nargs="+", default=[2000, 5000])
@@ -190,7 +226,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", help="names of surfaces")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "quads.md")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "umbilics" / "peers")
+    parser.add_argument("--random", type=int, nargs=2, metavar=("FIRST", "LAST"))
     options = parser.parse_args(arguments)
+    if options.random:
+        return guarantees(range(*options.random))
     where = machine()
     known, words = programs(options.cache)
     chosen = [

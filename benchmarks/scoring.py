@@ -76,7 +76,10 @@ def score(
         if index[rows].sum() + by_regions != truth.index[number]:
             continue
         found += 1
-        needed += round(2 * abs(truth.index[number] - by_regions))
+        # One of index +1 stands for two of +1/2, and the other way round.
+        sign = np.sign(truth.index[number])
+        whole = len(rows) and (index[rows] * sign > 0).all()
+        needed += len(rows) if whole else round(2 * abs(truth.index[number] - by_regions))
         same = rows[index[rows] == truth.index[number]]
         if abs(truth.index[number]) == 0.5 and len(same):
             best = same[away[same].argmin()]
@@ -149,7 +152,9 @@ def tally(
 ) -> Tally:
     """Match umbilics (k, 3) of indices (k,) with the true ones one to one, the nearest first.
 
-    A true one of index +1 takes one of +1 or two of +1/2, within `SPLIT_REACH`.
+    A true one of index +1 takes one of +1 or two of +1/2, within `SPLIT_REACH`. One of a larger
+    index is not false where true ones of its sign that are left over, within the same reach, make
+    it up; these count as missed.
     """
     truth = case.umbilics
     edge = case.edge_at(truth.position)
@@ -173,6 +178,9 @@ def tally(
                 taken[row] = abs(index[row]) <= abs(left)
                 left -= index[row] * taken[row]
         distance[number] = np.inf if left else 0.0
+    for row in np.flatnonzero(~taken & (np.abs(index) > 0.5)):
+        left = (match < 0) & ~whole & (truth.index * index[row] > 0) & (away[row] <= SPLIT_REACH)
+        taken[row] = abs(truth.index[left].sum()) >= abs(index[row])
     paired = np.flatnonzero(match >= 0)
     named = kinds[match[paired]] if kinds is not None else np.zeros(0, "<U9")
     right = int((named == truth.kind[paired]).sum()) if len(named) else 0

@@ -17,7 +17,7 @@ from .parts import Part, short
 
 _PERMANENT = 1e37
 # Part of a row for the kind; the rest is shared by the numbers.
-_KIND_PART = 0.5
+_KIND_PART = 0.47
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
@@ -55,6 +55,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         flags = [self.bitflag_filter_item if wanted in _words(item) else 0 for item in items]
         keys: dict[str, Callable[[bpy.types.PropertyGroup], float]] = {
             "persistence": lambda item: -item.persistence,
+            "importance": lambda item: -item.importance,
             "kind": lambda item: item.kind,
             "curvature": lambda item: -abs(item.curvature),
         }

@@ -56,6 +56,7 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             layout.prop(display, "strength", slider=True)
         automatic(layout, settings, "persistence")
         _dropped(layout, context)
+        layout.prop(settings, "at_most", text="Most Important")
         row = layout.row(heading="Opening")
         row.prop(display, "opened", text="")
         if settings.opening:
@@ -103,6 +104,7 @@ class UMBILICS_PT_method(Part, bpy.types.Panel):
         layout.operator(UMBILICS_OT_compare.bl_idname, icon="SPREADSHEET")
         layout.prop(settings, "curvature")
         layout.prop(settings, "regions")
+        layout.prop(settings, "merge")
         layout.prop(settings, "join_borders")
         if settings.curvature == "given":
             names = layout.column(align=True)

@@ -99,6 +99,11 @@ def _by_hand(layout: bpy.types.UILayout, context: bpy.types.Context, obj: bpy.ty
     for sentence in filter(None, plan.warnings.split("\n")):
         paragraph(layout, context, sentence, icon="ERROR")
     layout.operator_menu_enum(UMBILICS_OT_add_pole.bl_idname, "valence", icon="ADD")
+    if plan.poles and not by_hand.poles_there(obj):
+        told = (
+            "No pole is left: they were deleted, or stayed with what this is a copy of. Plan again."
+        )
+        paragraph(layout, context, told)
     if not by_hand.is_steered(obj):
         return
     if by_hand.is_changed(obj):

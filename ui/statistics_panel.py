@@ -8,7 +8,13 @@ from ..operators.scene import selection
 from . import kind_icons
 from .parts import Part, line, paragraph
 
-_PLURAL = {"star": "Stars", "lemon": "Lemons", "monstar": "Monstars", "uncertain": "Uncertain"}
+_PLURAL = {
+    "star": "Stars",
+    "lemon": "Lemons",
+    "monstar": "Monstars",
+    "compound": "Compounds",
+    "uncertain": "Uncertain",
+}
 
 
 class UMBILICS_PT_statistics(Part, bpy.types.Panel):

@@ -188,6 +188,16 @@ class Settings:
         manual=0.0,
         unit="1 / length",
     )
+    at_most: int = setting(
+        0,
+        label="At Most",
+        help="Only so many of the umbilics that are left, the most important ones: those that lie "
+        "farthest above the error of the fits before they cancel. Pairs come and go together; 0 "
+        "keeps all",
+        kind="count",
+        minimum=0,
+        maximum=1_000_000,
+    )
     regions: bool = setting(
         True,
         label="Regions",
@@ -199,6 +209,14 @@ class Settings:
     def unfolds(self) -> bool:
         """Whether the mesh is laid into the plane by its charts."""
         return self.method == "C" or (self.method == "S" and self.parametrization == "charts")
+
+    merge: bool = setting(
+        True,
+        label="Merge",
+        help="Umbilics that their errors do not tell from each other are one, with the sum of "
+        "their indices; method I reports each cluster of vertices once. Off to see the parts",
+        kind="flag",
+    )
 
     @property
     def certified(self) -> bool:

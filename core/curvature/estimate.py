@@ -55,6 +55,7 @@ class Estimate:
     residual: float
     closer: Scale | None = None
     degree: int = 0
+    rings: np.ndarray | None = None
 
 
 def estimate(
@@ -151,6 +152,7 @@ def _from_jets(
         radius=closer.radius,
         closer=closer.scale,
         degree=closer.degree if closer.scale else 0,
+        rings=closer.rings,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,3 +67,24 @@ def operator_of_heights(
     return HeightOperator(
         -0.5 * (s11 + s22) / w, -(s11 - s22) / w, -2.0 * s12 / w, gx, gy, (a, b, d)
     )
+
+
+def operator_at(
+    coefficients: Mapping[tuple[int, int], np.ndarray], u: np.ndarray, v: np.ndarray
+) -> HeightOperator:
+    """Shape operator of the heights sum c_ab u^a v^b above (u, v), in units of these."""
+    derivative = {order: np.zeros(u.shape) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
+    for (a, b), coefficient in coefficients.items():
+        for (i, j), value in derivative.items():
+            if a >= i and b >= j:
+                factor = math.perm(a, i) * math.perm(b, j)
+                derivative[i, j] = value + factor * coefficient * u ** (a - i) * v ** (b - j)
+    return operator_of_heights(*derivative.values())
+
+
+def deviator_at(
+    coefficients: Mapping[tuple[int, int], np.ndarray], u: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """The deviator of `operator_at` as a complex number."""
+    operator = operator_at(coefficients, u, v)
+    return operator.real + 1j * operator.imaginary

@@ -13,11 +13,13 @@ from ..base.errors import ChartError
 from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
+from ..base.words import counted
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
 from ..curvature.estimate import Estimate, estimate
 from ..curvature.field import CurvatureField
 from ..curvature.noise import field_noise
 from ..curvature.surface_types import surface_types, typical_curvature
+from ..curvature.tolerances import CURVE
 from ..fields.winding import certified_index
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
@@ -32,10 +34,11 @@ from .methods.curvature_tensor import (
 from .methods.over_map import corner_deviators
 from .methods.raw import RawUmbilics
 from .methods.shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
-from .methods.vertex_index import detect_by_index
+from .methods.vertex_index import detect_by_index, merged_clusters
 from .pairing.persistence import measure_persistence
-from .regions import RegionMap, find_regions, with_faces
+from .regions import RegionMap, find_regions, with_curves, with_faces
 from .result import Detection
+from .unresolved import unresolved_sets
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2
@@ -120,6 +123,16 @@ def detect(
         progress.part("Finding regions", 0.8, 0.85)
         rings = _rings(fitted)
         regions = _regions(surface, shape, noise, radius, rings, settings, cad)
+        if settings.regions and settings.certified and cad is None:
+            sets = unresolved_sets(surface, shape, noise, radius, CURVE, progress.quiet())
+            regions = with_curves(surface, regions, sets, found.triangle_index)
+            if regions.curves:
+                curves = counted(regions.curves, "curve")
+                warnings.append(
+                    f"Along {curves} both principal curvatures are equal within their error, as on "
+                    "circles of surfaces of revolution: reported as regions, because no point of "
+                    "them is an umbilic of its own."
+                )
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):
@@ -198,6 +211,9 @@ def _found(
         return _by_shape_operators(surface, shape, settings, unfolding, progress)
     if settings.method == "I":
         hits = detect_by_index(surface, shape, progress)
+        if settings.merge:
+            around = certified_index(surface, shape.d1, shape.d2, progress.quiet())
+            hits = merged_clusters(surface, hits, around)
     else:
         unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
         hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)

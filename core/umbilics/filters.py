@@ -67,11 +67,11 @@ def select(
     pinned: Sequence[int] = (),
     deleted: Sequence[int] = (),
 ) -> Selection:
-    """Choose the umbilics anew by `settings.persistence` and the opening.
+    """Choose the umbilics anew by `settings.persistence`, the opening and `settings.at_most`.
 
-    Nothing is computed again: only the persistence level, and whether the opening is on, are
-    read; another strength of the opening takes a new detection. `pinned` and `deleted` are as
-    for `kept_rows`.
+    Nothing is computed again: only the persistence level, whether the opening is on, and how
+    many are left at most, are read; another strength of the opening takes a new detection.
+    `pinned` and `deleted` are as for `kept_rows`.
 
     Examples
     --------
@@ -134,9 +134,26 @@ def _kept(
     kept = ~cancelled & ~candidates.at_border
     if settings.opening:
         kept &= candidates.elliptic
+    if settings.at_most:
+        kept[[row for row in deleted if 0 <= row < len(kept)]] = False
+        kept = _most_important(candidates, kept, settings.at_most)
     for rows, value in ((pinned, True), (deleted, False)):
         kept[[row for row in rows if 0 <= row < len(kept)]] = value
     return np.flatnonzero(kept)
+
+
+def _most_important(candidates: Umbilics, kept: np.ndarray, most: int) -> np.ndarray:
+    """(k,) bool, at most so many of the `kept` (k,). Those that cancel together are of one
+    importance: where only some of them would be left, none is."""
+    rows = np.flatnonzero(kept)
+    if len(rows) <= most:
+        return kept
+    value = candidates.importance[rows]
+    order = np.argsort(-value, kind="stable")
+    above = value > value[order[most]]
+    left = np.zeros(len(kept), bool)
+    left[rows[above] if above.any() else rows[order[:most]]] = True
+    return left
 
 
 def _cancelled(candidates: Umbilics, settings: Settings) -> np.ndarray:

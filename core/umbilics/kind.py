@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .result import LEMON, MONSTAR, STAR, UNCERTAIN
+from .result import COMPOUND, LEMON, MONSTAR, STAR, UNCERTAIN
 
 # Directions in which the cubic form is moved by its error to see whether it stays what it is.
 DIRECTIONS = 8
@@ -86,9 +86,9 @@ def _across(p: np.ndarray, q: np.ndarray, angle: np.ndarray) -> np.ndarray:
 def kinds(
     p: np.ndarray, q: np.ndarray, certified: np.ndarray, error: np.ndarray | None = None
 ) -> np.ndarray:
-    """(k,) kind of each umbilic: "uncertain" where p, q contradict the certified index, and
-    where they are within their standard error (k,) of being a lemon instead of a monstar or the
-    other way round."""
+    """(k,) kind of each umbilic: "compound" where the certified index is no generic one,
+    "uncertain" where p, q contradict it, and where they are within their standard error (k,) of
+    being a lemon instead of a monstar or the other way round."""
     named = _named(p, q)
     if error is not None:
         # An error of p moves q / p as one of q of the same share does.
@@ -96,7 +96,8 @@ def kinds(
         for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
             other = _named(p, q + reach * np.exp(1j * angle))
             named = np.where((other != named) & (other != STAR) & (named != STAR), UNCERTAIN, named)
-    return np.where(index(p, q) == certified, named, UNCERTAIN)
+    generic = np.abs(certified) == 0.5
+    return np.where(generic, np.where(index(p, q) == certified, named, UNCERTAIN), COMPOUND)
 
 
 def _named(p: np.ndarray, q: np.ndarray) -> np.ndarray:

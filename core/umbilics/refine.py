@@ -6,7 +6,6 @@ higher degree around the triangle gives the deviator as a smooth function; its z
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,7 @@ from ..base.parallel import run
 from ..base.progress import Progress
 from ..curvature.estimate import Estimate
 from ..curvature.height_fit import HeightFit, fit_heights
-from ..curvature.monge import HeightOperator, operator_of_heights
+from ..curvature.monge import deviator_at, operator_at
 from ..fields.frames import frame
 from ..mesh.surface import Surface
 from .kind import from_gradient
@@ -136,17 +135,31 @@ def refine(
     else:
         neighbourhood, factor = fitted.closer.neighbourhood, fitted.closer.factor
         degree, rings = fitted.degree, neighbourhood.rings
+    each = np.full(k, rings) if fitted.rings is None else _rings(surface, triangle, fitted)
     ask = progress.quiet()
     walk = WALK if neighbourhood.thinned is None else THIN_WALK
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
-        corners = surface.triangles[triangle[rows]]
-        for some, members in neighbourhood.around_triangles(corners, rings, 1 << 15, ask):
-            _refine_block(surface, normals, rows[some], members, degree, factor, walk, places)
+        for so_many in np.unique(each[rows]):
+            same = rows[each[rows] == so_many]
+            corners = surface.triangles[triangle[same]]
+            around = neighbourhood.around_triangles(corners, int(so_many), 1 << 15, ask)
+            for some, members in around:
+                _refine_block(surface, normals, same[some], members, degree, factor, walk, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
+
+
+def _rings(surface: Surface, triangle: np.ndarray, fitted: Estimate) -> np.ndarray:
+    """(k,) rings of the fits around triangles: the narrowest at their corners, or those of
+    cubics and as many more as the degree asks for."""
+    assert fitted.rings is not None and fitted.closer is not None
+    rings = fitted.rings[surface.triangles[triangle]]
+    known = np.where(rings > 0, rings, np.iinfo(np.int64).max).min(axis=1)
+    others = fitted.closer.neighbourhood.rings + NOISY[1]
+    return np.where((rings > 0).any(axis=1), known, others)
 
 
 def _refine_block(
@@ -184,9 +197,8 @@ def _refine_block(
     # evenly over the disc of the samples.
     spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))
     u, v, settled = _zero(fit, FARTHEST * np.maximum(edge / radius, spread))
-    operator = _operator_at(fit, u, v)
-    along_u = (_deviator_at(fit, u + STEP, v) - _deviator_at(fit, u - STEP, v)) / (2 * STEP)
-    along_v = (_deviator_at(fit, u, v + STEP) - _deviator_at(fit, u, v - STEP)) / (2 * STEP)
+    operator = operator_at(fit.coefficients, u, v)
+    along_u, along_v = _slopes(fit, u, v)
     # From the parameters u, v to lengths along the tangents x, y of the fitted surface.
     a, b, d = operator.root
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
@@ -210,20 +222,12 @@ def _refine_block(
     places.found[chosen] = True
 
 
-def _operator_at(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> HeightOperator:
-    """The shape operator of the fitted surface above (u, v), all in units of its radius."""
-    derivative = {order: np.zeros(u.shape) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
-    for (a, b), coefficient in fit.coefficients.items():
-        for (i, j), value in derivative.items():
-            if a >= i and b >= j:
-                factor = math.perm(a, i) * math.perm(b, j)
-                derivative[i, j] = value + factor * coefficient * u ** (a - i) * v ** (b - j)
-    return operator_of_heights(*derivative.values())
-
-
-def _deviator_at(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    operator = _operator_at(fit, u, v)
-    return operator.real + 1j * operator.imaginary
+def _slopes(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of the deviator of a fit along u and v."""
+    c = fit.coefficients
+    along_u = deviator_at(c, u + STEP, v) - deviator_at(c, u - STEP, v)
+    along_v = deviator_at(c, u, v + STEP) - deviator_at(c, u, v - STEP)
+    return along_u / (2 * STEP), along_v / (2 * STEP)
 
 
 def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -231,9 +235,8 @@ def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     u, v = np.zeros((2, len(farthest)))
     step = np.full(len(farthest), np.inf)
     for _ in range(NEWTON_STEPS):
-        value = _deviator_at(fit, u, v)
-        along_u = (_deviator_at(fit, u + STEP, v) - _deviator_at(fit, u - STEP, v)) / (2 * STEP)
-        along_v = (_deviator_at(fit, u, v + STEP) - _deviator_at(fit, u, v - STEP)) / (2 * STEP)
+        value = deviator_at(fit.coefficients, u, v)
+        along_u, along_v = _slopes(fit, u, v)
         determinant = (np.conj(along_u) * along_v).imag
         safe = np.where(determinant == 0, np.inf, determinant)
         du = -(np.conj(value) * along_v).imag / safe
@@ -256,7 +259,7 @@ def _clear_of_zero(
     angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
     cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
     for size in CIRCLES:
-        around = _deviator_at(fit, u + size * cosine, v + size * sine)
+        around = deviator_at(fit.coefficients, u + size * cosine, v + size * sine)
         jump = np.angle(np.roll(around, -1, axis=0) * around.conj())
         right = np.rint(jump.sum(axis=0) / (2.0 * np.pi)) == turns
         best = np.where(right, np.maximum(best, np.abs(around).min(axis=0)), best)

@@ -26,7 +26,8 @@ from ..curvature.tolerances import (
 from ..mesh.surface import Surface
 from ..mesh.tessellated import PLANAR, SPHERICAL, Tessellation
 from .region_shapes import RoundShape, grown_labels, round_shapes
-from .result import Region
+from .result import CURVE, Region
+from .unresolved import UnresolvedSets
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,14 @@ class RegionMap:
         How many there are.
     faces:
         The exact faces that the first of them are; None without.
+    curves:
+        How many of the last of them are curves of umbilics.
     """
 
     label: np.ndarray
     count: int
     faces: Tessellation | None = None
+    curves: int = 0
 
     @classmethod
     def none(cls, surface: Surface) -> RegionMap:
@@ -135,6 +139,37 @@ def with_faces(faces: Tessellation, found: RegionMap) -> RegionMap:
     return RegionMap(labels, len(faces.kinds) + len(kept), faces)
 
 
+def with_curves(
+    surface: Surface, regions: RegionMap, sets: UnresolvedSets, triangle_index: np.ndarray
+) -> RegionMap:
+    """The regions, and beside them the curves of umbilics: unresolved sets that are long and
+    narrow, and around which the directions do not turn.
+
+    Where they do, there is an umbilic, whatever the shape of the set. A set that touches a region
+    is the rim of that one, where its own fits and others meet.
+
+    Parameters
+    ----------
+    triangle_index:
+        (m,) index in each triangle of the surface.
+    """
+    label = sets.label
+    inside = np.flatnonzero(label >= 0)
+    count = len(sets.length)
+    index = np.bincount(label[inside], weights=triangle_index[inside], minlength=count)
+    held = np.zeros(len(surface.vertices), bool)
+    held[surface.triangles[regions.label >= 0]] = True
+    beside = np.zeros(count, bool)
+    beside[label[inside[held[surface.triangles[inside]].any(axis=1)]]] = True
+    curve = sets.long & (index == 0.0) & ~beside
+    if not curve.any():
+        return regions
+    number = np.append(np.where(curve, regions.count + np.cumsum(curve) - 1, -1), -1)
+    labels = np.where(number[label] >= 0, number[label], regions.label).astype(np.int32)
+    curves = int(curve.sum())
+    return RegionMap(labels, regions.count + curves, regions.faces, curves)
+
+
 def describe_regions(
     surface: Surface,
     regions: RegionMap,
@@ -178,12 +213,15 @@ def describe_regions(
         error = 0.5 * _mean(noise[corners], weight) / np.sqrt(max(independent, 1.0))
         extent = np.sqrt(max(total, np.finfo(float).tiny) / np.pi)
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
+        kind = PLANAR if abs(curvature) <= flat else SPHERICAL
+        if number >= regions.count - regions.curves:
+            kind = CURVE
         found.append(
             Region(
                 triangles=_of_input(surface, rows),
                 area=total * surface.unit * surface.unit,
                 index=float(triangle_index[rows].sum()),
-                kind=PLANAR if abs(curvature) <= flat else SPHERICAL,
+                kind=kind,
                 curvature=curvature / surface.unit,
             )
         )

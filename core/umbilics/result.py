@@ -14,9 +14,11 @@ from ..mesh.tessellated import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
 STAR = "star"
 LEMON = "lemon"
 MONSTAR = "monstar"
+COMPOUND = "compound"
 UNCERTAIN = "uncertain"
-KINDS = (STAR, LEMON, MONSTAR, UNCERTAIN)
-REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL)
+KINDS = (STAR, LEMON, MONSTAR, COMPOUND, UNCERTAIN)
+CURVE = "curve"
+REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL, CURVE)
 # Blender's whole numbers and its meshes have no more.
 _LARGEST = 2**31 - 1
 
@@ -39,11 +41,12 @@ class Umbilics:
     vertex:
         (k,) int64 vertex for method I, which reports vertices; -1 otherwise.
     index:
-        (k,) float64 index of the principal direction field, +0.5 or -0.5 (method I may give
-        other multiples of one half).
+        (k,) float64 index of the principal direction field, +0.5 or -0.5; other multiples of one
+        half at compound ones.
     kind:
-        (k,) str: "star", "lemon", "monstar", or "uncertain" where cubic form and index disagree
-        or the form is within its error of another kind.
+        (k,) str: "star", "lemon", "monstar"; "compound" where the index is another, be it of one
+        point or of several that their errors do not tell from each other; "uncertain" where cubic
+        form and index disagree or the form is within its error of another kind.
     curvature:
         (k,) float64 mean curvature at the point, in 1 / length.
     persistence:
@@ -54,7 +57,7 @@ class Umbilics:
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
         (k,) float64 standard error of the position along the surface, in the direction in which
-        it is known least, in length.
+        it is known least, in length; of a compound how far its parts lie from it.
     noise:
         (k,) float64 standard error of the gap around the point, in 1 / length; NaN where unknown.
     separatrix:
@@ -70,6 +73,11 @@ class Umbilics:
     resolved:
         (k,) bool, False for the pairs that do not rise above the error of the fits, which the
         automatic persistence drops.
+    importance:
+        (k,) float64 persistence over the standard error of the gap, the lesser one of those that
+        cancel together: how far above the error the surface has to be flattened until the point
+        is gone. Where topology keeps it, the largest gap of the surface stands for the
+        persistence; where no error is known, the median gap for the error.
     elliptic:
         (k,) bool, True inside the opened elliptic part (of strength 2 where opening is off).
     """
@@ -92,6 +100,7 @@ class Umbilics:
     at_border: np.ndarray = field(metadata=column(bool))
     certain: np.ndarray = field(metadata=column(bool))
     resolved: np.ndarray = field(metadata=column(bool))
+    importance: np.ndarray = field(metadata=column(np.float64, low=0.0, high=np.inf))
     elliptic: np.ndarray = field(metadata=column(bool))
 
     def __len__(self) -> int:
@@ -108,8 +117,8 @@ class Umbilics:
 
 @dataclass(frozen=True)
 class Region:
-    """An area where the principal curvatures are equal within the estimator's noise, or an exact
-    face of a tessellated part.
+    """An area or a curve where the principal curvatures are equal within the estimator's noise, or
+    an exact face of a tessellated part.
 
     Attributes
     ----------
@@ -121,7 +130,8 @@ class Region:
         Index of the direction field around its border: a multiple of one half, the sum of the
         indices that it replaces.
     kind:
-        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical".
+        "spherical" or "planar"; of the exact faces also "cylindrical" or "conical"; "curve" for
+        the strip along a curve of umbilics, as surfaces of revolution have them in circles.
     curvature:
         Mean curvature over the region, in 1 / length.
     """
@@ -134,8 +144,9 @@ class Region:
 
     @property
     def has_directions(self) -> bool:
-        """Whether directions mean something within: those of cylinders and cones are exact."""
-        return self.kind in (CYLINDRICAL, CONICAL)
+        """Whether directions mean something within: those of cylinders and cones are exact, and
+        across a curve of umbilics they go on."""
+        return self.kind in (CYLINDRICAL, CONICAL, CURVE)
 
 
 @dataclass(frozen=True)
@@ -151,7 +162,7 @@ class Detection:
     curvature:
         Shape operators at every input vertex.
     regions:
-        Spherical and planar regions.
+        Spherical and planar regions, and strips along curves of umbilics.
     triangle_index:
         (m,) float64 index found in each input triangle, before filtering.
     surface_type:

@@ -156,6 +156,7 @@ def _umbilics(inputs: Inputs, umbilics: core.Umbilics, to_file: np.ndarray) -> l
         "curvature": umbilics.curvature,
         "persistence": umbilics.persistence,
         "permanent": np.isposinf(umbilics.persistence),
+        "importance": umbilics.importance,
         "uncertainty": umbilics.uncertainty,
         "certain": umbilics.certain,
         "elliptic": umbilics.elliptic,

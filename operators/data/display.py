@@ -12,10 +12,11 @@ from . import reading, record
 from .belonging import mesh_behind
 
 KIND_ITEMS = [
-    (core.KINDS[0], "Stars", "Index -1/2, three separatrices", 1),
-    (core.KINDS[1], "Lemons", "Index +1/2, one separatrix", 2),
-    (core.KINDS[2], "Monstars", "Index +1/2, three separatrices", 4),
-    (core.KINDS[3], "Uncertain", "The index and the cubic form disagree about the kind", 8),
+    ("star", "Stars", "Index -1/2, three separatrices", 1),
+    ("lemon", "Lemons", "Index +1/2, one separatrix", 2),
+    ("monstar", "Monstars", "Index +1/2, three separatrices", 4),
+    ("compound", "Compounds", "Another index: several that are not told from each other", 16),
+    ("uncertain", "Uncertain", "The index and the cubic form disagree about the kind", 8),
 ]
 MAPS = [
     ("k1", "κ₁", "Larger principal curvature: how strongly the surface bends at most"),
@@ -24,7 +25,7 @@ MAPS = [
     ("gauss", "Gauss K", "Gaussian curvature, their product: above 0 domes, below 0 saddles"),
     ("gap", "Gap κ₁ - κ₂", "How far the principal curvatures differ; 0 at an umbilic"),
     ("type", "Surface Type", "Peaks, pits, ridges, valleys and saddles, by the signs of H and K"),
-    ("region", "Regions", "Spherical and flat areas, where every point is umbilical"),
+    ("region", "Regions", "Spherical and flat areas and curves of umbilics"),
 ]
 FIELDS = [
     (
@@ -42,7 +43,8 @@ FIELDS = [
 ]
 SORTS = [
     ("persistence", "Persistence", "The most certain umbilics first"),
-    ("kind", "Kind", "Stars, lemons, monstars, uncertain"),
+    ("importance", "Importance", "Those first whose persistence is largest against their error"),
+    ("kind", "Kind", "Stars, lemons, monstars, compounds, uncertain"),
     ("curvature", "Curvature", "The most strongly curved places first"),
 ]
 # The slider of the filter spans the persistences that there are, on a logarithmic scale.

@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from hashlib import blake2b
+from typing import Any
 
 import bpy
 from bpy.props import (
@@ -23,6 +24,8 @@ from ..mesh.fingerprint import Fingerprint
 from ..mesh.scope import Scope, scope_in_file
 from .properties import annotations_of, values_of
 
+# On the empty of a pole: its row in the table.
+ROW_TAG = "umbilics_pole"
 UNREADABLE = (
     "The plan cannot be read: another version of this add-on made it, or the file is damaged. "
     "Plan again."
@@ -123,6 +126,7 @@ UMBILICS_PG_guidance.__annotations__ = annotations_of(core.GuidanceSettings) | {
 class UMBILICS_PG_pole(bpy.types.PropertyGroup):
     """One pole of the table; its name is that of its empty."""
 
+    row: IntProperty(description="Row among the poles of the plan", default=-2)
     valence: IntProperty(description="Edges that should meet there")
     origin: StringProperty(description="The umbilic that it comes from")
     confidence: FloatProperty(description="How sure it is, 0 to 1")
@@ -197,6 +201,8 @@ def store(
     for row, empty in enumerate(empties):
         item = plan.poles.add()
         item.name = empty.name
+        item.row = row
+        empty[ROW_TAG] = row
         item.place = empty.location
         item.valence = int(poles.valence[row])
         item.origin = origins[row]
@@ -228,10 +234,29 @@ def changed_settings(group: UMBILICS_PG_guidance, made: Origin) -> list[str]:
     return changed
 
 
+def empty_of(pole: UMBILICS_PG_pole) -> Any:
+    """The empty of a pole of the table, or None.
+
+    It has the name that the table knows and is a child of the pole's object. In a copy of both it
+    has another name, and is the child that stands for the same row.
+    """
+    obj = pole.id_data
+    found = bpy.data.objects.get(pole.name)
+    if found is not None and found.parent == obj:
+        return found
+    return next((child for child in obj.children if child.get(ROW_TAG, -1) == pole.row), None)
+
+
+def index_of(obj: bpy.types.Object, empty: bpy.types.Object) -> int:
+    """The place in the object's table of the pole that an empty stands for; -1 for none."""
+    poles = obj.umbilics_plan.poles
+    return next((place for place, pole in enumerate(poles) if empty_of(pole) == empty), -1)
+
+
 def change_of(pole: UMBILICS_PG_pole) -> str:
     """What the user has done to a pole of the table: "deleted", "moved", "changed" (its valence)
     or nothing."""
-    empty = bpy.data.objects.get(pole.name)
+    empty = empty_of(pole)
     if empty is None or not empty.users_scene:
         return "deleted"
     if empty.get("umbilics_valence") != pole.valence:

@@ -16,7 +16,7 @@ from ..base import property_groups
 from ..base.changes import notify
 
 # Settings that act on results at once, without a new detection.
-LIVE = ("persistence", "opening")
+LIVE = ("persistence", "opening", "at_most")
 # Where curvature "given" reads: two curvatures and two directions.
 GIVEN_NAMES = ("k1", "k2", "d1", "d2")
 

@@ -41,10 +41,11 @@ class UMBILICS_PG_item(bpy.types.PropertyGroup):
 
     row: IntProperty(description="Row among all candidates of the detection")
     number: IntProperty(description="Its number in list, view and pole table")
-    kind: IntProperty(description="Row of the kind in star, lemon, monstar, uncertain")
+    kind: IntProperty(description="Row of the kind in star, lemon, monstar, compound, uncertain")
     index: FloatProperty(description="Index of the direction field around it")
     persistence: FloatProperty(description="Gap at which it cancels with its partner")
     curvature: FloatProperty(description="Mean curvature there")
+    importance: FloatProperty(description="Persistence over the error of the gap")
 
 
 class UMBILICS_PG_summary(bpy.types.PropertyGroup):
@@ -63,6 +64,11 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
         description="Umbilics of index +1/2: three lines of curvature run into each, within a "
         "right angle",
     )
+    compound: IntProperty(
+        name="Compounds",
+        description="Umbilics of another index: several that their errors do not tell from each "
+        "other, or one that is no generic point",
+    )
     uncertain: IntProperty(
         name="Uncertain",
         description="Umbilics whose index and cubic form disagree about the kind: look before "
@@ -74,8 +80,8 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     )
     regions: IntProperty(
         name="Umbilical Regions",
-        description="Areas that are spherical or flat, where every point is umbilical; each is "
-        "counted once",
+        description="Areas that are spherical or flat, and curves along which every point is "
+        "umbilical; each is counted once",
     )
     index_sum: FloatProperty(
         name="Index Sum",
@@ -142,6 +148,7 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
     active_row: IntProperty(description="Row of the umbilic chosen last", default=-1)
     used_persistence: FloatProperty(description="Filter of what is shown; -1 for automatic")
     used_opening: BoolProperty(description="Whether what is shown was opened")
+    used_at_most: IntProperty(description="How many are shown at most; 0 for all")
 
 
 def store(obj: bpy.types.Object, detected: Record, chosen: core.Selection) -> None:
@@ -189,6 +196,7 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
         ("index", umbilics.index, np.float32),
         ("persistence", np.minimum(persistence, largest), np.float32),
         ("curvature", np.nan_to_num(umbilics.curvature), np.float32),
+        ("importance", np.minimum(umbilics.importance, largest), np.float32),
     ):
         items.foreach_set(name, np.asarray(values, dtype=dtype))
     kept.hidden_items = len(rows) - len(chosen)

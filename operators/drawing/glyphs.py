@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ... import core
-
 # Above and below the surface, in lengths of the outline: high enough to be seen from the side,
 # deep enough that no gap shows where the surface curves away.
 _TOP, _BOTTOM = 0.25, -0.6
@@ -32,13 +30,23 @@ def _star() -> np.ndarray:
     return radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
+def _disk() -> np.ndarray:
+    """(p, 2) a disk as wide as the others are long: nothing is known of lines that run into it."""
+    angle = np.linspace(-np.pi, np.pi, 48, endpoint=False)
+    return 0.9 * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
 def _square() -> np.ndarray:
     return 0.62 * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 
-OUTLINES = dict(
-    zip(core.KINDS, (_star(), _drop((0.0,)), _drop((-75.0, 0.0, 75.0)), _square()), strict=True)
-)
+OUTLINES = {
+    "star": _star(),
+    "lemon": _drop((0.0,)),
+    "monstar": _drop((-75.0, 0.0, 75.0)),
+    "compound": _disk(),
+    "uncertain": _square(),
+}
 
 
 def prisms(outline: np.ndarray, frames: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:

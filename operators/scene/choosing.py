@@ -11,7 +11,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..base import app_handlers, changes
-from ..data import clicks
+from ..data import clicks, plans
 from ..data.belonging import mesh_behind
 from . import empties, selection, targets
 from .retopology import guidance_objects
@@ -34,7 +34,7 @@ def choose(context: bpy.types.Context, obj: bpy.types.Object, row: int) -> None:
 def choose_pole(context: bpy.types.Context, obj: bpy.types.Object, name: str) -> None:
     """Make the pole whose empty has that name the active one of its table, and select it."""
     with changes.silence("pole"):
-        obj.umbilics_plan.active = obj.umbilics_plan.poles.find(name)
+        obj.umbilics_plan.active = plans.index_of(obj, bpy.data.objects[name])
     _select(context, obj, guidance_objects.parts_of(obj, guidance_objects.POLES), "", name)
     changes.notify("view", context)
 
@@ -77,11 +77,12 @@ def _pole_chosen(context: bpy.types.Context) -> None:
     obj = selection.shown(context)
     if obj is None or not 0 <= obj.umbilics_plan.active < len(obj.umbilics_plan.poles):
         return
-    name = obj.umbilics_plan.poles[obj.umbilics_plan.active].name
-    empty = next((one for one in obj.children if one.name == name), None)
-    if clicks.is_second(context, f"{obj.name_full} pole {name}") and empty is not None:
+    empty = plans.empty_of(obj.umbilics_plan.poles[obj.umbilics_plan.active])
+    if empty is None:
+        return
+    if clicks.is_second(context, f"{obj.name_full} pole {empty.name}"):
         framing.frame_pole(context, empty)
-    choose_pole(context, obj, name)
+    choose_pole(context, obj, empty.name)
 
 
 def _mark_chosen(context: bpy.types.Context) -> None:
@@ -103,12 +104,16 @@ def _looked_at(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None
         return
     if empties.EMPTY_TAG in clicked:
         row = clicked.get("umbilics_row", NONE)
-        if obj.umbilics.detected and row != obj.umbilics.active_row:
-            choose(bpy.context, obj, row)
+        is_other = obj.umbilics.detected and row != obj.umbilics.active_row
     elif clicked.get(guidance_objects.TAG) == guidance_objects.POLES:
-        poles = obj.umbilics_plan.poles
-        if poles.find(clicked.name) not in (obj.umbilics_plan.active, NONE):
-            choose_pole(bpy.context, obj, clicked.name)
+        place = plans.index_of(obj, clicked)
+        is_other = place not in (obj.umbilics_plan.active, NONE)
+    else:
+        return
+    if is_other and empties.EMPTY_TAG in clicked:
+        choose(bpy.context, obj, row)
+    elif is_other:
+        choose_pole(bpy.context, obj, clicked.name)
 
 
 _HANDLERS = (("depsgraph_update_post", _looked_at),)

@@ -8,7 +8,7 @@ but it would count as a user of it, and the object would outlive its deletion.)
 Custom properties of an empty, all of them plain Python values:
 
 umbilics_index        index of the direction field, a float
-umbilics_kind         "star", "lemon", "monstar" or "uncertain"
+umbilics_kind         "star", "lemon", "monstar", "compound" or "uncertain"
 umbilics_curvature    mean curvature there, in 1 / world length
 umbilics_triangle     number of the mesh's loop triangle that holds the point
 umbilics_vertices     the three vertices of that triangle

@@ -39,7 +39,7 @@ def left_out_rows(obj: bpy.types.Object, scene: bpy.types.Scene) -> np.ndarray:
     kept, filters = record.of(obj), used_filters(obj)
     if kept is None or not filters.opening:
         return np.empty(0, dtype=int)
-    unopened = core.Settings(persistence=filters.persistence)
+    unopened = core.Settings(persistence=filters.persistence, at_most=filters.at_most)
     everything = _shown(obj, scene, kept, unopened)
     return np.setdiff1d(everything, shown_rows(obj, scene))
 
@@ -100,6 +100,7 @@ def write(
     automatic = settings.persistence == core.AUTO
     obj.umbilics.used_persistence = AUTOMATIC if automatic else settings.persistence
     obj.umbilics.used_opening = settings.opening > 0
+    obj.umbilics.used_at_most = settings.at_most
     rows = _shown(obj, scene, kept, settings)
     summary.list_items(obj, kept, rows)
     most = Appearance(context).most_empties if scene.umbilics_display.empties else 0
@@ -112,14 +113,18 @@ def chosen_filters(scene: bpy.types.Scene) -> core.Settings:
     """The scene's filters; what a detection itself was made with counts for nothing here."""
     group = scene.umbilics
     persistence = core.AUTO if group.persistence_auto else float(group.persistence)
-    return core.Settings(persistence=persistence, opening=group.opening)
+    return core.Settings(
+        persistence=persistence, opening=group.opening, at_most=group.at_most
+    )
 
 
 def used_filters(obj: bpy.types.Object) -> core.Settings:
     """The filters that the object's results went through."""
     kept = obj.umbilics
     persistence = core.AUTO if kept.used_persistence < 0.0 else float(kept.used_persistence)
-    return core.Settings(persistence=persistence, opening=int(kept.used_opening))
+    return core.Settings(
+        persistence=persistence, opening=int(kept.used_opening), at_most=kept.used_at_most
+    )
 
 
 def _shown(
@@ -139,10 +144,11 @@ def _shown(
     return caches.ROWS.of((*_key(obj, settings), kinds), find)
 
 
-def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[str, float | str, bool, str, str]:
+def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[object, ...]:
     """All that decides which umbilics of the object pass the filters."""
     mine = obj.umbilics
-    return mine.stamp, settings.persistence, settings.opening > 0, mine.pinned, mine.deleted
+    chosen = settings.persistence, settings.opening > 0, settings.at_most
+    return mine.stamp, chosen, mine.pinned, mine.deleted
 
 
 def _filter_changed(context: bpy.types.Context) -> None:

@@ -12,6 +12,7 @@ from core.mesh.repair import clean
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles
+from core.retopology.quads.finishing.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
@@ -227,6 +228,70 @@ def test_marked_edges_are_followed():
     assert np.abs(made.vertices[made.feature][:, 2]).max() < 1e-9
 
 
+def test_marks_stay_where_creases_would_go():
+    """A short chain of marked edges is followed, though it is shorter than two quads."""
+    vertices, triangles = cube(8)
+    on = (vertices[:, 2] == 1.0) & (np.abs(vertices[:, 0]) < 1e-9) & (np.abs(vertices[:, 1]) < 0.3)
+    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    sharp = edges[on[edges].all(axis=1)]
+    assert len(sharp)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=96), sharp=sharp)
+    holds(vertices, triangles, made)
+    top = made.feature & (np.abs(made.vertices[:, 2] - 1.0) < 1e-9)
+    inside = top & (np.abs(made.vertices[:, :2]) < 0.5).all(axis=1)
+    assert inside.any() and np.abs(made.vertices[inside][:, 0]).max() < 1e-9
+
+
+def test_strokes_turn_the_quads():
+    mesh = torus()
+    guide_line = np.linspace(-0.3, 0.3, 9)
+    radius = np.linalg.norm(mesh.vertices[:, :2], axis=1).max()
+    # Across the outer equator at 45 degrees, where curvature lines run along it.
+    position = np.column_stack([np.sqrt(radius**2 - guide_line**2), guide_line, guide_line])
+    strokes = core.Strokes(np.array([0, 9]), position, np.array([0.4 * radius]))
+    settings = core.RemeshSettings(quads=800)
+    made = core.remesh(mesh.vertices, mesh.triangles, settings, strokes=strokes)
+    holds(mesh.vertices, mesh.triangles, made)
+    near = np.linalg.norm(made.vertices[made.quads].mean(axis=1) - position[4], axis=1) < 0.25
+    assert near.any()
+    at = made.vertices[made.quads[near]]
+    along = at[:, 1] - at[:, 0]
+    turn = np.degrees(np.arctan2(along[:, 2], along[:, 1])) % 90.0
+    assert np.abs(turn - 45.0).mean() < 20.0
+
+
+def test_wanted_poles_are_made(stretched):
+    mesh, made = stretched
+    place = made.vertices[made.pole >= 0]
+    # Nearer to the middle than the umbilics are.
+    place = place * [0.6, 1.0, 1.0]
+    place /= np.linalg.norm(place / [3.0, 2.0, 1.0], axis=1)[:, None]
+    wanted = core.WantedPoles(place, np.full(8, 3))
+    other = core.remesh(
+        mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600), wanted=wanted
+    )
+    holds(mesh.vertices, mesh.triangles, other)
+    assert sorted(other.pole_valence) == [3] * 8
+    found = other.vertices[other.pole >= 0]
+    gap = np.linalg.norm(found[:, None] - place, axis=2).min(axis=1)
+    assert gap.max() < 0.15
+    few = core.WantedPoles(place[:4], np.full(4, 3))
+    layout = core.quad_layout(mesh.vertices, mesh.triangles, wanted=few)
+    assert sorted(layout.pole_valence) == [3] * 8
+    assert any("more poles than wanted" in sentence for sentence in layout.warnings)
+
+
+def test_layout_is_what_is_filled(stretched):
+    mesh, made = stretched
+    layout = core.quad_layout(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=1000))
+    assert layout.rectangles == made.patch.max() + 1
+    assert np.array_equal(np.sort(layout.pole_valence), np.sort(made.pole_valence))
+    assert layout.start[-1] == len(layout.position) and len(layout) == len(layout.start) - 1
+    level = (layout.position / [3.0, 2.0, 1.0]) ** 2
+    assert np.abs(level.sum(axis=1) - 1.0).max() < 0.05
+    assert (layout.kind == 0).all()
+
+
 def test_what_is_damaged_is_said():
     mesh = torus()
     triangles = np.concatenate([mesh.triangles, mesh.triangles[:1]])
@@ -246,6 +311,30 @@ def test_settings_are_checked():
     for wrong in ({"quads": 0}, {"symmetry": "w"}, {"smoothness": 2.0}, {"relaxation": 1.5}):
         with pytest.raises(core.InvalidSettingsError):
             core.RemeshSettings(**wrong)
+
+
+def test_torn_borders_have_no_corners():
+    """Jags of a border that are small beside the quads do not end their rows."""
+    mesh = cylinder()
+    vertices = mesh.vertices.copy()
+    low = vertices[:, 2] == vertices[:, 2].min()
+    edge = np.linalg.norm(vertices[mesh.triangles[:, 0]] - vertices[mesh.triangles[:, 1]], axis=1)
+    random = np.random.default_rng(0)
+    vertices[low, 2] += 0.3 * float(np.median(edge)) * random.uniform(-1.0, 1.0, low.sum())
+    made = core.remesh(vertices, mesh.triangles, core.RemeshSettings(quads=300))
+    found = holds(vertices, mesh.triangles, made)
+    assert not (found.border & (found.valence != 3)).any()
+
+
+def test_crossing_faces_are_found():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    upright = square[:, [2, 0, 1]] + [0.5, 0.25, -0.5]
+    both = np.concatenate([square, upright])
+    quads = np.arange(8).reshape(2, 4)
+    assert crossings(both, quads).tolist() == [[0, 1]]
+    assert not len(crossings(both + (np.arange(8) > 3)[:, None] * [0.0, 0.0, 0.6], quads))
+    vertices, triangles = bumpy(0, level=3)
+    assert not len(crossings(vertices, triangles))
 
 
 # The steps ----------------------------------------------------------------------------------

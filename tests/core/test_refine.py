@@ -197,10 +197,13 @@ def test_nothing_is_looked_at_closer_without_umbilics():
     np.testing.assert_array_equal(after.field.k1, before.field.k1)
 
 
-def test_noise_is_looked_at_by_degree_four_over_as_many_rings_as_it_needs():
-    _, _, after = looked(*graph(LEMON, 0.05), rings=3, focused=False)
+def test_noise_is_looked_at_by_degree_four_and_the_cubic_stays_elsewhere():
+    _, before, after = looked(*graph(LEMON, 0.05), rings=3, focused=False)
     assert after.degree == 4
-    assert 3 < after.scale.neighbourhood.rings <= 13
+    fitted_anew = after.rings > 0
+    assert fitted_anew.any() and not fitted_anew.all()
+    np.testing.assert_array_equal(after.field.k1[~fitted_anew], before.field.k1[~fitted_anew])
+    assert (after.field.k1[fitted_anew] != before.field.k1[fitted_anew]).all()
 
 
 @pytest.mark.parametrize("cells, degree", [(24, 5), (4, 4), (3, 3)])

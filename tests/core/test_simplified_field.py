@@ -31,6 +31,12 @@ def indices(values):
     return np.sort(values[values != 0.0])
 
 
+def parts(index):
+    """Indices ascending, those of compounds as the halves that they are made of."""
+    halves = np.rint(2.0 * np.abs(index)).astype(int)
+    return np.sort(np.repeat(0.5 * np.sign(index), halves))
+
+
 def random_field(surface, seed, symmetry=2, wild=False):
     """A random field, over normals that are random too where it is wild."""
     random = np.random.default_rng(seed)
@@ -44,6 +50,7 @@ def random_field(surface, seed, symmetry=2, wild=False):
     return DirectionField(direction, normal, random.random(len(normal)), symmetry)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curvature", ["normals", "jets"])
 @pytest.mark.parametrize("share", [0.02, 0.1])
 def test_the_kept_umbilics_are_all_that_is_left_of_a_noisy_surface(curvature, share):
@@ -51,7 +58,7 @@ def test_the_kept_umbilics_are_all_that_is_left_of_a_noisy_surface(curvature, sh
     detection, guide = guided(mesh.vertices, mesh.triangles, curvature=curvature)
     found = guide.simplified(Progress())
     outside = ~guide.undirected
-    assert np.array_equal(indices(found.index[outside]), np.sort(detection.umbilics.index))
+    assert np.array_equal(indices(found.index[outside]), parts(detection.umbilics.index))
     assert found.index.sum() == 2.0 and not len(found.stayed)
     for region in detection.regions:
         rows = np.isin(guide.surface.source_triangle, region.triangles)
@@ -61,6 +68,7 @@ def test_the_kept_umbilics_are_all_that_is_left_of_a_noisy_surface(curvature, sh
     assert np.array_equal(again, found.index)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["hand_closed_os.obj", "wingnut_os.obj", "suzanne.obj", "sword_quaddom_os.obj"]
 )
@@ -69,7 +77,7 @@ def test_the_kept_umbilics_are_all_that_is_left_of_real_meshes(name, meshes_fold
     found = guide.simplified(Progress())
     outside = ~guide.undirected
     assert len(detection.candidates) > len(detection.umbilics)
-    assert np.array_equal(indices(found.index[outside]), np.sort(detection.umbilics.index))
+    assert np.array_equal(indices(found.index[outside]), parts(detection.umbilics.index))
     assert not len(found.stayed)
 
 
@@ -119,9 +127,10 @@ def test_the_saddle_keeps_its_star_though_the_border_is_open():
     mesh = monkey_saddle()
     detection, guide = guided(rough(mesh, np.hypot(*mesh.vertices[:, :2].T) > 0.4), mesh.triangles)
     found = guide.simplified(Progress())
-    assert np.array_equal(indices(found.index), np.sort(detection.umbilics.index))
+    assert np.array_equal(indices(found.index), parts(detection.umbilics.index))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -167,6 +176,7 @@ def test_turns_along_edges_are_those_that_the_index_counts(symmetry, wild):
     assert np.abs(change - 1.0).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plan", ["field", "umbilics"])
 def test_poles_index_and_singular_vertices_name_the_same(plan):
     mesh = noisy(quartic(subdivisions=5), 0.05)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.umbilics.assembly import PAIR_REACH, _unseen_pairs
+from core.umbilics.judged import PAIR_REACH, _unseen_pairs
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,7 @@ def state(obj):
 
 def scenario():
     yield from open_tab(view)
+    view.space.overlay.show_cursor = False
     obj = cage()
     yield 1.0
     click(*view.in_sidebar(0.5, DETECT))
@@ -62,7 +63,8 @@ def scenario():
     display.overlay = display.empties = False
     yield 1.0
     found["grey"] = coloured(report.picture("grey"))
-    display.map = "type"
+    # The colours of this map are none of them grey, as the one of flat places is.
+    display.map = "gap"
     with view.inside():
         bpy.ops.umbilics.show_map()
         bpy.ops.ed.undo_push(message="map")

@@ -69,7 +69,7 @@ def test_json_is_what_the_manual_says(run, files, tmp_path):
     assert found["settings"]["persistence"] == 0.0
     assert found["settings"]["crease_angle"] == 90.0
     (entry,) = found["objects"]
-    assert entry["counts"] == {"star": 0, "lemon": 4, "monstar": 0, "uncertain": 0}
+    assert entry["counts"] == {"star": 0, "lemon": 4, "monstar": 0, "compound": 0, "uncertain": 0}
     assert (entry["index_sum"], entry["expected_index_sum"]) == (2.0, 2.0)
     assert entry["euler_characteristic"] == 2
     assert {len(values) for values in entry["curvature"].values()} == {entry["vertices"]}

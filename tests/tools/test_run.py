@@ -33,7 +33,7 @@ def entry(**changes):
     return {
         "object": "mesh",
         "triangles": 1280,
-        "counts": {"star": 0, "lemon": 4, "monstar": 0, "uncertain": 0},
+        "counts": {"star": 0, "lemon": 4, "monstar": 0, "compound": 0, "uncertain": 0},
         "index_sum": 2.0,
         "expected_index_sum": 2.0,
         "euler_characteristic": 2,

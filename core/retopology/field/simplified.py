@@ -133,6 +133,15 @@ def _candidates_at(
         distance, near = cKDTree(place[mine]).query(there[theirs])
         order = np.argsort(-distance, kind="stable")
         found[mine[near[order]]] = theirs[order]
+    # Of a compound the nearest ones that are left, as many as make up its index.
+    for row in np.flatnonzero(np.abs(candidates.index) > 0.5):
+        left = candidates.index[row] - index[found == row].sum()
+        free = np.flatnonzero((found < 0) & (index * left > 0.0))
+        away = np.linalg.norm(place[free] - there[row], axis=1)
+        for part in free[np.argsort(away, kind="stable")]:
+            if abs(left) < abs(index[part]):
+                break
+            found[part], left = row, left - index[part]
     return found
 
 

@@ -20,6 +20,7 @@ from ...umbilics.result import Detection
 from ..by_hand import Strokes, WantedPoles
 from ..planner import Guide
 from .conformity import conformity
+from .finishing.crossings import crossings
 from .finishing.directions import guiding_directions
 from .finishing.guides import Guides, vertex_normals
 from .finishing.mending import mend, oriented_quality
@@ -30,15 +31,15 @@ from .finishing.relaxation import relaxed
 from .finishing.reporting import Report, reported
 from .layout.counting import characteristic, counted, first_cuts, whole_grids
 from .layout.grids import Grids
-from .layout.laying_out import LaidOut, gentler, grown, laid_out
+from .layout.laying_out import LaidOut, gentler, laid_out
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words
 from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
 
-# How often a piece with folded quads is laid out anew, and the rings around them that give way.
-ATTEMPTS, RINGS = 3, 3
+# How often a piece with folded quads is laid out anew.
+ATTEMPTS = 3
 
 
 def remesh(
@@ -127,7 +128,17 @@ def remesh(
     progress.step(1.0)
     made = _joined(reports, warnings, clock.seconds)
     plane = prepared.plane
-    return made if plane is None else mirrored(made, plane, detection.umbilics, prepared.size)
+    if plane is not None:
+        made = mirrored(made, plane, detection.umbilics, prepared.size)
+    crossing = len(crossings(made.vertices, made.quads))
+    if crossing:
+        said = (
+            f"{crossing} pair{'' if crossing == 1 else 's'} of quads pass through each other: "
+            "sheets of the mesh lie nearer together than quads of this size bend, or cross "
+            "already. Ask for more quads."
+        )
+        made = replace(made, warnings=(*made.warnings, said))
+    return made
 
 
 def quad_layout(
@@ -193,7 +204,6 @@ def _finished(
         corners = working.surface.triangles[triangle[placed.quads[folds]]]
         near = np.zeros(len(working.surface.vertices), bool)
         near[corners.ravel()] = True
-        near = grown(working.surface.triangles, near, RINGS * (1 + attempt))
         wishes = gentler(working, laid.wishes, near, None, attempt)
         try:
             laid = laid_out(working, wishes, progress, ATTEMPTS)
@@ -257,8 +267,8 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
         guiding_directions(laid),
         crossed.size,
-        # Poles that were moved out of a zone do not slide back.
-        on | (held & laid.wishes.avoided.any()),
+        # Poles that were moved out of a zone do not slide back, those that a user placed stay.
+        on | (held & (laid.wishes.avoided.any() or laid.wishes.wanted is not None)),
         np.where(on, -1, placed.track),
         placed.beside,
         curves,

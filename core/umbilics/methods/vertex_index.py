@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
@@ -50,6 +54,61 @@ def detect_by_index(
         vertex=vertex,
         conformal_scale=np.full(n, np.nan),
         warnings=warnings,
+    )
+
+
+def merged_clusters(
+    surface: Surface, hits: RawUmbilics, triangle_index: np.ndarray
+) -> RawUmbilics:
+    """Each umbilic once: the vertices that one shows up at, and those of the triangles that the
+    directions turn around, are one cluster where triangles join them.
+
+    The index of a cluster is that of its triangles, so that those of a closed surface sum to its
+    Euler characteristic; clusters without one are left out. Of each the vertex is reported that
+    lies nearest to the middle of these triangles, if possible one that was found.
+
+    Parameters
+    ----------
+    triangle_index:
+        (m,) certified index of each triangle.
+    """
+    vertices = len(surface.vertices)
+    turning = np.flatnonzero(triangle_index)
+    near = np.zeros(vertices, bool)
+    near[hits.vertex] = True
+    near[surface.triangles[turning]] = True
+    # Of a border vertex nothing is said: it has no closed ring.
+    near &= ~surface.border
+    owner = np.repeat(np.arange(vertices), np.diff(surface.neighbour_start))
+    both = near[owner] & near[surface.neighbours]
+    graph = sparse.coo_array(
+        (np.ones(int(both.sum()), np.int8), (owner[both], surface.neighbours[both])),
+        shape=(vertices, vertices),
+    )
+    _, label = csgraph.connected_components(graph, directed=False)
+    label = np.where(near, label, -1)
+    cluster = label[surface.triangles[turning]].max(axis=1)
+    turning, cluster = turning[cluster >= 0], cluster[cluster >= 0]
+    names, number = np.unique(cluster, return_inverse=True)
+    count = len(names)
+    index = np.bincount(number, triangle_index[turning], minlength=count)
+    size = np.bincount(number, minlength=count)
+    centre = surface.vertices[surface.triangles[turning]].mean(axis=1)
+    middle = np.stack([np.bincount(number, c, minlength=count) for c in centre.T], axis=1)
+    middle = middle / np.maximum(size, 1)[:, None]
+    candidate = np.flatnonzero(np.isin(label, names))
+    mine = np.searchsorted(names, label[candidate])
+    away = np.linalg.norm(surface.vertices[candidate] - middle[mine], axis=1)
+    order = np.lexsort((away, ~np.isin(candidate, hits.vertex), mine))
+    _, first = np.unique(mine[order], return_index=True)
+    vertex = candidate[order[first]][index != 0.0]
+    triangle, corner = a_corner(surface, vertex)
+    return replace(
+        hits,
+        triangle=triangle,
+        barycentric=np.eye(3)[corner],
+        index=index[index != 0.0],
+        vertex=vertex,
     )
 
 

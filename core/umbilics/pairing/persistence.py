@@ -99,17 +99,45 @@ def made_by_noise(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarra
         (k,) standard error of the gap at each umbilic, in the unit of `persistence`; NaN where
         it is not known.
     """
-    count = len(persistence)
+    lesser = _lesser_noise(partner, noise)
+    # Nothing known of any of them: keep them.
+    lesser = np.where(np.isfinite(lesser), lesser, -np.inf)
+    with np.errstate(invalid="ignore"):
+        below = persistence <= noise_multiple(len(persistence)) * lesser
+    return np.isfinite(persistence) & below
+
+
+def _lesser_noise(partner: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """(k,) the least noise among those that cancel together; infinite where none is known."""
+    count = len(noise)
     paired = np.flatnonzero(partner >= 0)
     links = sparse.coo_matrix((np.ones(len(paired)), (paired, partner[paired])), (count, count))
     groups, group = csgraph.connected_components(links, directed=False)
     lesser = np.full(groups, np.inf)
     np.fmin.at(lesser, group, noise)
-    # Nothing known of any of them: keep them.
-    lesser[~np.isfinite(lesser)] = -np.inf
-    with np.errstate(invalid="ignore"):
-        below = persistence <= noise_multiple(count) * lesser[group]
-    return np.isfinite(persistence) & below
+    return lesser[group]
+
+
+def importance(
+    persistence: np.ndarray, partner: np.ndarray, noise: np.ndarray, gap: np.ndarray
+) -> np.ndarray:
+    """(k,) how important umbilics are: see `Umbilics.importance`.
+
+    Parameters
+    ----------
+    persistence, partner, noise:
+        (k,) as for `made_by_noise`.
+    gap:
+        (n,) k1 - k2 at the vertices.
+    """
+    known = gap[np.isfinite(gap)]
+    largest = float(known.max(initial=0.0))
+    usual = float(np.median(known)) if len(known) else 0.0
+    level = np.where(np.isfinite(persistence), persistence, largest)
+    error = _lesser_noise(partner, noise)
+    error = np.where(np.isfinite(error), error, usual)
+    with np.errstate(over="ignore"):
+        return np.asarray(level / np.maximum(error, np.finfo(float).tiny))
 
 
 def significant(fits: float, chance: float) -> float:

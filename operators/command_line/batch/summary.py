@@ -12,7 +12,7 @@ from typing import Any
 from ..guard import shown
 from .journal import NUMBERS, line, places_of, write_whole
 
-KINDS = ("star", "lemon", "monstar", "uncertain")
+KINDS = ("star", "lemon", "monstar", "compound", "uncertain")
 COLUMNS = (
     *("file", "status", "object", "frame", *NUMBERS, *KINDS, "regions", "warnings", "error"),
     *("seconds", "peak_mb", "json"),

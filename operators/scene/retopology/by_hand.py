@@ -81,8 +81,8 @@ def poles_there(obj: bpy.types.Object) -> list[bpy.types.Object]:
 
 def added(obj: bpy.types.Object) -> int:
     """How many poles there are that the plan has not put there."""
-    known = {pole.name for pole in obj.umbilics_plan.poles}
-    return sum(one.name not in known for one in poles_there(obj))
+    known = [plans.empty_of(pole) for pole in obj.umbilics_plan.poles]
+    return sum(one not in known for one in poles_there(obj))
 
 
 def is_changed(obj: bpy.types.Object) -> bool:
@@ -94,7 +94,8 @@ def is_steered(obj: bpy.types.Object) -> bool:
     """Whether the next plan goes by the poles that are there: they are changed, or were before
     the plan that is there."""
     plan = obj.umbilics_plan
-    return plan.planned and (plan.by_hand or is_changed(obj))
+    # Without any pole left there is nothing to go by, as in a copy of the mesh alone.
+    return plan.planned and bool(poles_there(obj)) and (plan.by_hand or is_changed(obj))
 
 
 def wanted_poles(obj: bpy.types.Object) -> core.WantedPoles:

@@ -20,4 +20,6 @@ settings.opening = 0
 settings.flatness = 0.01
 settings.persistence_auto = True
 settings.persistence = 0.0
+settings.at_most = 0
 settings.regions = True
+settings.merge = True

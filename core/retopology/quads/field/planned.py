@@ -36,12 +36,15 @@ class PlannedField:
         The field, whose singularities are the poles.
     poles:
         Their plan; triangles are those of the working surface, umbilics as in what was given.
+    pulled:
+        (n,) float64 how much strokes count at the vertices, 0 to 1.
     not_held:
         Sentences on strokes that the field does not follow.
     """
 
     cross: CrossField
     poles: Poles
+    pulled: np.ndarray
     not_held: tuple[str, ...]
 
 
@@ -78,10 +81,12 @@ def planned_field(
     else:
         poles = plan_poles(surface, planes, cross, umbilics, [], avoided)
     cross = with_poles(surface, planes, cross, poles.triangle, 4 - poles.valence, Progress())
+    pulled = np.zeros(len(surface.vertices))
     not_held: tuple[str, ...] = ()
     if strokes is not None and pull is not None:
+        pulled[pull.vertex] = pull.share
         not_held = strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
-    return PlannedField(cross, poles, not_held)
+    return PlannedField(cross, poles, pulled, not_held)
 
 
 def _features(twin: np.ndarray, feature: np.ndarray) -> Features:

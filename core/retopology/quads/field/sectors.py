@@ -9,6 +9,9 @@ from .crosses import QUARTER, Crosses, fans
 
 # Least sine of the angle that quads have in a corner between features: so much a good quad has.
 FLAT = 0.6
+# How far a corner may be off its whole number of right angles, in right angles, before the nearest
+# is taken: the field decides between two that are nearly as good.
+OFF = 0.75
 # How far along features their corners are looked at, in lengths of quads, and steps for it.
 LOOKED, MOST_STEPS = 0.5, 200
 
@@ -126,6 +129,7 @@ def fitting_turns(angle: np.ndarray, turns: np.ndarray, least: np.ndarray) -> np
     unless their quads would be flat or pointed there."""
     share = angle / np.maximum(turns, 1)
     unfit = (share >= np.pi) | (np.sin(np.minimum(share, np.pi)) < FLAT) | (turns < least)
+    unfit |= np.abs(angle / QUARTER - turns) > OFF
     best = np.maximum(np.rint(angle / QUARTER).astype(np.int64), 1)
     return np.maximum(np.where(unfit, best, turns), least)
 

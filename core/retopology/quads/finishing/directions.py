@@ -41,6 +41,8 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2
     sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)
     sure = np.where(laid.wishes.undirected, 0.0, sure)
+    # What a user has drawn is surer.
+    sure *= laid.planned.pulled[laid.working.surface.triangles].max(axis=1) == 0.0
     angle = np.angle((1.0 - sure) * of_cross**4 + sure * of_curvature) / 4.0
     # Quads along features stay along them.
     held = crosses.on_feature[crosses.triangles].any(axis=1)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ....base.errors import RemeshError
 from ....base.progress import Progress
@@ -27,12 +29,13 @@ from ..surface.working_surface import WorkingSurface
 from .motorcycle_graph import motorcycle_graph
 from .rectangles import Layout
 
-# Rings around a fault in which the field is smoothed, and by how much they grow each time.
-SMOOTHED_RINGS = 4
-# What the smoothness grows by once neither that nor fewer features help.
+# Rings around faults that make one place of them, and that are smoothed in each attempt more.
+FAULT_RINGS, SMOOTHED_RINGS = 3, 3
+# Attempts before giving up; those in which one crease goes in each place, in which creases go but
+# no marks, and in which the field is smoothed in places only.
+ATTEMPTS, ONE_EACH, LAST_CREASES, LAST_LOCAL = 12, 2, 4, 4
+# What the smoothness grows by then.
 SMOOTHER = 0.15
-# Attempts before giving up, and those in which creases go but no marks.
-ATTEMPTS, LAST_CREASES = 12, 4
 
 
 @dataclass(frozen=True)
@@ -121,8 +124,7 @@ def laid_out(
             if layout is not None:
                 return LaidOut(working, wishes, planned, map_, layout)
         residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
-        near = grown(working.surface.triangles, faults, SMOOTHED_RINGS * (1 + attempt))
-        wishes = gentler(working, wishes, near, residual, attempt)
+        wishes = gentler(working, wishes, faults, residual, attempt)
     raise RemeshError(
         "No layout of quads was found for a piece of the mesh. Raise the smoothness, leave "
         "creases out or repair the mesh around its folds and slivers."
@@ -132,25 +134,64 @@ def laid_out(
 def gentler(
     working: WorkingSurface,
     wishes: Wishes,
-    near: np.ndarray,
+    faults: np.ndarray,
     residual: np.ndarray | None,
     attempt: int,
 ) -> Wishes:
-    """Fewer wishes around the vertices `near` (n,) bool where the last have failed: a feature
-    less, then directions smoothed, in turns, and in the end everywhere."""
-    touched = near[working.surface.triangles].any(axis=1)
+    """Fewer wishes around the vertices `faults` (n,) bool where the last have failed.
+
+    In each of the places the least crease goes, later every crease; where none is left, and in
+    every second attempt, the directions are smoothed; in the end everywhere.
+    """
+    surface = working.surface
+    places = grown(surface.triangles, faults, FAULT_RINGS)
     # What a user has marked stays as long as anything else can go.
     bits = CREASE if attempt < LAST_CREASES else CREASE | MARK
-    chosen = _least(working, wishes.feature & bits > 0, near, residual)
-    if chosen is not None and attempt % 2 == 0:
-        return wishes.without(chosen)
-    if (touched & ~wishes.undirected).any() and attempt % 4 < 2:
-        undirected = wishes.undirected | touched
-        return replace(wishes, undirected=undirected, smoothed=wishes.smoothed + 1)
-    smoothness = min(wishes.smoothness + SMOOTHER, 1.0)
-    if smoothness < 1.0 or not wishes.feature.any():
-        return replace(wishes, smoothness=smoothness)
-    return replace(wishes.without(wishes.feature > 0), smoothness=smoothness)
+    fewer, bare = _without_creases(
+        working, wishes, places, bits, residual, every=attempt >= ONE_EACH
+    )
+    smoothed = bare if attempt % 2 == 0 else places
+    near = grown(surface.triangles, smoothed, SMOOTHED_RINGS * attempt)
+    touched = near[surface.triangles].any(axis=1)
+    if (touched & ~fewer.undirected).any():
+        undirected = fewer.undirected | touched
+        fewer = replace(fewer, undirected=undirected, smoothed=fewer.smoothed + 1)
+    elif fewer is wishes:
+        attempt = max(attempt, LAST_LOCAL)
+    if attempt >= LAST_LOCAL:
+        fewer = replace(fewer, smoothness=min(fewer.smoothness + SMOOTHER, 1.0))
+    if attempt >= LAST_LOCAL and fewer.smoothness == 1.0 and fewer.feature.any():
+        fewer = fewer.without(fewer.feature > 0)
+    return fewer
+
+
+def _without_creases(
+    working: WorkingSurface,
+    wishes: Wishes,
+    places: np.ndarray,
+    bits: int,
+    residual: np.ndarray | None,
+    every: bool,
+) -> tuple[Wishes, np.ndarray]:
+    """Without the least feature in each connected part of the vertices `places` (n,) bool, or
+    without `every` one, and the vertices (n,) bool of the parts that had none."""
+    triangles = working.surface.triangles
+    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    inside = places[tail] & places[head]
+    n = len(places)
+    graph = sparse.coo_array((np.ones(inside.sum()), (tail[inside], head[inside])), shape=(n, n))
+    _, label = csgraph.connected_components(graph, directed=False)
+    bare = np.zeros(n, bool)
+    fewer = wishes
+    for part in np.unique(label[places]).tolist():
+        mine = places & (label == part)
+        least = _least(working, fewer.feature & bits > 0, mine, residual)
+        if least is None:
+            bare |= mine
+        while least is not None:
+            fewer = fewer.without(least)
+            least = _least(working, fewer.feature & bits > 0, mine, residual) if every else None
+    return fewer, bare
 
 
 def grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:

@@ -1,0 +1,200 @@
+"""Umbilics that are not told from each other, made one with the sum of their indices.
+
+A flat point of index +1 is a double zero of the deviator, and no generic one: any error splits it
+in two of index +1/2, as far apart as the square root of the error. Between the two the deviator
+stays within its error, so that neither they nor their distance mean anything; their sum does.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
+
+from ..base.progress import Progress
+from ..curvature.field import CurvatureField
+from ..curvature.tolerances import UNRESOLVED
+from ..mesh.surface import Surface
+from .judged import Evidence, Judged
+from .located import Located
+from .methods.shape_operators import nearest_inside
+from .pairing.persistence import measure_persistence
+from .unresolved import unresolved_sets
+
+
+def unresolved_groups(
+    surface: Surface,
+    field: CurvatureField,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    found: Located,
+    real: np.ndarray,
+) -> np.ndarray:
+    """(k,) int64 number of the group that each candidate is part of, -1 for none.
+
+    Of one group are those of the `real` (k,) that one unresolved set holds, and those of one
+    sign that lie within an edge: linear interpolation has no two zeros in one triangle. A group
+    that adds up to the index of a generic umbilic stays as it is: one of its members is real.
+
+    Parameters
+    ----------
+    field, noise, radius:
+        As for `unresolved_sets`.
+    """
+    group = np.full(len(found), -1)
+    rows = np.flatnonzero(real)
+    if len(rows) < 2:
+        return group
+    sets = unresolved_sets(surface, field, noise, radius, UNRESOLVED, Progress())
+    one, two = _within_an_edge(surface, found, rows)
+    label = sets.label[found.hit[rows]]
+    inside = np.flatnonzero(label >= 0)
+    inside = inside[np.argsort(label[inside], kind="stable")]
+    same = label[inside[1:]] == label[inside[:-1]]
+    one = np.concatenate([one, inside[1:][same]])
+    two = np.concatenate([two, inside[:-1][same]])
+    graph = sparse.coo_array((np.ones(len(one)), (one, two)), shape=(len(rows), len(rows)))
+    count, piece = csgraph.connected_components(graph, directed=False)
+    total = np.bincount(piece, weights=found.index[rows], minlength=count)
+    more = np.bincount(piece, minlength=count) > 1
+    whole = more & (np.abs(total) != 0.5)
+    number = np.where(whole, np.cumsum(whole) - 1, -1)
+    group[rows] = number[piece]
+    return group
+
+
+def _within_an_edge(
+    surface: Surface, found: Located, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of places in `rows` that have indices of one sign and are nearer than the mean edge
+    of either triangle."""
+    place = found.position(surface)[rows]
+    edge = np.sqrt(surface.side_squares[:, found.triangle[rows]]).mean(axis=0)
+    pairs = cKDTree(place).query_pairs(float(edge.max()), output_type="ndarray")
+    one, two = pairs.T
+    near = np.linalg.norm(place[one] - place[two], axis=1) <= np.maximum(edge[one], edge[two])
+    near &= found.index[rows[one]] * found.index[rows[two]] > 0.0
+    component = surface.component[surface.triangles[found.triangle[rows], 0]]
+    near &= component[one] == component[two]
+    return one[near], two[near]
+
+
+def merged(
+    surface: Surface,
+    field: CurvatureField,
+    found: Located,
+    verdict: Judged,
+    group: np.ndarray,
+    evidence: Evidence,
+) -> tuple[Located, Judged]:
+    """The candidates and what was judged of them, with each group (k,) that has an index in one
+    row, where its first part was. The others hold nothing that is resolved.
+
+    A compound lies in the middle of its parts of its own sign, on the nearest triangle around
+    them; its uncertainty is how far they lie from there. What is not resolved stays paired as it
+    was; the others, the compounds among them, are paired anew.
+    """
+    parts = np.flatnonzero(group >= 0)
+    parts = parts[np.argsort(group[parts], kind="stable")]
+    groups = np.split(parts, np.flatnonzero(np.diff(group[parts])) + 1)
+    empty = [own for own in groups if found.index[own].sum() == 0.0]
+    groups = [own for own in groups if found.index[own].sum() != 0.0]
+    keep = np.ones(len(group), bool)
+    for own in groups:
+        keep[own[1:]] = False
+    values = {item.name: getattr(found, item.name).copy() for item in dataclasses.fields(found)}
+    places = found.position(surface)
+    for own in groups:
+        row = own[0]
+        total = float(found.index[own].sum())
+        same = own[found.index[own] * total > 0.0]
+        centre = places[same].mean(axis=0)
+        start = found.triangle[same], found.barycentric[same]
+        triangle, weights = _nearest_place(surface, *start, centre)
+        corners = surface.triangles[triangle]
+        spread = np.square(places[same] - centre).sum(axis=1) + np.square(found.uncertainty[same])
+        values["hit"][row] = values["triangle"][row] = triangle
+        values["barycentric"][row] = weights
+        values["index"][row] = total
+        values["normal"][row] = weights @ field.normal[corners]
+        values["curvature"][row] = weights @ (0.5 * (field.k1 + field.k2)[corners])
+        values["noise"][row] = np.max(found.noise[own])
+        values["uncertainty"][row] = np.sqrt(spread.mean())
+        values["clarity"][row] = np.min(found.clarity[same])
+        # Nothing is known of lines that run into it.
+        values["p"][row] = values["q"][row] = np.nan
+        values["elliptic"][row] = found.elliptic[own].all()
+        values["asked"][row] = values["seen"][row] = True
+    left = Located(**{name: value[keep] for name, value in values.items()})
+    return left, _judged_again(surface, found, left, verdict, groups, empty, keep, evidence)
+
+
+def _judged_again(
+    surface: Surface,
+    before: Located,
+    left: Located,
+    verdict: Judged,
+    groups: list[np.ndarray],
+    empty: list[np.ndarray],
+    keep: np.ndarray,
+    evidence: Evidence,
+) -> Judged:
+    certain = verdict.certain.copy()
+    for own in groups:
+        certain[own[0]] = verdict.certain[own].all()
+    persistence, partner = verdict.persistence.copy(), verdict.partner.copy()
+    resolved = verdict.resolved.copy()
+    for own in empty:
+        # Opposite ones in pairs that come and go at the error that they do not rise above.
+        resolved[own] = False
+        up, down = own[before.index[own] > 0.0], own[before.index[own] < 0.0]
+        partner[up], partner[down] = down, up
+        persistence[own] = UNRESOLVED * np.max(before.noise[own])
+    place = np.where(keep, np.cumsum(keep) - 1, -1)
+    persistence, resolved = persistence[keep], resolved[keep]
+    partner = np.where(partner >= 0, place[partner], -1)[keep]
+    rows = np.flatnonzero(resolved)
+    persistence[rows], other = measure_persistence(
+        surface, evidence.gap, left.hit[rows], left.index[rows], evidence.regions
+    )
+    partner[rows] = np.where(other >= 0, rows[other], -1)
+    return Judged(persistence, partner, verdict.at_border[keep], resolved, certain[keep])
+
+
+def _nearest_place(
+    surface: Surface, triangles: np.ndarray, barycentric: np.ndarray, point: np.ndarray
+) -> tuple[int, np.ndarray]:
+    """The place on the surface nearest to a point in the middle of some places: triangle and
+    weights. Looked for from the nearest of their triangles, from neighbour to neighbour while it
+    gets nearer. Where all are so degenerate that nothing is near, the first place stays."""
+    rows = triangles
+    best, triangle, weights = np.inf, int(triangles[0]), barycentric[0]
+    while True:
+        corners = surface.vertices[surface.triangles[rows]]
+        inside = nearest_inside(corners, _over(corners, point))
+        away = np.linalg.norm(np.einsum("rk,rkc->rc", inside, corners) - point, axis=1)
+        # A triangle without area has no foot of the point.
+        there = np.isfinite(away) & (np.abs(inside.sum(axis=1) - 1.0) < 1e-9)
+        away = np.where(there, away, np.inf)
+        nearest = int(away.argmin())
+        if not away[nearest] < best:
+            return triangle, weights
+        best, triangle, weights = float(away[nearest]), int(rows[nearest]), inside[nearest]
+        beside = surface.twin[3 * triangle : 3 * triangle + 3]
+        rows = beside[beside >= 0] // 3
+        if not len(rows):
+            return triangle, weights
+
+
+def _over(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """(r, 3) weights of the corners (r, 3, 3) at the foot of a point in the planes of the
+    triangles."""
+    ab, ac, ap = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], point - corners[:, 0]
+    bb, bc, cc = ((u * v).sum(axis=1) for u, v in ((ab, ab), (ab, ac), (ac, ac)))
+    pb, pc = (ap * ab).sum(axis=1), (ap * ac).sum(axis=1)
+    area = np.maximum(bb * cc - bc * bc, np.finfo(float).tiny)
+    b, c = (cc * pb - bc * pc) / area, (bb * pc - bc * pb) / area
+    return np.column_stack([1.0 - b - c, b, c])

@@ -1,0 +1,178 @@
+"""Which of the located candidates are real, which may be a border's, and which are beyond doubt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..mesh.borders import distance_to_border
+from ..mesh.surface import Surface
+from .located import Located
+from .pairing.persistence import made_by_noise, measure_persistence, significant
+
+# Standard error of a place, in radii of the fit, above which a border may have made it: the
+# spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
+VAGUE = 0.1
+# Standard errors that an umbilic must be clear of to be believed where a pair may have lost its
+# other half over the border.
+BORDER_CLEAR = 2.0
+# Chance that noise alone makes a pair that passes for present, or one that passes for certain.
+PRESENT = 1e-2
+CERTAIN = 1e-8
+# Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
+PAIR_REACH = 2.0
+# Rings from a border within which a place must be better than that: what three rings of samples
+# and one more for the place reach, and the triangle itself.
+BORDER_RINGS = 5
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for and against umbilics, beside what is located of them.
+
+    Attributes
+    ----------
+    gap, noise, radius:
+        (n,) k1 - k2, its standard error and the radius of the fits, at the vertices.
+    determined:
+        (n,) bool, vertices whose fit is.
+    regions:
+        Rows of the triangles of each region.
+    jets, certified, exact:
+        Whether shape operators were fitted, whether the indices balance, and whether the shape
+        operators have no error.
+    """
+
+    gap: np.ndarray
+    noise: np.ndarray
+    radius: np.ndarray
+    determined: np.ndarray
+    regions: list[np.ndarray]
+    jets: bool
+    certified: bool
+    exact: bool
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The verdicts (k,) on candidates; see `Umbilics`. Persistence in the surface's coordinates."""
+
+    persistence: np.ndarray
+    partner: np.ndarray
+    at_border: np.ndarray
+    resolved: np.ndarray
+    certain: np.ndarray
+
+
+def judge(
+    surface: Surface,
+    found: Located,
+    evidence: Evidence,
+    persistence: np.ndarray,
+    partner: np.ndarray,
+) -> Judged:
+    """Judge candidates with the persistence and partner (k,) that were found for them."""
+    corners = surface.triangles[found.triangle]
+    radius = evidence.radius[corners]
+    # A fit whose place is this vague within its own radius would not show a one-sided error.
+    vague = ~found.seen | (found.uncertainty > VAGUE * radius.mean(axis=1))
+    if evidence.certified and evidence.jets and vague[found.asked].any():
+        # Of two that could cancel a third, the one that the finer fit shows stays.
+        persistence, partner = measure_persistence(
+            surface, evidence.gap, found.hit, found.index, evidence.regions, ~vague
+        )
+    fits = _independent_fits(surface, evidence.radius)
+    present = found.clarity >= significant(fits, PRESENT)
+    unclear = found.clarity < BORDER_CLEAR
+    at_border = _at_border(surface, found.triangle, partner, vague, unclear, evidence.exact)
+    position = found.position(surface)
+    unseen = _unseen_pairs(position, partner, found.seen | at_border, radius)
+    if not evidence.exact:
+        # A border has errors of its own: it makes places vague without making pairs.
+        inner = ~at_border & ~(at_border[partner] & (partner >= 0))
+        unseen |= inner & _within_errors(position, partner, found.uncertainty)
+    # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
+    above = np.where(unseen, np.fmax(found.noise, persistence), found.noise)
+    above = np.where(_both(present, partner), 0.0, above)
+    resolved = ~made_by_noise(persistence, partner, above)
+    certain = found.seen & evidence.determined[corners].all(axis=1) & ~at_border
+    certain &= ~(found.clarity < significant(fits, CERTAIN)) & resolved
+    if not evidence.exact:
+        # What a border cuts off from a fit its error does not tell.
+        certain &= ~surface.near_border(BORDER_RINGS)[corners].any(axis=1)
+    return Judged(persistence, partner, at_border, resolved, certain)
+
+
+def _at_border(
+    surface: Surface,
+    triangle: np.ndarray,
+    partner: np.ndarray,
+    vague: np.ndarray,
+    unclear: np.ndarray,
+    exact: bool,
+) -> np.ndarray:
+    """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
+
+    Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
+    those whose place is `vague`, twice as far in if they are `unclear` too; and within two or
+    three rings those that cancel with one of these: the two come and go together.
+    """
+    if surface.closed.all():
+        return np.zeros(len(triangle), bool)
+    corners = surface.triangles[triangle]
+    # Rings alone are blind where the border has few vertices, as the hull of scattered points.
+    edge = float(np.sqrt(np.median(surface.side_squares)))
+    points = surface.vertices[corners.ravel()]
+    distance = distance_to_border(surface, points, edge, BORDER_RINGS * edge)
+    distance = distance.reshape(-1, 3).min(axis=1)
+
+    def within(rings: int) -> np.ndarray:
+        return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)
+
+    doubtful = within(1)
+    if not exact:
+        doubtful |= within(BORDER_RINGS) & vague
+        doubtful |= within(2 * BORDER_RINGS) & vague & unclear
+    return doubtful | (within(2 if exact else 3) & (partner >= 0) & doubtful[partner])
+
+
+def _unseen_pairs(
+    position: np.ndarray, partner: np.ndarray, located: np.ndarray, radius: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics of pairs that the finer fit does not show: neither of them or, of a
+    close pair, not both.
+
+    A fit that reaches over both would have two zeros or none: the error of the gap is then at
+    least what parts them. `radius` (k, 3) are those of the fits at the corners.
+    """
+    paired = partner >= 0
+    apart = np.linalg.norm(position - position[partner], axis=1)
+    close = apart <= PAIR_REACH * radius.mean(axis=1)
+    both, either = located & located[partner], located | located[partner]
+    return paired & ~(both | (either & ~close))
+
+
+def _within_errors(
+    position: np.ndarray, partner: np.ndarray, uncertainty: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics that stand no further from the one they cancel with than the errors
+    of both places may reach: the same errors could bring them together."""
+    apart = np.linalg.norm(position - position[partner], axis=1)
+    reach = significant(1.0, PRESENT) * np.hypot(uncertainty, uncertainty[partner])
+    return (partner >= 0) & (apart < reach)
+
+
+def _both(there: np.ndarray, partner: np.ndarray) -> np.ndarray:
+    """(k,) bool, umbilics that are there together with the one they cancel with."""
+    return there & (partner >= 0) & there[partner]
+
+
+def _independent_fits(surface: Surface, radius: np.ndarray) -> float:
+    """How many fits of a surface share no samples: its area over that of their discs."""
+    _, area = surface.face_normal_area
+    known = radius[np.isfinite(radius) & (radius > 0)]
+    if len(known) == 0:
+        return 1.0
+    # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
+    return max(float(area.sum() / (2.0 * np.pi * np.median(known) ** 2)), 1.0)

@@ -1,0 +1,164 @@
+"""Where the umbilics are and what their surroundings look like, row by row, before it is judged
+which of them are real."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.progress import Progress
+from ..base.settings import Settings
+from ..curvature.estimate import Estimate
+from ..mesh.surface import Surface
+from . import kind as cubic_form
+from .methods.raw import RawUmbilics
+from .methods.shape_operators import face_deviators
+from .pairing.persistence import made_by_noise
+from .refine import refine
+
+# Share of the error below which pairs are not looked at more finely.
+DROWNED = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Located:
+    """Candidates of a `Surface`, in its own coordinates, one row each.
+
+    Attributes
+    ----------
+    hit:
+        (k,) int64 triangle that the directions turn around.
+    triangle, barycentric:
+        (k,) int64 and (k, 3) float64 place.
+    vertex, index, elliptic:
+        As in `RawUmbilics` and `Umbilics`.
+    normal, x, y:
+        (k, 3) float64 unit normal and orthonormal tangents.
+    p, q:
+        (k,) complex128 linear form of the deviator in the frame x, y.
+    curvature, noise, uncertainty:
+        (k,) float64 mean curvature, standard errors of the gap and of the place.
+    slope_error, clarity:
+        As in `Places`; NaN for the clarity where nothing was refined.
+    asked, seen:
+        (k,) bool, those that a finer fit was made for; False for those that it does not show, or
+        that it was not made for.
+    """
+
+    hit: np.ndarray
+    triangle: np.ndarray
+    barycentric: np.ndarray
+    vertex: np.ndarray
+    index: np.ndarray
+    elliptic: np.ndarray
+    normal: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    p: np.ndarray
+    q: np.ndarray
+    curvature: np.ndarray
+    noise: np.ndarray
+    uncertainty: np.ndarray
+    slope_error: np.ndarray
+    clarity: np.ndarray
+    asked: np.ndarray
+    seen: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def position(self, surface: Surface) -> np.ndarray:
+        """(k, 3) float64 places in the coordinates of the surface."""
+        corners = surface.vertices[surface.triangles[self.triangle]]
+        return np.asarray(np.einsum("rk,rkc->rc", self.barycentric, corners))
+
+
+def locate(
+    surface: Surface,
+    fitted: Estimate,
+    vertex_noise: np.ndarray,
+    hits: RawUmbilics,
+    elliptic: np.ndarray,
+    persistence: np.ndarray,
+    partner: np.ndarray,
+    settings: Settings,
+    progress: Progress,
+) -> Located:
+    """The hits, refined where jets allow it.
+
+    Parameters
+    ----------
+    vertex_noise:
+        (n,) standard error of the gap at the vertices.
+    elliptic, persistence, partner:
+        (k,) of the hits; see `Umbilics`.
+    """
+    triangle, barycentric = hits.triangle.copy(), hits.barycentric.copy()
+    corners = surface.triangles[triangle]
+    local = "projection" if settings.parametrization == "projection" else "conformal"
+    deviators = face_deviators(surface, fitted.field, triangle, local)
+    p, q = cubic_form.in_triangles(
+        surface.vertices[corners], deviators.values, deviators.x, deviators.y
+    )
+    x, y = deviators.x, deviators.y
+    normal = np.einsum("rk,rkc->rc", barycentric, fitted.field.normal[corners])
+    mean = 0.5 * (fitted.field.k1 + fitted.field.k2)
+    curvature = np.einsum("rk,rk->r", mean[corners], barycentric)
+    noise = np.einsum("rk,rk->r", vertex_noise[corners], barycentric)
+    error = noise.copy()
+    if settings.curvature == "given":
+        # What the user gives has no noise that could make pairs.
+        noise = np.full(len(hits), np.nan)
+    seen, clarity = np.ones(len(hits), bool), np.full(len(hits), np.nan)
+    slope_error, asked = np.zeros(len(hits)), np.ones(len(hits), bool)
+    as_found = settings.method == "I" or settings.triangles == "published"
+    if fitted.neighbourhood is not None and not as_found:
+        # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
+        # hundreds of thousands of them.
+        asked = ~made_by_noise(persistence, partner, DROWNED * noise)
+        clear = np.flatnonzero(asked)
+        places = refine(surface, triangle[clear], barycentric[clear], fitted, progress)
+        # What contradicts the winding is another zero: the triangle's own is kept then.
+        agrees = places.found & (
+            cubic_form.index(places.p, places.q) == np.sign(hits.index[clear]) / 2
+        )
+        seen, clarity = np.zeros(len(hits), bool), np.zeros(len(hits))
+        found = clear[agrees]
+        seen[found], clarity[found] = True, places.clarity[agrees]
+        slope_error[found] = places.slope_error[agrees]
+        triangle[found], barycentric[found] = places.triangle[agrees], places.barycentric[agrees]
+        normal[found] = places.normal[agrees]
+        x[found], y[found] = places.x[agrees], places.y[agrees]
+        p[found], q[found] = places.p[agrees], places.q[agrees]
+        curvature[found], error[found] = places.curvature[agrees], places.error[agrees]
+    return Located(
+        hit=hits.triangle,
+        triangle=triangle,
+        barycentric=barycentric,
+        vertex=hits.vertex,
+        index=hits.index,
+        elliptic=elliptic,
+        normal=normal,
+        x=x,
+        y=y,
+        p=p,
+        q=q,
+        curvature=curvature,
+        noise=noise,
+        uncertainty=_uncertainty(error, p, q),
+        slope_error=slope_error,
+        clarity=clarity,
+        asked=asked,
+        seen=seen,
+    )
+
+
+def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """(k,) standard error of the place: that of the deviator over its least slope ||p|-|q||.
+
+    No more than the diagonal of the unit box: nothing is known of the place then.
+    """
+    slope = np.abs(np.abs(p) - np.abs(q))
+    size = 2.0 * np.sqrt(3.0)
+    return np.fmin(np.divide(error, slope, out=np.full(len(p), size), where=slope > 0), size)

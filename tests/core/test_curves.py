@@ -1,0 +1,125 @@
+"""Curves of umbilics are regions of their own kind, and hold no points."""
+
+import numpy as np
+import pytest
+from surfaces import icosphere, random_points, seed_patch
+from surfaces.images import noisy
+from surfaces.revolution import VASE_CIRCLE, revolved, vase
+
+import core
+from core.base.progress import Progress
+from core.curvature.tolerances import CURVE
+from core.mesh.repair import clean
+from core.umbilics.regions import RegionMap, with_curves
+from core.umbilics.unresolved import UnresolvedSets, unresolved_sets
+
+
+def rough(vertices, triangles, share, seed=0):
+    """Moved by normal deviates of a share of the mean edge."""
+    side = vertices[triangles[:, 0]] - vertices[triangles[:, 1]]
+    edge = np.linalg.norm(side, axis=1).mean()
+    return vertices + share * edge * np.random.default_rng(seed).normal(size=vertices.shape)
+
+
+@pytest.mark.parametrize(
+    "columns, rows, diagonals, jitter, noise",
+    [
+        (96, 64, "one", 0.0, 0.0),
+        (96, 64, "random", 0.0, 0.0),
+        (96, 64, "random", 0.3, 0.0),
+        (64, 30, "other", 0.0, 0.0),
+        (96, 64, "random", 0.3, 0.02),
+    ],
+)
+def test_the_circles_of_a_vase_are_two_curves_and_no_point(columns, rows, diagonals, jitter, noise):
+    vertices, triangles = revolved(vase, 3.0, columns, rows, diagonals, jitter)
+    detection = core.detect(rough(vertices, triangles, noise), triangles)
+    assert len(detection.umbilics) == 0
+    assert [(region.kind, region.index) for region in detection.regions] == [("curve", 0.0)] * 2
+    assert any("2 curves" in text for text in detection.warnings)
+    sides = set()
+    for region in detection.regions:
+        z = vertices[triangles[region.triangles]].mean(axis=1)[:, 2]
+        assert np.median(np.abs(z)) == pytest.approx(VASE_CIRCLE, abs=0.1)
+        sides.add(np.sign(np.median(z)))
+        # All the way around.
+        angle = np.arctan2(*vertices[triangles[region.triangles]].mean(axis=1)[:, :2].T)
+        assert np.histogram(angle, 12, (-np.pi, np.pi))[0].min() > 0
+    assert sides == {-1.0, 1.0}
+
+
+def test_a_vase_of_many_periods_keeps_no_point():
+    vertices, triangles = revolved(vase, 2.0 * np.pi, 96, 128)
+    detection = core.detect(vertices, triangles)
+    assert len(detection.umbilics) == 0
+    assert [region.kind for region in detection.regions] == ["curve"] * 4
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_a_pear_has_a_circle_and_two_compounds(noise):
+    points, triangles = icosphere(5)
+    vertices = points * (1.0 + 0.25 * points[:, 2:] ** 3) * (1.0, 1.0, 1.2)
+    detection = core.detect(rough(vertices, triangles, noise), triangles)
+    assert [region.kind for region in detection.regions] == ["curve"]
+    assert detection.umbilics.kind.tolist() == ["compound"] * 2
+    assert detection.umbilics.index.tolist() == [1.0] * 2
+    assert detection.index_sum == 2.0
+
+
+def test_without_regions_there_are_no_curves():
+    vertices, triangles = revolved(vase, 3.0, 96, 64)
+    detection = core.detect(vertices, triangles, core.Settings(regions=False))
+    assert not detection.regions
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+def test_what_a_border_cuts_off_is_no_curve(noise):
+    mesh = noisy(seed_patch(5400), noise) if noise else seed_patch(5400)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    assert not [region for region in detection.regions if region.kind == "curve"]
+
+
+def test_lines_of_curvature_go_on_across_a_curve():
+    vertices, triangles = revolved(vase, 3.0, 64, 40)
+    detection = core.detect(vertices, triangles)
+    guide = core.Guide(vertices, triangles, detection)
+    assert len(detection.regions) == 2 and not guide.undirected.any()
+    assert not guide.simplified(Progress()).index.any()
+
+
+def _strip(index, long=True, beside=False):
+    """A strip of a flat patch as an unresolved set with that index; in a region if `beside`."""
+    points, triangles = random_points(800, (-1, -1), (1, 1), 0)
+    surface = clean(np.column_stack([points, np.zeros(800)]), triangles)[0]
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    label = np.where(np.abs(middle[:, 0]) < 0.04, 0, -1).astype(np.int32)
+    inside = np.flatnonzero(label == 0)
+    turning = np.zeros(len(label))
+    turning[inside[0]] = index
+    sets = UnresolvedSets(label, *(np.array([x]) for x in (1.0, 0.05, 0.1 if long else 0.5)))
+    regions = RegionMap.none(surface)
+    if beside:
+        near = np.where((middle[:, 0] > 0.04) & (middle[:, 0] < 0.3), 0, -1).astype(np.int32)
+        regions = RegionMap(near, 1)
+    return with_curves(surface, regions, sets, turning)
+
+
+def test_a_curve_is_long_has_no_index_and_touches_no_region():
+    assert _strip(0.0).curves == 1
+    assert _strip(0.5).curves == 0
+    assert _strip(0.0, long=False).curves == 0
+    assert _strip(0.0, beside=True).curves == 0
+
+
+def test_errors_as_large_as_the_bend_of_the_surface_decide_nothing():
+    points, triangles = icosphere(3)
+    surface = clean(points * (3.0, 2.0, 1.0), triangles)[0]
+    field = core.detect(points * (3.0, 2.0, 1.0), triangles).curvature
+    ones = np.ones(len(points))
+    scaled = {name: getattr(field, name) * surface.unit for name in ("k1", "k2")}
+    field = core.CurvatureField(**(vars(field) | scaled))
+    wild = unresolved_sets(surface, field, 100.0 * ones, ones, CURVE, Progress())
+    none = unresolved_sets(surface, field, 0.0 * ones, ones, CURVE, Progress())
+    assert np.array_equal(wild.label, none.label)
+    some = unresolved_sets(surface, field, 0.3 * ones, 0.01 * ones, CURVE, Progress())
+    assert (some.label >= 0).sum() > (none.label >= 0).sum()
