@@ -94,15 +94,19 @@ def find_mirror_plane(
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     middle, samples, target = _sampled(vertices, triangles, face_normal_area)
     planes = _proposed(umbilics, size)
-    if not len(planes):
+    if not len(planes) and not len(umbilics):
         raise GuidanceError(
             "Too few umbilics match in kind and curvature to propose a mirror plane. Lower the "
             "persistence to keep more."
         )
     # Where noise has moved the umbilics: the plane of a mirrored shape lies across an axis of
     # inertia, through its middle.
-    axes = np.linalg.eigh(np.cov((samples - middle).T))[1].T
-    planes += [(axis, float(axis @ middle)) for axis in axes]
+    corner = vertices[triangles] - middle
+    area = face_normal_area[1]
+    sums = corner.sum(axis=1)
+    # Of a triangle's second moments: its corners' and that of their sum, over 12 and its area.
+    spread = np.einsum("t,tki,tkj->ij", area, corner, corner) + (area * sums.T) @ sums
+    planes += [(axis, float(axis @ middle)) for axis in np.linalg.eigh(spread)[1].T]
     rough = []
     for done, plane in enumerate(planes):
         progress.step(0.8 * done / len(planes))

@@ -150,27 +150,16 @@ def _at_vertices(method: str, surface: Surface, by_shape: Detection) -> Detectio
         vertex = alike(surface, at_surface)
     triangle, corner = a_corner(surface, vertex)
     input_triangle, barycentric = places_in_input(surface, triangle, np.eye(3)[corner])
-    count = len(vertex)
-    unknown, no = np.full(count, np.nan), np.zeros(count, bool)
-    umbilics = Umbilics(
+    umbilics = replace(
+        _unknown(by_shape.candidates, len(vertex)),
         position=surface.vertices[vertex] * surface.unit + surface.origin,
         normal=at_surface.normal[vertex],
         triangle=input_triangle,
         barycentric=barycentric,
         vertex=surface.source_vertex[vertex],
-        index=np.zeros(count),
-        kind=np.full(count, UNCERTAIN),
+        index=np.zeros(len(vertex)),
+        kind=np.full(len(vertex), UNCERTAIN),
         curvature=0.5 * (at_surface.k1 + at_surface.k2)[vertex],
-        persistence=unknown,
-        partner=np.full(count, -1),
-        uncertainty=unknown,
-        noise=unknown,
-        separatrix=np.full((count, 3, 3), np.nan),
-        at_border=no,
-        certain=no,
-        resolved=~no,
-        importance=np.zeros(count),
-        elliptic=~no,
     )
     return replace(
         by_shape,
@@ -180,6 +169,17 @@ def _at_vertices(method: str, surface: Surface, by_shape: Detection) -> Detectio
         triangle_index=np.zeros(len(by_shape.triangle_index)),
         index_sum=float("nan"),
         warnings=(),
+    )
+
+
+def _unknown(like: Umbilics, count: int) -> Umbilics:
+    """So many umbilics of which nothing is known: NaN, -1 and False."""
+    fill = {"f": np.nan, "i": -1, "b": False, "U": UNCERTAIN}
+    return Umbilics(
+        **{
+            name: np.full((count, *value.shape[1:]), fill[value.dtype.kind], value.dtype)
+            for name, value in vars(like).items()
+        }
     )
 
 

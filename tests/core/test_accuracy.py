@@ -21,6 +21,7 @@ def matched(found: core.Umbilics, truth: surfaces.UmbilicPoints) -> tuple[np.nda
     return distance.min(axis=0), distance.min(axis=1)
 
 
+@pytest.mark.slow
 def test_marching_cubes_have_the_umbilics_of_their_surface():
     # The errors of such meshes are shared by neighbours and look like shape to residuals.
     surface = surfaces.superquadric()
@@ -47,6 +48,7 @@ def test_the_scale_sees_errors_that_neighbours_share():
         assert chosen.focused == (least == 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", [surfaces.cayley(), surfaces.random_field(2)])
 def test_coarse_meshes_show_what_they_resolve(surface):
     points, triangles = surfaces.icosphere(4)

@@ -58,6 +58,7 @@ def test_distance_to_a_border_within_half_a_step(seed, stray, steps):
     assert (found[near] <= np.hypot(exact[near], step / 2) * (1 + 1e-6) + 1e-12).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stray", [1e4, 1e8, 1e300])
 def test_one_stray_vertex_costs_no_memory(stray):
     def peak(away: float) -> int:
@@ -79,6 +80,7 @@ def test_a_border_of_edges_without_a_length_is_followed():
     assert (distance_to_border(surface, on_border, 0.0, 0.1) < 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rings", [30.0, 1e6, 1e300])
 def test_rings_beyond_the_mesh_are_the_whole_mesh(rings):
     for vertices, triangles in (
@@ -101,6 +103,7 @@ def test_so_many_rings_hold_every_component():
         np.testing.assert_array_equal(np.diff(reach.indptr), size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crease_angle", [180.0, 20.0])
 @pytest.mark.parametrize("scale", [3.0, 7.0, 40.0])
 def test_gathered_in_parts_the_samples_are_the_same(scale, crease_angle, monkeypatch):

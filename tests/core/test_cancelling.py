@@ -58,6 +58,7 @@ def _tree(random: np.random.Generator, count: int, shape: str) -> tuple[np.ndarr
     return name[rows[some]], name[other[some]]
 
 
+@pytest.mark.slow
 @given(
     st.integers(2, 120),
     st.sampled_from(["chain", "hub", "bushy"]),

@@ -88,6 +88,7 @@ def test_given_operators_are_taken_as_they_are_whichever_curvature_comes_first(s
         np.testing.assert_allclose(np.abs(np.einsum("nc,nc->n", found, true)), 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count, limit", [(5400, 1.0), (21600, 0.35)])
 def test_patch_with_jets_has_its_three_umbilics(count, limit):
     for seed in range(3):
@@ -146,6 +147,7 @@ def test_filtering_again_needs_no_detection():
 
 # Spot's control cage, subdivided two, three and four times after Catmull and Clark, has 100, 110
 # and 114 that all rise far above the errors.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, least, most",
     [("bunny_hr_os.obj", 20, 40), ("rangemap_lato000_ml.ply", 10, 40), ("spot_os.obj", 80, 115)],
@@ -173,9 +175,13 @@ def test_progress_rises_to_one_and_cancelling_stops():
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.05, 0.3, 1.0])
 def test_index_sum_is_the_euler_characteristic_under_any_noise(noise):
-    for surface, characteristic in ((surfaces.sphere(subdivisions=3), 2), (surfaces.torus(), 0)):
+    for surface, characteristic in (
+        (surfaces.sphere(subdivisions=3), 2),
+        (surfaces.torus(columns=60, rows=24), 0),
+    ):
         for seed in range(5):
             rough = surfaces.noisy(surface, noise, seed=seed)
             detection = core.detect(rough.vertices, rough.triangles)

@@ -25,6 +25,7 @@ def matched(found: core.Umbilics, expected: np.ndarray, size: float, tolerance: 
     np.testing.assert_array_equal(found.kind, PLAIN.umbilics.kind[nearest])
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(seeds)
 def test_rigid_motion(seed):
@@ -35,6 +36,7 @@ def test_rigid_motion(seed):
     np.testing.assert_allclose(detection.curvature.k1, PLAIN.curvature.k1, rtol=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.floats(-6, 6))
 def test_uniform_scale(exponent):
@@ -55,6 +57,7 @@ def test_offset_of_a_million_units(axis):
     matched(detection.umbilics, PLAIN.umbilics.position + offset, 3.0, 1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(seeds)
 def test_renumbering_of_vertices_and_faces(seed):

@@ -210,6 +210,7 @@ def test_spacing_is_in_length():
     assert counts[0] > 1.6 * counts[1]
 
 
+@pytest.mark.slow
 def test_smoothing_lengthens_the_lines_of_a_noisy_surface():
     mesh = noisy(ellipsoid(subdivisions=5), 0.05)
     # Normals alone feel the noise; jets would choose a larger scale.
@@ -293,6 +294,7 @@ def vase(columns, rows, jitter=0.0, seed=0):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns, rows, jitter", [(128, 257, 0.0), (64, 129, 0.0), (96, 193, 0.3)])
 def test_lines_do_not_turn_on_circles_of_umbilics(columns, rows, jitter):
     vertices, triangles = vase(columns, rows, jitter)
@@ -312,6 +314,7 @@ def test_lines_do_not_turn_on_circles_of_umbilics(columns, rows, jitter):
     assert len(lines) > 150 and turning == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["spot_os.obj", "hand_closed_os.obj", "rocker-arm.obj", "bunny_hr_os.obj"]
 )
@@ -403,6 +406,7 @@ def test_a_winding_line_ends_on_the_last_feature_that_it_crosses():
     assert found.end == FEATURE and found.travelled[-1] == wide.travelled[at]
 
 
+@pytest.mark.slow
 def test_automatic_smoothness_goes_by_the_noise_of_the_directions():
     mesh = ellipsoid(subdivisions=4)
     clean, exact = guided(mesh), core.GuidanceSettings(line_smoothness=0.0)
@@ -441,6 +445,7 @@ def beside_others(lines, apart):
     return step[inner & near[1:] & near[:-1]].sum() / step[inner].sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hand_closed_os.obj", "bunny_hr_os.obj"])
 def test_separatrices_do_not_run_in_bundles(name, meshes_folder):
     """As traced, 0.28 and 0.51 of their length on these meshes did."""

@@ -45,6 +45,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_scan_is_brought_onto_the_shape_within_the_stated_error(name):
     moved, turn, vertices, shift = scan(3, **CASES[name])
@@ -62,6 +63,7 @@ def test_a_scan_is_brought_onto_the_shape_within_the_stated_error(name):
     assert found.score > 0.6
 
 
+@pytest.mark.slow
 def test_the_same_object_is_found_among_others():
     moved = scan(4, noise=0.03, missing=0.2, scale=1.7)[0]
     found = core.identify(moved, [known(3), known(4), known(5)])
@@ -70,6 +72,7 @@ def test_the_same_object_is_found_among_others():
         assert other is None or other.score < 0.5 * found[1].score
 
 
+@pytest.mark.slow
 def test_a_mirror_image_is_another_shape():
     points, triangles = random_sphere(2500, 3)
     mirrored = shape(blob(points, 3) * (-1.0, 1.0, 1.0), triangles[:, ::-1])
@@ -83,6 +86,7 @@ def test_a_shape_without_umbilics_is_refused():
         core.align(shape(mesh.vertices, mesh.triangles), known(3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [2, 3, 5])
 def test_the_axis_and_its_order_are_found_wherever_it_is(order):
     points, triangles = random_sphere(4000, order)

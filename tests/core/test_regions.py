@@ -237,6 +237,7 @@ def capped_cylinder(around: int = 64, up: int = 32, across: int = 16):
     return vertices, np.concatenate(triangles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "curvature, noise",
     [("jets", 0.0), ("jets", 0.02), ("jets", 0.1), ("normals", 0.0), ("normals", 0.02)],

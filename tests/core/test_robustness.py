@@ -80,6 +80,7 @@ finite = st.floats(-1e3, 1e3)
 seeds = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(seeds, st.integers(3, 40), st.integers(1, 80))
 def test_random_soups(seed, points, count):
@@ -87,6 +88,7 @@ def test_random_soups(seed, points, count):
     check(random.normal(size=(points, 3)), random.integers(0, points, (count, 3)))
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(seeds, st.integers(3, 12), st.integers(1, 20), st.integers(1, 4))
 def test_soups_on_a_coarse_grid(seed, points, count, cells):
@@ -128,12 +130,14 @@ def damaged(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return vertices, triangles
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(seeds)
 def test_damaged_meshes(seed):
     check(*damaged(seed))
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(
     seeds,
@@ -204,6 +208,7 @@ def test_tiny_components():
     assert any("20 pieces of fewer than" in text for text in detection.warnings)
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(seeds, st.sampled_from([0.01, 0.05, 0.3, 1.0]))
 def test_sums_hold_under_any_noise(seed, fraction):

@@ -50,6 +50,7 @@ def random_field(surface, seed, symmetry=2, wild=False):
     return DirectionField(direction, normal, random.random(len(normal)), symmetry)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curvature", ["normals", "jets"])
 @pytest.mark.parametrize("share", [0.02, 0.1])
 def test_the_kept_umbilics_are_all_that_is_left_of_a_noisy_surface(curvature, share):
@@ -67,6 +68,7 @@ def test_the_kept_umbilics_are_all_that_is_left_of_a_noisy_surface(curvature, sh
     assert np.array_equal(again, found.index)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["hand_closed_os.obj", "wingnut_os.obj", "suzanne.obj", "sword_quaddom_os.obj"]
 )
@@ -128,6 +130,7 @@ def test_the_saddle_keeps_its_star_though_the_border_is_open():
     assert np.array_equal(indices(found.index), parts(detection.umbilics.index))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -173,6 +176,7 @@ def test_turns_along_edges_are_those_that_the_index_counts(symmetry, wild):
     assert np.abs(change - 1.0).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plan", ["field", "umbilics"])
 def test_poles_index_and_singular_vertices_name_the_same(plan):
     mesh = noisy(quartic(subdivisions=5), 0.05)

@@ -39,8 +39,8 @@ def sector_turns(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
 def sector_angles(crosses: Crosses, first: np.ndarray) -> np.ndarray:
     """(f,) angles on the surface of the sectors that start at feature half-edges (f,).
 
-    Where one feature only passes it is seen from half a quad away to both sides: the jags of a
-    torn border or of a crease on a rough surface are no corners.
+    Where one feature only passes, and is straight seen from half a quad away to both sides, that
+    is the angle: the jags of a torn border or of a crease on a rough surface are no corners.
     """
     if not len(first):
         return np.zeros(0)
@@ -63,7 +63,9 @@ def sector_angles(crosses: Crosses, first: np.ndarray) -> np.ndarray:
     back -= normal * np.einsum("fc,fc->f", back, normal)[:, None]
     sine = np.einsum("fc,fc->f", np.cross(out, back), normal)
     angle = np.arctan2(sine, np.einsum("fc,fc->f", out, back)) % (2.0 * np.pi)
-    total[passing] = angle
+    # From there a tiny hole looks like a corner everywhere: what is straight is all that tells.
+    straight = np.abs(angle - np.pi) < 0.5 * QUARTER
+    total[passing[straight]] = angle[straight]
     return total
 
 
