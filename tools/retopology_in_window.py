@@ -1,23 +1,28 @@
 """Pictures of docs/retopology.md that only a window can give; tools/retopology_pictures.py runs it.
 
-blender --python tools/retopology_in_window.py -- FOLDER
+blender --python tools/retopology_in_window.py -- FOLDER [SPOT]
+
+The pictures of quads show Spot; without its file they stay as they are.
 """
 
 import sys
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(REPOSITORY / "tests" / "gui"), str(REPOSITORY / "tools")]
+sys.path[:0] = [str(REPOSITORY / name) for name in ("tests/gui", "tests", "tools")]
 
 import bpy  # noqa: E402
 from hands import View, click, open_tab, play, point  # noqa: E402
+from mesh_files import read_mesh  # noqa: E402
 from shot import shot  # noqa: E402
-from stage import NAME, monkey, settled  # noqa: E402
+from stage import NAME, clear_scene, monkey, settled  # noqa: E402
 
-FOLDER = Path(sys.argv[-1])
+FOLDER, *SPOT = map(Path, sys.argv[sys.argv.index("--") + 1 :])
+VIEW = (0, 28, 1020, 812)
+QUADS = 1500
 # Headers of sub-panels in pixels below the top of the tab, each once those before it are folded:
 # Filters, Map and Overlay are folded, Retopology is opened.
-HEADERS = (134, 185, 211, 237)
+HEADERS = (162, 213, 239, 265)
 view = View()
 
 
@@ -41,6 +46,37 @@ def scenario():
     point(*view.middle())
     yield from settled()
     shot(FOLDER / "retopology-field.png", 0, 28, 1320, 820)
+    if SPOT:
+        yield from quads(*SPOT)
+
+
+def quads(path):
+    """Layout, quads with the marks of their check, and the map of its angles."""
+    clear_scene(view)
+    vertices, triangles = read_mesh(path)
+    with view.inside():
+        mesh = bpy.data.meshes.new("Spot")
+        mesh.from_pydata(vertices[:, [0, 2, 1]] * (1, -1, 1), [], triangles.tolist())
+        obj = bpy.data.objects.new("Spot", mesh)
+        bpy.context.collection.objects.link(obj)
+        bpy.context.view_layer.objects.active = obj
+        obj.select_set(True)
+        bpy.ops.object.shade_smooth()
+        bpy.ops.view3d.view_axis(type="RIGHT")
+        bpy.ops.view3d.view_selected()
+        bpy.ops.umbilics.preview_layout(quads=QUADS)
+    yield from settled()
+    shot(FOLDER / "retopology-layout.png", *VIEW)
+    with view.inside():
+        bpy.ops.umbilics.clear()
+        bpy.ops.umbilics.remesh_to_quads(quads=QUADS)
+        view.space.overlay.show_wireframes = True
+    yield from settled()
+    shot(FOLDER / "retopology-quads.png", *VIEW)
+    with view.inside():
+        bpy.ops.umbilics.show_check()
+    yield from settled()
+    shot(FOLDER / "retopology-check.png", *VIEW)
 
 
 play(scenario)

@@ -29,5 +29,6 @@ with tempfile.TemporaryDirectory(dir=scratch) as name:
     window = [REPOSITORY / "tools" / "window"]
     window += ["--python", REPOSITORY / "tools" / "retopology_in_window.py", "--"]
     window += [REPOSITORY / "docs" / "figures"]
+    window += [mesh for mesh in meshes if mesh.name == NAMES[0] and mesh.is_file()]
     for one in (command, window):
         subprocess.run(one, env=environment, check=True)

@@ -171,3 +171,18 @@ def solve(
         x += share * direction
         residual -= share * step
     return x
+
+
+def solve_part(matrix: sparse.csr_array, right: np.ndarray, progress: Progress) -> np.ndarray:
+    """(n,) solution of matrix @ x = right, real or complex as both are: exact for a small system,
+    for a large one as `solve` gives it, since factors fill up faster than they grow."""
+    if matrix.shape[0] > SMALLEST:
+        found = solve(matrix.astype(np.complex128), right.astype(np.complex128), progress)
+        return found if np.iscomplexobj(matrix.data) else found.real
+    factor = splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return np.asarray(factor.solve(right))

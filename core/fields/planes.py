@@ -38,6 +38,10 @@ class FaceFrames:
     value, along, across:
         (m,) complex128 deviator D(z) = value + along z + across conj(z), in 1 / length of the
         surface's coordinates.
+    swapping:
+        (m,) bool triangles over which, or over one beside, the deviator goes to its opposite rather
+        than around zero, as where the families change places on a curve of umbilics: its change is
+        nearly of rank one. Around an umbilic it is not.
     """
 
     corner: np.ndarray
@@ -45,6 +49,7 @@ class FaceFrames:
     value: np.ndarray
     along: np.ndarray
     across: np.ndarray
+    swapping: np.ndarray
 
     @cached_property
     def size(self) -> np.ndarray:
@@ -57,14 +62,6 @@ class FaceFrames:
         """(m,) float64 what the deviator changes by over about an edge of each triangle: directions
         of a smaller one are not resolved by the mesh."""
         return (np.abs(self.along) + np.abs(self.across)) * self.size
-
-    @cached_property
-    def swapping(self) -> np.ndarray:
-        """(m,) bool triangles over which the deviator goes to its opposite rather than around zero,
-        as where the families change places on a curve of umbilics: the linear map is nearly of
-        rank one. Around an umbilic it is not."""
-        one, two = np.abs(self.along), np.abs(self.across)
-        return np.asarray(np.abs(one - two) < SINGULAR * (one + two))
 
     def deviator(self, triangle: np.ndarray, z: np.ndarray) -> np.ndarray:
         """D at the places z (r,) of triangles (r,)."""
@@ -115,7 +112,10 @@ def lay_out(surface: Surface, field: DirectionField, progress: Progress) -> Face
     inner = twin >= 0
     turn = np.ones(3 * m, complex)
     turn[inner] = -around[twin[inner]] * around[inner].conj()
-    return FaceFrames(corner, turn, value, along, across)
+    one, two = np.abs(along), np.abs(across)
+    flat = np.abs(one - two) < SINGULAR * (one + two)
+    swapping = flat | (flat[twin // 3] & inner).reshape(-1, 3).any(axis=1)
+    return FaceFrames(corner, turn, value, along, across, swapping)
 
 
 def places(planes: FaceFrames, triangle: np.ndarray, barycentric: np.ndarray) -> np.ndarray:

@@ -30,8 +30,9 @@ def carried(vectors: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.n
 
 
 def rotation(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """(r,) complex, of length one: turns the frames m = e1 + i e2 (3, r) of one tangent plane into
-    those of another, as far as the smallest rotation between the planes leaves to turn.
+    """(r,) complex, of length one: a tangent vector that is the complex number z in the frame
+    m = e1 + i e2 (3, r) of one tangent plane is z times this in that of another, carried there by
+    the smallest rotation.
 
     It is conj(m_source) . m_target, the rotation in the polar decomposition of the projection
     between the planes; 1 between opposite ones.

@@ -12,10 +12,10 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from ..base.progress import Progress
+from ..fields.multigrid import solve_part
 from ..fields.winding import certified_index
 from ..mesh.surface import Surface
 
@@ -68,7 +68,7 @@ def without_dipoles(
         free = np.flatnonzero(_around_pairs(surface, index, normal, apart, margin) & ~fixed)
         if not len(free):
             break
-        filled = _filled(laplacian, u, free)
+        filled = _filled(laplacian, u, free, progress.quiet())
         after = indices(filled)
         if np.count_nonzero(after) < np.count_nonzero(index):
             u, index = filled, after
@@ -122,15 +122,17 @@ def _nearest_opposite(place: np.ndarray, index: np.ndarray) -> tuple[np.ndarray,
     return one, two
 
 
-def _filled(laplacian: sparse.csr_array, u: np.ndarray, free: np.ndarray) -> np.ndarray:
+def _filled(
+    laplacian: sparse.csr_array, u: np.ndarray, free: np.ndarray, progress: Progress
+) -> np.ndarray:
     """u with the harmonic field between the others at the vertices `free`."""
     inside = np.zeros(len(u), bool)
     inside[free] = True
     known = np.where(inside, 0.0, u)
     rows = laplacian[free]
-    system = rows[:, free].tocsc()
+    system = rows[:, free]
     # A disc without a rim, a small component all in it, has no harmonic field but zero.
-    system += sparse.diags_array(1e-9 * system.diagonal())
+    system = (system + sparse.diags_array(1e-9 * system.diagonal())).tocsr()
     result = u.copy()
-    result[free] = splu(system.tocsc()).solve(-(rows @ known))
+    result[free] = solve_part(system, -(rows @ known), progress)
     return result

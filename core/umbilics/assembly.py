@@ -113,8 +113,9 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     )
     verdict = judge(surface, found, evidence, parts.persistence, parts.partner)
     if settings.certified and settings.merge:
-        real = verdict.resolved & ~verdict.at_border
-        group = unresolved_groups(surface, fitted.field, parts.noise, parts.radius, found, real)
+        group = unresolved_groups(
+            surface, fitted.field, parts.noise, parts.radius, found, verdict
+        )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)

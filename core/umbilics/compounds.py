@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from ..base.progress import Progress
 from ..curvature.field import CurvatureField
-from ..curvature.tolerances import UNRESOLVED
+from ..curvature.tolerances import EDGE_BEND, UNRESOLVED
 from ..mesh.surface import Surface
 from .judged import Evidence, Judged
 from .located import Located
@@ -31,13 +31,14 @@ def unresolved_groups(
     noise: np.ndarray,
     radius: np.ndarray,
     found: Located,
-    real: np.ndarray,
+    verdict: Judged,
 ) -> np.ndarray:
     """(k,) int64 number of the group that each candidate is part of, -1 for none.
 
-    Of one group are those of the `real` (k,) that one unresolved set holds, and those of one
-    sign that lie within an edge: linear interpolation has no two zeros in one triangle. A group
-    that adds up to the index of a generic umbilic stays as it is: one of its members is real.
+    Of one group are those of the resolved that one unresolved set holds, and those of one sign
+    that lie within an edge: linear interpolation has no two zeros in one triangle. A group that
+    adds up to the index of a generic umbilic stays as it is, since one of its members is real, and
+    so does one whose members a finer fit all shows, each by itself.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def unresolved_groups(
         As for `unresolved_sets`.
     """
     group = np.full(len(found), -1)
-    rows = np.flatnonzero(real)
+    rows = np.flatnonzero(verdict.resolved & ~verdict.at_border)
     if len(rows) < 2:
         return group
     sets = unresolved_sets(surface, field, noise, radius, UNRESOLVED, Progress())
@@ -60,7 +61,13 @@ def unresolved_groups(
     count, piece = csgraph.connected_components(graph, directed=False)
     total = np.bincount(piece, weights=found.index[rows], minlength=count)
     more = np.bincount(piece, minlength=count) > 1
-    whole = more & (np.abs(total) != 0.5)
+    p, q = np.abs(found.p[rows]), np.abs(found.q[rows])
+    # Along a line on which the deviator hardly changes a circle around one half of a flat point
+    # shows nothing; those of a pair are not halves of anything.
+    flat = (total[piece] != 0.0) & ~(np.abs(p - q) > EDGE_BEND * (p + q))
+    clear = verdict.present[rows] & ~flat
+    unclear = np.bincount(piece, weights=~clear, minlength=count) > 0
+    whole = more & (np.abs(total) != 0.5) & unclear
     number = np.where(whole, np.cumsum(whole) - 1, -1)
     group[rows] = number[piece]
     return group
@@ -161,7 +168,8 @@ def _judged_again(
         surface, evidence.gap, left.hit[rows], left.index[rows], evidence.regions
     )
     partner[rows] = np.where(other >= 0, rows[other], -1)
-    return Judged(persistence, partner, verdict.at_border[keep], resolved, certain[keep])
+    present = verdict.present[keep]
+    return Judged(persistence, partner, verdict.at_border[keep], resolved, certain[keep], present)
 
 
 def _nearest_place(

@@ -56,13 +56,17 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Judged:
-    """The verdicts (k,) on candidates; see `Umbilics`. Persistence in the surface's coordinates."""
+    """The verdicts (k,) on candidates; see `Umbilics`. Persistence in the surface's coordinates.
+
+    `present` are those that a finer fit shows on a circle around them, clear of its error.
+    """
 
     persistence: np.ndarray
     partner: np.ndarray
     at_border: np.ndarray
     resolved: np.ndarray
     certain: np.ndarray
+    present: np.ndarray
 
 
 def judge(
@@ -101,7 +105,7 @@ def judge(
     if not evidence.exact:
         # What a border cuts off from a fit its error does not tell.
         certain &= ~surface.near_border(BORDER_RINGS)[corners].any(axis=1)
-    return Judged(persistence, partner, at_border, resolved, certain)
+    return Judged(persistence, partner, at_border, resolved, certain, present)
 
 
 def _at_border(

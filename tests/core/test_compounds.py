@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
-from surfaces import cosines, ellipsoid, icosphere, noisy, quartic, random_ellipsoid
+from surfaces import (
+    cosines,
+    ellipsoid,
+    icosphere,
+    noisy,
+    quartic,
+    random_ellipsoid,
+    random_field,
+)
 from surfaces.sampling import outward
 
 import core
@@ -72,6 +80,16 @@ def test_umbilics_that_the_mesh_resolves_stay_two(axes):
     mesh = ellipsoid(axes, 5)
     detection = core.detect(mesh.vertices, mesh.triangles)
     assert detection.umbilics.kind.tolist() == ["lemon"] * 4
+
+
+def test_a_clear_pair_is_not_drawn_into_a_set():
+    """A lemon and a star 6 edges apart, between which the gap is small against its change."""
+    surface = random_field(2)
+    points, triangles = icosphere(4)
+    vertices = surface.on_rays(points @ TURN)
+    parts = core.detect(vertices, triangles, core.Settings(merge=False))
+    merged = core.detect(vertices, triangles)
+    assert len(merged.umbilics) == len(parts.umbilics) == 12
 
 
 def test_umbilics_within_an_edge_are_one():

@@ -188,10 +188,12 @@ def test_poles_are_listed_by_their_umbilics_those_without_one_last():
     middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
     top = np.argmax(middle[:, 1])
     cross = without_singularities(surface, 0.01)
-    cross.triangle_index[[umbilics.triangle[2], umbilics.triangle[0], top]] = 0.25
-    poles = plan_poles(surface, guide.planes(Progress()), cross, umbilics, [])
-    assert poles.umbilic.tolist() == [0, 2, -1]
-    assert poles.triangle.tolist() == [umbilics.triangle[0], umbilics.triangle[2], top]
+    cross.triangle_index[[*umbilics.triangle, top]] = 0.25
+    # Not in the order of their triangles.
+    shuffled = umbilics.select(np.argsort(-umbilics.triangle))
+    poles = plan_poles(surface, guide.planes(Progress()), cross, shuffled, [])
+    assert poles.umbilic.tolist() == [0, 1, 2, 3, -1]
+    assert poles.triangle.tolist() == [*shuffled.triangle, top]
 
 
 def test_an_umbilic_in_the_first_triangle_has_its_poles_and_one_on_nothing_none():
@@ -209,5 +211,9 @@ def test_an_umbilic_in_the_first_triangle_has_its_poles_and_one_on_nothing_none(
     planes = guide.planes(Progress())
     poles = plan_poles(guide.surface, planes, cross, umbilics, [], plan="umbilics")
     assert [int((poles.umbilic == number).sum()) for number in range(4)] == [2, 0, 2, 2]
+    # The same of one that the field has.
+    cross.triangle_index[0] = 0.25
+    claimed = plan_poles(guide.surface, planes, cross, umbilics, [])
+    assert (claimed.umbilic.tolist(), claimed.triangle.tolist()) == ([0], [0])
     # The sum wants two more, which nothing places.
     assert (poles.umbilic == -1).sum() == 2 and poles.total == 8

@@ -206,7 +206,7 @@ def test_noise_is_looked_at_by_degree_four_and_the_cubic_stays_elsewhere():
     assert (after.field.k1[fitted_anew] != before.field.k1[fitted_anew]).all()
 
 
-@pytest.mark.parametrize("cells, degree", [(24, 5), (4, 4), (3, 3)])
+@pytest.mark.parametrize("cells, degree", [(24, 5), (5, 4), (4, 4), (3, 3)])
 def test_the_degree_is_what_the_samples_can_hold(monkeypatch, cells, degree):
     """One and a half samples for each of (d + 1)(d + 2) / 2 terms, but no less than a cubic."""
     seen = []
@@ -216,7 +216,11 @@ def test_the_degree_is_what_the_samples_can_hold(monkeypatch, cells, degree):
         return fit_heights(x, y, z, weights, asked)
 
     monkeypatch.setattr(refining, "fit_heights", recorded)
-    surface, fit = fitted(*graph(LEMON, cells=cells))
+    vertices, triangles = graph(LEMON, cells=cells)
+    if cells == 5:
+        # Without a row of cells: 30 vertices, a little less than degree five takes.
+        triangles = triangles[vertices[triangles].mean(axis=1)[:, 0] < 0.3]
+    surface, fit = fitted(vertices, triangles)
     places(surface, fit)
     ((samples, asked, focused),) = set(seen)
     assert asked == degree

@@ -35,7 +35,8 @@ def coloured(path):
     """Which part of the surface in the middle of the view is not grey."""
     x, y = view.middle()
     seen = pixels(path)[y - 40 : y + 40, x - 40 : x + 40]
-    return float((np.ptp(seen, axis=2) > 0.05).mean())
+    # By saturation: the dark end of a map, in the shade, is darker than the grey of the surface.
+    return float((np.ptp(seen, axis=2) > 0.15 * seen.max(axis=2)).mean())
 
 
 def state(obj):

@@ -14,7 +14,7 @@ from core.mesh.repair import clean
 from core.mesh.surface import Surface
 from core.umbilics.methods.shape_operators import face_deviators, zero_crossings
 
-RAW = core.Settings(curvature="given", persistence=0.0, regions=False)
+RAW = core.Settings(curvature="given", persistence=0.0, regions=False, merge=False)
 """A method alone: operators as they are, nothing cancelled, nothing merged."""
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from ...base.progress import Progress
+from ...fields.multigrid import solve_part
 from ..lines.polylines import spans
 from .charge_paths import Paths, charge_paths, joined_places
 from .turns import Turns
@@ -153,7 +153,7 @@ def _turned(
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
         some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
-        _least_squares(turns, some, weight, stiffness, wanted, moving, angle)
+        _least_squares(turns, some, weight, stiffness, wanted, moving, angle, progress.quiet())
         tail, head = turns.tail[some], turns.head[some]
         turn = np.abs(wanted[some] + angle[head] - angle[tail])
         bad = some[turn >= CERTAIN * np.pi]
@@ -224,6 +224,7 @@ def _least_squares(
     wanted: np.ndarray,
     moving: np.ndarray,
     angle: np.ndarray,
+    progress: Progress,
 ) -> None:
     """Set the angles of the moving directions so that the weighted squares of the turns over the
     edges `some`, and of the angles, are least."""
@@ -244,10 +245,4 @@ def _least_squares(
     both = (tail >= 0) & (head >= 0)
     off = sparse.coo_array((-w[both], (tail[both], head[both])), shape=(len(rows), len(rows)))
     matrix = off + off.T + sparse.diags_array(diagonal * (1.0 + FLOATING))
-    factor = splu(
-        matrix.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    angle[rows] = factor.solve(right)
+    angle[rows] = solve_part(matrix.tocsr(), right, progress)

@@ -18,11 +18,11 @@ LEAST_COSINE = 0.5
 # goes straight on. Where two families change places, along a circle of umbilics, it comes out at
 # right angles to its own and ends, instead of turning into the other's way.
 RESOLVED = 1.0
-# A steady line ends where it would turn by more than this (41 degrees; beyond 45 the other family
+# A steady line ends where it would turn by more than this (37 degrees; beyond 45 the other family
 # is nearer) from its mean direction over about so many edges, in a triangle where the families
 # change places. Chosen on r = 2 + cos z (none of 1,519 lines on six meshes turns from meridian to
 # parallel, 7 did at 53 degrees); confirmed on three other profiles (none of 2,088).
-MEMORY, STEADY_COSINE = 1.5, 0.75
+MEMORY, STEADY_COSINE = 1.5, 0.8
 # Lines keep this share of an edge away from its ends, where there would be no triangle beyond.
 MARGIN = 1e-6
 # A direction that leaves by the edge it came in by runs along that edge, this steeply inwards.

@@ -1,6 +1,14 @@
-"""How far the fits of third derivatives reach, chosen from what they say themselves."""
+"""How far the fits of third derivatives reach, chosen from what they say themselves.
+
+As for the curvature (`scale`): from one ring to the next e changes by what the smaller fit was
+wrong. Where errors of the points are averaged out that change falls from ring to ring, where the
+surface's own shape is lost it rises; errors that neighbours share, of marching cubes and of
+decimation, show in this trend and in no residual.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,29 +18,34 @@ from ...mesh.surface import Surface
 from .bend import ROUND, bending_of
 from .slopes import Fitting, Slopes, fit_slopes
 
-# Degree four with near samples counting more. Its bias (one part in twenty of e where the mesh is
-# clean) grows with e and leaves ridges where they are; degree five, though nearer to e, needs two
-# or three rings more under noise and shows several times the false length.
-DEGREE, FOCUS = 4, 1.0
+# Degree four. Its bias (one part in twenty of e where the mesh is clean) grows with e and leaves
+# ridges where they are; degree five, though nearer to e, needs two or three rings more under noise
+# and shows several times the false length.
+DEGREE = 4
+# Near samples count more in the narrowest fit. In wider ones all count alike: they say as much as
+# weighted ones with two rings more, in half the time.
+FOCUS = 1.0
 FEWEST_RINGS, MOST_RINGS = 3, 11
 # Vertices that are fitted at every reach to choose one.
-SAMPLED = 1000
+SAMPLED = 250
 # A ridge's place is e over its slope: this error of it in edges, median over the mesh, is fine
-# enough, and a wider fit would only add bias.
-FINE = 0.05
-# Median change of e by one more ring, in its standard errors, above which the shape is lost: by
-# noise alone it measures 0.4 to 0.6. Errors of marching cubes are not white and begin higher, but
-# fall from ring to ring, which no loss of shape does. Chosen on ellipsoids, a skewed one and
-# x^6 + y^6 + z^6 = 1 (icosphere, random, marching cubes, decimated, 0 to 5 % noise), confirmed on
-# x^4 + y^4 + z^4 = 1 and tori.
-AGREEMENT = 0.9
+# enough, and a wider fit would only add bias and time. Chosen on ellipsoids, tori and quartics of
+# benchmarks.ridges, confirmed on x^8 + y^8 + z^8 = 1 and a stretched quartic.
+FINE = 0.15
+# The change falls where it is below this share of the change one ring before: the share that the
+# curvature's scale takes, confirmed on the surfaces of benchmarks.ridges.
+FALLING = 0.85
+# Share of its variance that a fit is taken to lose to the next ring at least.
+LEAST_FALL = 0.3
+# Median of the size of a normal deviate.
+MEDIAN = 0.6745
 # Root mean square distance of the samples in radii of curvature, beyond which they stand more
 # beside the tangent plane than over it.
 MOST_TURN = 0.8
 
 
 def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fitting:
-    """The narrowest fit that places ridges finely, or the widest that noise alone explains.
+    """The narrowest fit that places ridges finely, or the widest that takes errors away.
 
     Parameters
     ----------
@@ -40,26 +53,32 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
         (3, 3, n) as for `fit_slopes`.
     """
     around = Neighbourhood(surface, adjacency(surface), rings=FEWEST_RINGS, focused=False)
-    fitting = Fitting(around, DEGREE, FOCUS)
+    narrowest = Fitting(around, DEGREE, FOCUS)
     interior = np.flatnonzero(~surface.border)
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     if not len(centres):
-        return fitting
+        return narrowest
     edge = _edge_length(surface)
-    smaller = fit_slopes(surface, axes, fitting, Progress(), centres)
-    last = np.inf
-    for step in range(FEWEST_RINGS, MOST_RINGS):
-        progress.step((step - FEWEST_RINGS) / (MOST_RINGS - FEWEST_RINGS))
-        if not smaller.determined.any() or _misplaced(smaller) <= FINE * edge:
+
+    def at(fitting: Fitting) -> Slopes:
+        return fit_slopes(surface, axes, fitting, Progress(), centres)
+
+    focused = at(narrowest)
+    if not focused.determined.any() or _misplaced(focused) <= FINE * edge:
+        return narrowest
+    fitting = replace(narrowest, focus=None)
+    smaller, last = at(fitting), np.inf
+    while fitting.neighbourhood.rings < MOST_RINGS:
+        rings = fitting.neighbourhood.rings
+        progress.step((rings - FEWEST_RINGS) / (MOST_RINGS - FEWEST_RINGS))
+        larger = at(fitting.wider(1))
+        change, expected = _change(smaller, larger)
+        shared = max(change / expected, 1.0) if expected > 0.0 else 1.0
+        fine = shared * _misplaced(smaller) <= FINE * edge
+        if fine or change >= FALLING * last or _turn(larger) > MOST_TURN:
             break
-        wider = fitting.wider(1)
-        larger = fit_slopes(surface, axes, wider, Progress(), centres)
-        change = _disagreement(smaller, larger)
-        lost = change > AGREEMENT and change >= last
-        if lost or _turn(larger) > MOST_TURN:
-            break
-        fitting, smaller, last = wider, larger, change
-    return fitting
+        fitting, smaller, last = fitting.wider(1), larger, change
+    return narrowest if fitting.neighbourhood.rings == FEWEST_RINGS else fitting
 
 
 def _edge_length(surface: Surface) -> float:
@@ -82,12 +101,15 @@ def _turn(slopes: Slopes) -> float:
     return float(np.median(slopes.radius * np.abs(slopes.k).max(axis=0)))
 
 
-def _disagreement(smaller: Slopes, larger: Slopes) -> float:
-    """Median change of e in standard errors of the smaller fit."""
+def _change(smaller: Slopes, larger: Slopes) -> tuple[float, float]:
+    """Median change of e from one fit to the next, and what it would be with independent errors:
+    its variance is then the difference of both (Hausman 1978)."""
     both = smaller.determined & larger.determined
     if not both.any():
-        return np.inf
+        return np.inf, 0.0
     turned = np.einsum("fnc,fnc->fn", smaller.d, larger.d)[:, both] < 0
     change = smaller.e[:, both] - np.where(turned, -larger.e[:, both], larger.e[:, both])
-    error = np.maximum(smaller.error[:, both], np.finfo(float).tiny)
-    return float(np.median(np.abs(change) / error))
+    variance = float(np.median(smaller.error[:, both] ** 2))
+    fallen = variance - float(np.median(larger.error[:, both] ** 2))
+    expected = MEDIAN * np.sqrt(max(fallen, LEAST_FALL * variance))
+    return float(np.median(np.abs(change))), float(expected)

@@ -21,3 +21,5 @@ settings.flatness = 0.01
 settings.persistence_auto = False
 settings.persistence = 0.0
 settings.regions = False
+settings.at_most = 0
+settings.merge = False
