@@ -43,13 +43,11 @@ on meshes with 2.5 edges to that scale. On clean meshes of r = 2 + cos z, whose 
 zero everywhere on two circles, the largest of all misses is 0.04."""
 
 UNRESOLVED = 1.73
-"""Standard errors that the deviator must reach between two umbilics of one sign for them to be
-told apart: by chance alone it does at one place of twenty, exp(-1.73^2). The halves of the flat
-points of x^4 + y^4 + z^4 = 1 and cos x + cos y + cos z = 3/2 are joined below 1.75 in 51 of 55
-cases with noise and on meshes of all kinds."""
+"""Standard errors that the deviator must reach between an umbilic and what it cancels with, for
+them to be told apart: by chance alone it does at one place of twenty, exp(-1.73^2)."""
 
 CURVE = 3.0
-"""The same along a curve of umbilics, of which many independent fits are asked. On r = 2 + cos z
+"""Standard errors within which the deviator stays along a curve of umbilics, of which many independent fits are asked. On r = 2 + cos z
 under noise the largest of all is 2.7."""
 
 CURVE_LENGTH = 3.0

@@ -1,8 +1,8 @@
 """Umbilics that are not told from each other, made one with the sum of their indices.
 
 A flat point of index +1 is a double zero of the deviator, and no generic one: any error splits it
-in two of index +1/2, as far apart as the square root of the error. Between the two the deviator
-stays within its error, so that neither they nor their distance mean anything; their sum does.
+in two of index +1/2, as far apart as the square root of the error. Where linear interpolation is
+what splits it, neither the two nor their distance mean anything; their sum does.
 """
 
 from __future__ import annotations
@@ -24,6 +24,9 @@ from .methods.shape_operators import nearest_inside
 from .pairing.persistence import measure_persistence
 from .unresolved import unresolved_sets
 
+# Umbilics looked at around each: more than these within an edge are of one group anyway.
+NEIGHBOURS = 8
+
 
 def unresolved_groups(
     surface: Surface,
@@ -35,10 +38,13 @@ def unresolved_groups(
 ) -> np.ndarray:
     """(k,) int64 number of the group that each candidate is part of, -1 for none.
 
-    Of one group are those of the resolved that one unresolved set holds, and those of one sign
-    that lie within an edge: linear interpolation has no two zeros in one triangle. A group that
-    adds up to the index of a generic umbilic stays as it is, since one of its members is real, and
-    so does one whose members a finer fit all shows, each by itself.
+    Of one group are those of the resolved between which linear interpolation alone decides whether
+    the deviator passes zero, and those of one sign that lie within an edge: there are no two zeros
+    in one triangle. What noise alone leaves between two zeros is no such reason, since true ones
+    come as close: joined by their errors 10 of 138 umbilics were lost under noise and 8 of 228 on
+    marching cubes, decimated and coarse meshes of random surfaces. A group that adds up to the
+    index of a generic umbilic stays as it is, since one of its members is real, and so does one
+    whose members a finer fit all shows, each by itself.
 
     Parameters
     ----------
@@ -49,7 +55,7 @@ def unresolved_groups(
     rows = np.flatnonzero(verdict.resolved & ~verdict.at_border)
     if len(rows) < 2:
         return group
-    sets = unresolved_sets(surface, field, noise, radius, UNRESOLVED, Progress())
+    sets = unresolved_sets(surface, field, noise, radius, 0.0, Progress())
     one, two = _within_an_edge(surface, found, rows)
     label = sets.label[found.hit[rows]]
     inside = np.flatnonzero(label >= 0)
@@ -80,9 +86,11 @@ def _within_an_edge(
     of either triangle."""
     place = found.position(surface)[rows]
     edge = np.sqrt(surface.side_squares[:, found.triangle[rows]]).mean(axis=0)
-    pairs = cKDTree(place).query_pairs(float(edge.max()), output_type="ndarray")
-    one, two = pairs.T
-    near = np.linalg.norm(place[one] - place[two], axis=1) <= np.maximum(edge[one], edge[two])
+    # The nearest few, not all within the longest edge: one long triangle would make all of them.
+    away, other = cKDTree(place).query(place, min(NEIGHBOURS + 1, len(rows)))
+    one = np.repeat(np.arange(len(rows)), away.shape[1] - 1)
+    two = other[:, 1:].ravel()
+    near = away[:, 1:].ravel() <= np.maximum(edge[one], edge[two])
     near &= found.index[rows[one]] * found.index[rows[two]] > 0.0
     component = surface.component[surface.triangles[found.triangle[rows], 0]]
     near &= component[one] == component[two]
