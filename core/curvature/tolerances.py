@@ -47,8 +47,8 @@ UNRESOLVED = 1.73
 them to be told apart: by chance alone it does at one place of twenty, exp(-1.73^2)."""
 
 CURVE = 3.0
-"""Standard errors within which the deviator stays along a curve of umbilics, of which many independent fits are asked. On r = 2 + cos z
-under noise the largest of all is 2.7."""
+"""Standard errors within which the deviator stays along a curve of umbilics, of which many
+independent fits are asked. On r = 2 + cos z under noise the largest of all is 2.7."""
 
 CURVE_LENGTH = 3.0
 """Least length of a curve of umbilics, in diameters of the discs of fits. The unresolved set
