@@ -55,7 +55,8 @@ def unresolved_groups(
     rows = np.flatnonzero(verdict.resolved & ~verdict.at_border)
     if len(rows) < 2:
         return group
-    sets = unresolved_sets(surface, field, noise, radius, 0.0, Progress())
+    starts = surface.triangles[found.hit[rows]]
+    sets = unresolved_sets(surface, field, noise, radius, 0.0, starts, Progress())
     one, two = _within_an_edge(surface, found, rows)
     label = sets.label[found.hit[rows]]
     inside = np.flatnonzero(label >= 0)

@@ -38,7 +38,7 @@ from .methods.vertex_index import detect_by_index, merged_clusters
 from .pairing.persistence import measure_persistence
 from .regions import RegionMap, find_regions, with_curves, with_faces
 from .result import Detection
-from .unresolved import unresolved_sets
+from .unresolved import low_vertices, unresolved_sets
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2
@@ -124,7 +124,8 @@ def detect(
         rings = _rings(fitted)
         regions = _regions(surface, shape, noise, radius, rings, settings, cad)
         if settings.regions and settings.certified and cad is None:
-            sets = unresolved_sets(surface, shape, noise, radius, CURVE, progress.quiet())
+            low = low_vertices(surface, shape.gap)
+            sets = unresolved_sets(surface, shape, noise, radius, CURVE, low, progress.quiet())
             regions = with_curves(surface, regions, sets, found.triangle_index)
             if regions.curves:
                 curves = counted(regions.curves, "curve")

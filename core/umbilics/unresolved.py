@@ -10,6 +10,7 @@ that index, whatever parts it shows; one that is long and narrow is a curve of u
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -17,6 +18,7 @@ from scipy.sparse import csgraph
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import phase
 from ..curvature.field import CurvatureField
 from ..curvature.tolerances import CURVE_LENGTH, CURVE_NARROW, EDGE_BEND, REGION_BEND
 from ..mesh.surface import Surface
@@ -65,9 +67,10 @@ def unresolved_sets(
     noise: np.ndarray,
     radius: np.ndarray,
     level: float,
+    starts: np.ndarray,
     progress: Progress,
 ) -> UnresolvedSets:
-    """The connected sets of undecided edges.
+    """The connected sets of undecided edges around vertices.
 
     Sets are joined over edges between them that miss zero by up to `LINK` times as much. Near an
     open border nothing is called undecided: what it cuts off from a fit its error does not tell.
@@ -83,8 +86,12 @@ def unresolved_sets(
         comes from.
     level:
         Standard errors that the deviator must be from zero, not to be within its error.
+    starts:
+        Vertices from which the sets are followed: corners of triangles that hold umbilics, or
+        the `low_vertices`.
     """
-    half_edge, tail, head = _undecided_edges(surface, field, noise, radius, level, progress)
+    edges = _Edges(surface, field, noise, radius, level)
+    tail, head = _undecided_edges(edges, starts, progress)
     if not len(tail):
         none = np.zeros(0)
         return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none)
@@ -97,10 +104,7 @@ def unresolved_sets(
         sparse.coo_array((size, (one, two)), shape=(len(vertices), len(vertices)))
     )
     count, piece = csgraph.connected_components(graph, directed=False)
-    label = np.full(len(surface.triangles), -1, np.int32)
-    twin = surface.twin[half_edge]
-    label[half_edge // 3] = piece[one]
-    label[twin[twin >= 0] // 3] = piece[one[twin >= 0]]
+    label = _labelled(surface, tail, head, vertices, piece)
     length = _lengths(graph, piece, count)
     inside = np.flatnonzero(label >= 0)
     area = np.bincount(
@@ -114,48 +118,133 @@ def unresolved_sets(
     return UnresolvedSets(label, length, area / np.maximum(length, np.finfo(float).tiny), diameter)
 
 
-def _undecided_edges(
-    surface: Surface,
-    field: CurvatureField,
-    noise: np.ndarray,
-    radius: np.ndarray,
-    level: float,
-    progress: Progress,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Half-edges (e,), one an edge, whose deviator comes within its error of zero; their ends."""
-    names = np.arange(len(surface.twin), dtype=np.int32)
-    edges = np.flatnonzero(surface.twin < names)
-    corners, heads = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
-    frames = np.ascontiguousarray((field.d1 + 1j * field.d2).T)
-    error = np.where(np.isfinite(noise), level * noise, 0.0)
-    # What is as large as the bend of the surface over the fit is no error of a smooth surface.
-    error[~(error * radius <= REGION_BEND)] = 0.0
-    beside = surface.near_border(BORDER_RINGS)
-    excess = np.zeros(len(edges))
+def low_vertices(surface: Surface, gap: np.ndarray) -> np.ndarray:
+    """Vertices none of whose neighbours has a smaller gap (n,): every curve along which it
+    vanishes passes close to some, also where the deviator has no zero in any triangle."""
+    lowest = np.minimum.reduceat(gap[surface.neighbours], surface.neighbour_start[:-1])
+    return np.flatnonzero(gap <= lowest)
 
-    def block(first: int) -> None:
-        some = edges[first : first + BLOCK]
-        tail, head = corners[some], heads[some]
-        turn = np.einsum("cr,cr->r", frames[:, tail].conj(), frames[:, head])
-        size = np.abs(turn)
-        turn = np.where(size > 0, turn / np.where(size > 0, size, 1.0), 1.0)
-        start, end = field.gap[tail], field.gap[head] * turn**2
+
+@dataclass(frozen=True)
+class _Edges:
+    """What tells how close the deviator comes to zero along an edge; see `unresolved_sets`."""
+
+    surface: Surface
+    field: CurvatureField
+    noise: np.ndarray
+    radius: np.ndarray
+    level: float
+
+    @cached_property
+    def beside(self) -> np.ndarray:
+        """(n,) bool, vertices next to a border."""
+        return self.surface.near_border(BORDER_RINGS)
+
+    def missed(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+        """(e,) by how many of its errors the deviator misses zero along each edge; infinite
+        next to a border."""
+        start, end = self.field.gap[tail], self.field.gap[head] * self._turn(tail, head) ** 2
         change = end - start
         square = np.abs(change) ** 2
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(np.nan_to_num(-start * change.real / square), 0.0, 1.0)
-        least = np.abs(start + share * change)
-        allowed = (1.0 - share) * error[tail] + share * error[head]
-        allowed = np.maximum(allowed, EDGE_BEND * np.abs(change))
-        with np.errstate(divide="ignore", invalid="ignore"):
+            least = np.abs(start + share * change)
+            allowed = (1.0 - share) * self._error(tail) + share * self._error(head)
+            allowed = np.maximum(allowed, EDGE_BEND * np.abs(change))
             missed = np.where(least <= allowed, 0.0, least / allowed)
-        excess[first : first + BLOCK] = np.where(beside[tail] | beside[head], np.inf, missed)
+        return np.where(self.beside[tail] | self.beside[head], np.inf, missed)
 
-    run(block, range(0, len(edges), BLOCK), progress)
+    def _turn(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+        """(e,) unit complex turn from the frame at the head to that at the tail."""
+        d1, d2 = self.field.d1, self.field.d2
+        return phase(
+            np.einsum("ec,ec->e", d1[tail] - 1j * d2[tail], d1[head] + 1j * d2[head])
+        )
+
+    def _error(self, vertices: np.ndarray) -> np.ndarray:
+        error = self.level * self.noise[vertices]
+        # What is as large as the bend of the surface over the fit is no error of a smooth surface.
+        smooth = np.isfinite(error) & (error * self.radius[vertices] <= REGION_BEND)
+        return np.where(smooth, error, 0.0)
+
+
+def _undecided_edges(
+    edges: _Edges, starts: np.ndarray, progress: Progress
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`.
+
+    They are followed from vertex to vertex, each vertex once.
+    """
+    surface = edges.surface
+    begin, neighbours = surface.neighbour_start, surface.neighbours
+    seen = np.zeros(len(surface.vertices), bool)
+    front = np.unique(starts)
+    tails, heads, misses = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+    while len(front):
+        progress.ask()
+        count = begin[front + 1] - begin[front]
+        tail = np.repeat(front, count)
+        step = np.arange(len(tail)) - np.repeat(np.cumsum(count) - count, count)
+        head = neighbours[np.repeat(begin[front], count) + step]
+        new = ~seen[head]
+        seen[front] = True
+        # Edges within the front are met from both of their ends.
+        new &= ~seen[head] | (tail < head)
+        tail, head = tail[new], head[new]
+        missed = _in_blocks(edges, tail, head, progress)
+        linked = missed <= LINK
+        tails.append(tail[linked])
+        heads.append(head[linked])
+        misses.append(missed[linked])
+        front = np.unique(heads[-1])
+        front = front[~seen[front]]
+    tail, head, missed = (np.concatenate(parts) for parts in (tails, heads, misses))
     ends = np.zeros(len(surface.vertices), bool)
-    ends[corners[edges[excess <= 1.0]]] = ends[heads[edges[excess <= 1.0]]] = True
-    chosen = edges[(excess <= 1.0) | (excess <= LINK) & ends[corners[edges]] & ends[heads[edges]]]
-    return chosen, corners[chosen], heads[chosen]
+    ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
+    chosen = (missed <= 1.0) | ends[tail] & ends[head]
+    return tail[chosen], head[chosen]
+
+
+def _in_blocks(
+    edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Progress
+) -> np.ndarray:
+    missed = np.empty(len(tail))
+
+    def block(first: int) -> None:
+        rows = slice(first, first + BLOCK)
+        missed[rows] = edges.missed(tail[rows], head[rows])
+
+    if len(tail) <= BLOCK:
+        block(0)
+    else:
+        run(block, range(0, len(tail), BLOCK), progress)
+    return missed
+
+
+def _labelled(
+    surface: Surface,
+    tail: np.ndarray,
+    head: np.ndarray,
+    vertices: np.ndarray,
+    piece: np.ndarray,
+) -> np.ndarray:
+    """(m,) int32 the piece of the edges from tail to head that each triangle has one of, -1 for
+    none; `piece` (v,) is that of each of the `vertices`."""
+    count = len(surface.vertices)
+    keys = np.sort(np.minimum(tail, head) * count + np.maximum(tail, head))
+    of_vertex = np.full(count, -1, np.int32)
+    of_vertex[vertices] = piece
+    label = np.full(len(surface.triangles), -1, np.int32)
+    inside = of_vertex[surface.triangles] >= 0
+    rows = np.flatnonzero(np.count_nonzero(inside, axis=1) > 1)
+    corners = surface.triangles[rows].astype(np.int64)
+    for one, two in ((0, 1), (1, 2), (2, 0)):
+        start, end = corners[:, one], corners[:, two]
+        key = np.minimum(start, end) * count + np.maximum(start, end)
+        slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
+        there = keys[slot] == key
+        label[rows[there]] = of_vertex[start[there]]
+    return label
 
 
 def _lengths(graph: sparse.csr_array, piece: np.ndarray, count: int) -> np.ndarray:

@@ -122,8 +122,9 @@ def test_errors_as_large_as_the_bend_of_the_surface_decide_nothing():
     ones = np.ones(len(points))
     scaled = {name: getattr(field, name) * surface.unit for name in ("k1", "k2")}
     field = core.CurvatureField(**(vars(field) | scaled))
-    wild = unresolved_sets(surface, field, 100.0 * ones, ones, CURVE, Progress())
-    none = unresolved_sets(surface, field, 0.0 * ones, ones, CURVE, Progress())
+    every = np.arange(len(points))
+    wild = unresolved_sets(surface, field, 100.0 * ones, ones, CURVE, every, Progress())
+    none = unresolved_sets(surface, field, 0.0 * ones, ones, CURVE, every, Progress())
     assert np.array_equal(wild.label, none.label)
-    some = unresolved_sets(surface, field, 0.3 * ones, 0.01 * ones, CURVE, Progress())
+    some = unresolved_sets(surface, field, 0.3 * ones, 0.01 * ones, CURVE, every, Progress())
     assert (some.label >= 0).sum() > (none.label >= 0).sum()
