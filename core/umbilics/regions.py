@@ -161,7 +161,7 @@ def with_curves(
     held[surface.triangles[regions.label >= 0]] = True
     beside = np.zeros(count, bool)
     beside[label[inside[held[surface.triangles[inside]].any(axis=1)]]] = True
-    curve = sets.long & (index == 0.0) & ~beside
+    curve = sets.curves & (index == 0.0) & ~beside
     if not curve.any():
         return regions
     number = np.append(np.where(curve, regions.count + np.cumsum(curve) - 1, -1), -1)

@@ -20,7 +20,7 @@ from ..base.parallel import run
 from ..base.progress import Progress
 from ..base.unit import phase
 from ..curvature.field import CurvatureField
-from ..curvature.tolerances import CURVE_LENGTH, CURVE_NARROW, EDGE_BEND, REGION_BEND
+from ..curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
 from ..mesh.surface import Surface
 
 BLOCK = 32768
@@ -45,20 +45,23 @@ class UnresolvedSets:
         (s,) float64 area of its triangles over its length.
     diameter:
         (s,) float64 mean diameter of the discs that its fits reach over.
+    missed:
+        (s,) float64 by how many of its errors the deviator misses zero along the edges, on
+        average.
     """
 
     label: np.ndarray
     length: np.ndarray
     width: np.ndarray
     diameter: np.ndarray
+    missed: np.ndarray
 
     @property
-    def long(self) -> np.ndarray:
-        """(s,) bool, sets that are curves by their shape: some independent fits side by side in
-        one line."""
-        return (self.length >= CURVE_LENGTH * self.diameter) & (
-            self.length >= CURVE_NARROW * self.width
-        )
+    def curves(self) -> np.ndarray:
+        """(s,) bool, sets that are curves: by their shape, some independent fits side by side in
+        one line, and by the deviator, which misses zero along them by no more than errors do."""
+        narrow = self.length >= CURVE_NARROW * self.width
+        return narrow & (self.length >= CURVE_LENGTH * self.diameter) & (self.missed <= CURVE_MISS)
 
 
 def unresolved_sets(
@@ -91,10 +94,12 @@ def unresolved_sets(
         the `low_vertices`.
     """
     edges = _Edges(surface, field, noise, radius, level)
-    tail, head = _undecided_edges(edges, starts, progress)
+    tail, head, missed = _undecided_edges(edges, starts, progress)
     if not len(tail):
         none = np.zeros(0)
-        return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none)
+        return UnresolvedSets(
+            np.full(len(surface.triangles), -1, np.int32), none, none, none, none
+        )
     vertices, place = np.unique(np.concatenate([tail, head]), return_inverse=True)
     one, two = place[: len(tail)], place[len(tail) :]
     size = np.linalg.norm(surface.vertices[tail] - surface.vertices[head], axis=1)
@@ -115,7 +120,10 @@ def unresolved_sets(
     number = np.bincount(piece[known], minlength=count)
     # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
     diameter = 2.0 * np.sqrt(2.0) * total / np.maximum(number, 1)
-    return UnresolvedSets(label, length, area / np.maximum(length, np.finfo(float).tiny), diameter)
+    width = area / np.maximum(length, np.finfo(float).tiny)
+    missed = np.bincount(piece[one], weights=missed, minlength=count)
+    missed /= np.bincount(piece[one], minlength=count)
+    return UnresolvedSets(label, length, width, diameter, missed)
 
 
 def low_vertices(surface: Surface, gap: np.ndarray) -> np.ndarray:
@@ -151,7 +159,7 @@ class _Edges:
             least = np.abs(start + share * change)
             allowed = (1.0 - share) * self._error(tail) + share * self._error(head)
             allowed = np.maximum(allowed, EDGE_BEND * np.abs(change))
-            missed = np.where(least <= allowed, 0.0, least / allowed)
+            missed = np.where(least <= 0.0, 0.0, least / allowed)
         return np.where(self.beside[tail] | self.beside[head], np.inf, missed)
 
     def _turn(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
@@ -170,8 +178,9 @@ class _Edges:
 
 def _undecided_edges(
     edges: _Edges, starts: np.ndarray, progress: Progress
-) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`, and
+    by how many errors (e,) they miss zero.
 
     They are followed from vertex to vertex, each vertex once.
     """
@@ -202,7 +211,7 @@ def _undecided_edges(
     ends = np.zeros(len(surface.vertices), bool)
     ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
     chosen = (missed <= 1.0) | ends[tail] & ends[head]
-    return tail[chosen], head[chosen]
+    return tail[chosen], head[chosen], missed[chosen]
 
 
 def _in_blocks(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surfaces import icosphere, random_points, seed_patch
+from surfaces import icosphere, marching_tetrahedra, random_field, random_points, seed_patch
 from surfaces.images import noisy
 from surfaces.revolution import VASE_CIRCLE, revolved, vase
 
@@ -91,7 +91,7 @@ def test_lines_of_curvature_go_on_across_a_curve():
     assert not guide.simplified(Progress()).index.any()
 
 
-def _strip(index, long=True, beside=False):
+def _strip(index, long=True, beside=False, missed=0.5):
     """A strip of a flat patch as an unresolved set with that index; in a region if `beside`."""
     points, triangles = random_points(800, (-1, -1), (1, 1), 0)
     surface = clean(np.column_stack([points, np.zeros(800)]), triangles)[0]
@@ -100,7 +100,8 @@ def _strip(index, long=True, beside=False):
     inside = np.flatnonzero(label == 0)
     turning = np.zeros(len(label))
     turning[inside[0]] = index
-    sets = UnresolvedSets(label, *(np.array([x]) for x in (1.0, 0.05, 0.1 if long else 0.5)))
+    diameter = 0.1 if long else 0.5
+    sets = UnresolvedSets(label, *(np.array([x]) for x in (1.0, 0.05, diameter, missed)))
     regions = RegionMap.none(surface)
     if beside:
         near = np.where((middle[:, 0] > 0.04) & (middle[:, 0] < 0.3), 0, -1).astype(np.int32)
@@ -113,6 +114,14 @@ def test_a_curve_is_long_has_no_index_and_touches_no_region():
     assert _strip(0.5).curves == 0
     assert _strip(0.0, long=False).curves == 0
     assert _strip(0.0, beside=True).curves == 0
+    assert _strip(0.0, missed=1.0).curves == 0
+
+
+def test_a_valley_between_umbilics_is_no_curve():
+    # Cells leave the gap within its error all along it.
+    detection = core.detect(*marching_tetrahedra(random_field(2), 48))
+    assert not detection.regions
+    assert len(detection.umbilics) == 10
 
 
 def test_errors_as_large_as_the_bend_of_the_surface_decide_nothing():
