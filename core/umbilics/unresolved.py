@@ -121,9 +121,9 @@ def unresolved_sets(
     # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
     diameter = 2.0 * np.sqrt(2.0) * total / np.maximum(number, 1)
     width = area / np.maximum(length, np.finfo(float).tiny)
-    missed = np.bincount(piece[one], weights=missed, minlength=count)
-    missed /= np.bincount(piece[one], minlength=count)
-    return UnresolvedSets(label, length, width, diameter, missed)
+    total = np.bincount(piece[one], weights=missed, minlength=count)
+    mean = total / np.bincount(piece[one], minlength=count)
+    return UnresolvedSets(label, length, width, diameter, mean)
 
 
 def low_vertices(surface: Surface, gap: np.ndarray) -> np.ndarray:

@@ -204,7 +204,10 @@ def test_damaged_properties_beside_the_record(addon, record, obj):
     addon.operators.scene.staleness.reasons(bpy.context, obj)
     told = addon.operators.scene.staleness.plan_reasons(bpy.context, obj)
     assert told == [addon.operators.data.plans.UNREADABLE]
-    for operator in ("guide", "detect", "show_map", "hide_map", "clear"):
+    # A pole that was set by hand to what no pole is cannot be planned with.
+    with pytest.raises(RuntimeError, match="a pole has 3 or 5"):
+        bpy.ops.umbilics.guide()
+    for operator in ("detect", "show_map", "hide_map", "clear"):
         if getattr(bpy.ops.umbilics, operator).poll():
             assert getattr(bpy.ops.umbilics, operator)() == {"FINISHED"}, operator
 

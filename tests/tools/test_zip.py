@@ -25,7 +25,7 @@ def test_only_runtime_files_ship(built):
     for path in paths:
         assert not any(part.startswith((".", "__pycache__")) for part in path.parts), path
         if path.parts[0] in ("core", "operators", "ui"):
-            assert path.suffix == ".py" or path == PurePosixPath("ui/help/guide.html"), path
+            assert path.suffix in (".py", ".po") or path == PurePosixPath("ui/help/guide.html"), path
 
 
 def test_the_manifest_keeps_the_rules_of_the_extensions_site(built):

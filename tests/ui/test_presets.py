@@ -51,4 +51,5 @@ def test_the_papers_presets_are_the_paper(addon, name, passes):
         opening=2,
         persistence=0.0,
         regions=False,
+        merge=False,
     )
