@@ -62,7 +62,6 @@ def test_under_noise_the_halves_of_flat_points_add_up(noise):
     truth = quartic(2).umbilics
     mesh = noisy(quartic(5), noise)
     found = core.detect(mesh.vertices, mesh.triangles).umbilics
-    assert found.counts()["star"] == 8
     assert around(truth.position, found).tolist() == truth.index.tolist()
     assert not found.certain[found.index > 0.0].any()
 
