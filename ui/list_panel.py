@@ -41,7 +41,7 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         name.label(text=f"{item.number} {translated(kind.capitalize())}", icon_value=icon)
         if pinned:
             name.label(text="", icon="PINNED")
-        columns = halves.row()
+        columns = halves.row(align=True)
         columns.label(text=f"{item.index:+.2g}")
         columns.label(text=_persistence(item.persistence))
         columns.label(text=short(item.curvature))
@@ -123,7 +123,7 @@ def _draw_names(layout: bpy.types.UILayout) -> None:
     row.separator(factor=0.5)
     halves = row.split(factor=_KIND_PART)
     halves.label(text="Kind")
-    columns = halves.row()
+    columns = halves.row(align=True)
     for name in ("Index", "Pers.", "H"):
         columns.label(text=name)
     row.separator(factor=2.0)

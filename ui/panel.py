@@ -63,12 +63,9 @@ class UMBILICS_PT_filters(Part, bpy.types.Panel):
             row.prop(settings, "opening", text="Passes")
             layout.prop(settings, "flatness")
             layout.prop(display, "dropped")
-        halves = layout.split(factor=0.4)
-        halves.use_property_split = False
-        name = halves.row()
-        name.alignment = "RIGHT"
-        name.label(text="Kinds")
-        kinds = halves.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        # In two rows, so that the map's button is in sight, and no name is cut short.
+        kinds = layout.grid_flow(row_major=True, columns=3, even_columns=True, align=True)
+        kinds.use_property_split = False
         for kind in core.KINDS:
             kinds.prop_enum(display, "kinds", kind)
         row = layout.row(heading="Empties")

@@ -20,6 +20,7 @@ from stage import (
     SHOW_MAP,
     STRENGTH,
     Report,
+    bring_in_sight,
     in_tab,
     monkey,
     running,
@@ -170,6 +171,7 @@ def mapped():
     mesh = bpy.data.objects["Suzanne"].data
     with view.inside():
         bpy.ops.view3d.view_all()
+    yield from bring_in_sight(view, SHOW_MAP[1])
     yield from insist(lambda: "umbilics_map" in mesh.color_attributes, in_tab(view, *SHOW_MAP))
     found["map_by_button"] = "umbilics_map" in mesh.color_attributes
     found["shading_with_map"] = view.space.shading.color_type

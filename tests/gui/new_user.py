@@ -32,7 +32,17 @@ from hands import (
     point,
     press,
 )
-from stage import DETECT, FIRST_ROW, NAME, ROW, SHOW_MAP, STRENGTH, Report, in_tab
+from stage import (
+    DETECT,
+    FIRST_ROW,
+    NAME,
+    ROW,
+    SHOW_MAP,
+    STRENGTH,
+    Report,
+    bring_in_sight,
+    in_tab,
+)
 
 # Where things are in the preferences and on the screen, in pixels from the left and the top.
 GET_EXTENSIONS, ARROW, INSTALL_FROM_DISK = (80, 195), (857, 18), (747, 140)
@@ -152,6 +162,7 @@ class NewUser:
     def show_map(self) -> Iterator[float]:
         """Show the gap."""
         shown = self.mesh.data.color_attributes
+        yield from bring_in_sight(self.view, SHOW_MAP[1])
         yield from insist(lambda: "umbilics_map" in shown, in_tab(self.view, *SHOW_MAP))
         point(*self.view.middle())
         yield 1.5

@@ -33,7 +33,9 @@ def cage():
 
 def coloured(path):
     """Which part of the surface in the middle of the view is not grey."""
-    x, y = view.middle()
+    # Where it was framed: in the middle of the whole region, what the sidebar covers included.
+    region = view.region("WINDOW")
+    x, y = region.x + region.width // 2, view.middle()[1]
     seen = pixels(path)[y - 40 : y + 40, x - 40 : x + 40]
     # By saturation: the dark end of a map, in the shade, is darker than the grey of the surface.
     return float((np.ptp(seen, axis=2) > 0.15 * seen.max(axis=2)).mean())

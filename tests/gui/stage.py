@@ -14,14 +14,14 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
-from hands import PATIENCE, View, picture
+from hands import PATIENCE, View, click, picture
 
 NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top, if the verdict under
 # Detect takes two lines and has no button; else see `in_tab`.
-DETECT, STRENGTH, FIRST_ROW, ROW = 100, 246, 512, 21
+DETECT, STRENGTH, FIRST_ROW, ROW = 100, 246, 538, 21
 # In parts of its width and in pixels below its top.
-SHOW_MAP = 0.75, 679
+SHOW_MAP = 0.75, 705
 # Heights of a line and of a button of the verdict.
 _LINE, _BUTTON = 15, 29
 
@@ -38,7 +38,23 @@ def in_tab(view: View, x: float, y: float) -> tuple[int, int]:
     width = view.region("UI").width / bpy.context.preferences.system.ui_scale
     texts = (f"{judged.found}: {judged.trust}", found.analysed)
     lines = sum(len(part("ui.parts").broken(text, width)) for text in texts)
-    return view.in_sidebar(x, y + _LINE * (lines - 2) + (_BUTTON if judged.remedy else 0))
+    # How far the tab has been scrolled: its own height at the top of the region, 0 or less.
+    region = view.region("UI")
+    scrolled = region.view2d.region_to_view(0, region.height)[1]
+    pushed = _LINE * (lines - 2) + (_BUTTON if judged.remedy else 0)
+    return view.in_sidebar(x, y + pushed + scrolled)
+
+
+def bring_in_sight(view: View, y: float) -> Iterator[float]:
+    """Turn the mouse wheel over the tab until a place there is not below its end."""
+    for _ in range(20):
+        region = view.region("UI")
+        if in_tab(view, 0.5, y)[1] < view.window.height - region.y - 2 * ROW:
+            return
+        # Near the top: over the list, the wheel would turn the list.
+        click(*view.in_sidebar(0.1, 60), button=5)
+        yield 1.2
+    raise AssertionError("the tab does not scroll")
 
 
 def running():
