@@ -45,10 +45,12 @@ def scenario():
     start("guide")
     yield from settled()
     found["poles"] = len(obj.umbilics_plan.poles)
-    # A plan needs no detection of its own; without one only the crosses are drawn.
+    # A plan needs no detection of its own; without one only the crosses are drawn, which it shows.
+    found["field_of_the_plan"] = display.field
+    display.field = "PRINCIPAL"
     for child in obj.children:
         child.hide_set(True)
-    yield 0.5
+    yield from settled()
     found["alike_principal"] = alike(bare, look("principal"))
     display.field = "CROSS"
     yield from settled()

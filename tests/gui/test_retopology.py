@@ -11,6 +11,7 @@ def found(play):
 def test_the_cross_field_is_drawn_over_the_view(found):
     # Without a detection there are no strokes of principal directions; crosses cover some pixels.
     assert found["poles"] > 0
+    assert found["field_of_the_plan"] == "CROSS"
     assert found["alike_principal"] > 0.98
     assert found["alike_crosses"] < found["alike_principal"] - 0.01
 
