@@ -133,3 +133,12 @@ def test_clusters_count_once():
     triangles = np.array([[0, 1, 2], [2, 1, 3], [4, 5, 6]])
     found = SimpleNamespace(vertex=np.array([0, 1, 4, 3]), index=np.array([0.5, 0.5, -0.5, -0.5]))
     assert clustered_index(triangles, found) == -0.5
+
+
+@pytest.mark.parametrize(("what", "value"), [("flipped", 0.3), ("stretched", 6.0)])
+def test_irregular_meshes_put_i_off_and_not_s(what, value):
+    from validation.regularity import _mesh, _run
+
+    told = np.array([_run(_mesh(what, value, seed), "normals", seed) for seed in range(2)])
+    assert (told[:, 1] == 2.0).all()
+    assert told[:, 4].max() > 0.0
