@@ -25,8 +25,9 @@ _COLOUR = {
     RAVINES: (0.05, 0.6, 0.55, 1.0),
 }
 OBJECT_TYPES = ("GREASEPENCIL", "GPENCIL")
-# In 4.2 a width of 2000 is a radius of one unit. Widths are whole; a pressure up to 1 thins them.
-_OLD_UNIT = 2000.0
+# In 4.2 a width of 2000 is a radius of one unit. Widths are whole and end at 1000; the pressure of
+# points makes up the rest.
+_OLD_UNIT, _OLD_WIDEST = 2000.0, 1000
 
 
 def layers_of(
@@ -137,7 +138,7 @@ def _draw_old(
     radius: float,
     material: int,
 ) -> None:
-    width = max(1, math.ceil(radius * _OLD_UNIT))
+    width = min(max(1, math.ceil(radius * _OLD_UNIT)), _OLD_WIDEST)
     for row in range(len(lines)):
         place = points[lines.start[row] : lines.start[row + 1]]
         stroke = key.strokes.new()
