@@ -17,7 +17,7 @@ from ...curvature.field import CurvatureField
 from ...fields.winding import certified_index
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
-from ..cross_field import NOISE_RATIO, WEAK_GAP
+from ..smoothing import NOISE_RATIO, WEAK_GAP
 from .agreement import with_index
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
