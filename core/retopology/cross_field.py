@@ -25,7 +25,6 @@ from ..fields.connection import connection_laplacian, weights_and_areas
 from ..fields.frames import frame
 from ..fields.multigrid import solve
 from ..fields.transport import rotation, tangents
-from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from .dipoles import without_dipoles
 from .features import Features, find_features, fourth_power, wanted_directions
@@ -113,7 +112,9 @@ def cross_field(
     progress.step(0.0)
     if features is None:
         features = find_features(surface, settings, sharp)
-    normal = vertex_normals(surface)
+    # Those of the fits: the mesh's own turn so wildly on a rough surface that transport between
+    # them makes singularities, however smooth the field is.
+    normal = field.normal
     e1, e2 = tangents(normal)
     axis = np.ascontiguousarray((e1 + 1j * e2).T)
     confidence, data = curvature_data(surface, field, normal, axis, undirected, 4)

@@ -12,7 +12,7 @@ from ..fields.planes import FaceFrames, lay_out
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
-from .field.simplified import SimplifiedField, simplify_field
+from .field.simplified import SimplifiedField, in_doubt, simplify_field
 from .field.smoothed import smoothed_field, smoothness_by_noise
 from .ridges.find import measure_slopes
 from .ridges.slopes import Slopes
@@ -40,7 +40,7 @@ class Groundwork:
         self._field = _on_surface(self.surface, detection.curvature)
         self._simplified: SimplifiedField | None = None
         self._planes: FaceFrames | None = None
-        self._slopes: Slopes | None = None
+        self._slopes: dict[bool, Slopes] = {}
 
     def simplified(self, progress: Progress) -> SimplifiedField:
         """The principal directions without the umbilics that were dropped, made at first use."""
@@ -55,6 +55,10 @@ class Groundwork:
                 progress,
             )
         return self._simplified
+
+    def measured(self, progress: Progress) -> CurvatureField:
+        """The measured directions, for the cross field, in doubt where umbilics were dropped."""
+        return in_doubt(self.surface, self._field, self.simplified(progress).curvature)
 
     @property
     def undirected(self) -> np.ndarray:
@@ -81,11 +85,14 @@ class Groundwork:
             self._planes = lay_out(self.surface, field.lines, part)
         return self._planes
 
-    def slopes(self, progress: Progress) -> Slopes:
-        """What ridges are found from, measured at first use."""
-        if self._slopes is None:
-            self._slopes = measure_slopes(self.surface, self._field, progress)
-        return self._slopes
+    def slopes(self, progress: Progress, crests_only: bool = True) -> Slopes:
+        """What ridges, or crests only, are found from, measured at first use."""
+        # What holds for all ridges does for crests.
+        known = self._slopes.get(False) or (self._slopes.get(True) if crests_only else None)
+        if known is None:
+            known = measure_slopes(self.surface, self._field, progress, crests_only)
+            self._slopes[crests_only] = known
+        return known
 
     def _planes_of_lines(
         self, settings: GuidanceSettings, progress: Progress, held: np.ndarray | None = None

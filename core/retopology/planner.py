@@ -100,8 +100,9 @@ class Guide(Groundwork):
         if pull is not None:
             features = with_strokes(surface, features, pull)
         part = progress.part("Smoothing the cross field", 0.25, 0.8)
+        measured = self.measured(part.quiet())
         cross = cross_field(
-            surface, simple.curvature, settings, part, undirected=self.undirected, features=features
+            surface, measured, settings, part, undirected=self.undirected, features=features
         )
         middle = time.perf_counter()
         planes = self.planes(progress.part("Planning poles", 0.8, 0.95))
@@ -152,12 +153,13 @@ class Guide(Groundwork):
         lines are only picked anew.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
-        slopes = self.slopes(progress.part("Measuring ridges", 0.0, 0.9))
+        crests_only = settings.ridge_kinds == "crests"
+        slopes = self.slopes(progress.part("Measuring ridges", 0.0, 0.9), crests_only)
         progress.part("Joining ridges", 0.9, 1.0)
         found = find_ridges(
             self.surface,
             slopes,
-            crests_only=settings.ridge_kinds == "crests",
+            crests_only=crests_only,
             least_bend=settings.least_bend,
         )
         return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)

@@ -25,7 +25,8 @@ def test_a_line_is_near_missed_or_false():
     assert score.false == pytest.approx(0.2)
     nothing = scored([], truth, 1.0, 1.0)
     assert nothing.missed == 1.0 and nothing.false == 0.0
-    assert Score(np.nan, np.nan, scored([far], [], 1.0, 4.0).false).cells() == ("", "", "50.0")
+    no_truth = scored([far], [], 1.0, 4.0)
+    assert Score(np.nan, np.nan, np.nan, no_truth.false).cells() == ("", "", "", "50.0")
 
 
 def test_samples_stand_for_the_whole_length():
