@@ -35,12 +35,12 @@ BY_CHANCE, WAYS = 0.1, 3.0
 # of real meshes lie 6 to 10 degrees from it. Chosen on rocker-arm (12 to 20), fandisk (0), hand
 # and spot; confirmed on a plate with holes, a beetle, a bunny and a skull.
 MOST_SWERVE = 10.0
-# A chain bends so many times farther than the median of the edges that bend less than the angle, in
-# units of what noise of the points makes of bends: the flatter a triangle beside it, the more. By
-# noise or on a coarse mesh that is what single edges do by chance; beside a crease it is small.
-# Chosen on ellipsoids of random points under noise of 5 and 10 % (up to 5, few to 11) and the rocker
-# arm, whose pieces of chains (5 to 7) spoil its field; chains of a bunny, spot, a fandisk, a wing
-# nut and a plate with holes stand out by 12 to thousands.
+# A chain bends so many times farther than the median of the edges that bend less than the angle,
+# in units of what noise of the points makes of bends: the flatter a triangle beside it, the more.
+# By noise or on a coarse mesh single edges do so by chance; beside a crease it is small. Chosen on
+# ellipsoids of random points under noise of 5 and 10 % (up to 5, few to 11) and the rocker arm,
+# whose pieces of chains (5 to 7) spoil its field; chains of a bunny, spot, a fandisk, a wing nut
+# and a plate with holes stand out by 12 to thousands.
 STANDS_OUT = 8.0
 
 
