@@ -23,7 +23,7 @@ from surfaces import AnalyticSurface, ellipsoid, random_ellipsoid, seed_patch
 from . import ROOT
 from .awkward_meshes import AXES, awkward_meshes
 from .pages import machine, table
-from .peers.measurement import Measurement
+from .peers.measurement import LIMIT, Measurement
 from .programs import OURS, Ours, measure_all, peers
 
 # Vertices where the directions are clear: the gap is more than this part of its median.
@@ -127,7 +127,11 @@ def compare_awkward(level: int, others: list[Callable], rounds: int) -> str:
                     f"{each / even[run.program]:.2f}",
                 )
             )
-    return f"## Awkward meshes\n\n{table(_AWKWARD, rows)}\n"
+    return (
+        "## Awkward meshes\n\n"
+        f"A program without a row did not end within {LIMIT} s, or not well.\n\n"
+        f"{table(_AWKWARD, rows)}\n"
+    )
 
 
 def compare_directions(others: list[Callable]) -> str:
