@@ -35,5 +35,5 @@ def awkward_meshes(level: int) -> Iterator[tuple[str, Mesh]]:
     count = len(triangles)
     profile = np.array([0.0, 2.0, 2.0, 1.0, 1.0, 0.0]), np.array([0.0, 0.0, 2.0, 3.0, 5.0, 5.0])
     yield "part: a turned shaft in long strips", turned(*profile, around=count // 8)
-    # A hole of 24 sides takes about 96 triangles.
-    yield "part: a plate with holes", plate(holes=round(np.sqrt(count / 96)), around=24)
+    # A hole takes about four triangles for each of its sides.
+    yield "part: a plate with holes", plate(holes=round(np.sqrt(count / (4 * 96))), around=96)
