@@ -53,7 +53,7 @@ SUITES = {
 # their own come first, the even parts of core fill what is left of the time.
 USUAL = ("blender", "gui", "tools", "core")
 # How many parts of about the same length a suite is cut in.
-PARTS = {"core": 6, "blender": 3}
+PARTS = {"core": 6, "blender": 3, "gui": 6}
 
 # pytest's own exit codes.
 NO_TESTS = 5
