@@ -117,7 +117,7 @@ def detect(
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
         part = progress.part("Turning around", 0.7, 0.8)
-        found = _found(surface, shape, settings, triangles, seams, uv, part)
+        found = _found(surface, fitted, settings, triangles, seams, uv, part)
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
@@ -196,24 +196,25 @@ class _Found:
 
 def _found(
     surface: Surface,
-    shape: CurvatureField,
+    fitted: Estimate,
     settings: Settings,
     triangles: np.ndarray,
     seams: np.ndarray | None,
     uv: np.ndarray | None,
     progress: Progress,
 ) -> _Found:
+    shape = fitted.field
     if settings.method == "S":
         unfolding = None
         if settings.parametrization == "uv":
             unfolding = unfolded_by_uv(surface, triangles, _required(uv))
         elif settings.parametrization == "charts":
             unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
-        return _by_shape_operators(surface, shape, settings, unfolding, progress)
+        return _by_shape_operators(surface, fitted, settings, unfolding, progress)
     if settings.method == "I":
         hits = detect_by_index(surface, shape, progress)
         if settings.merge:
-            around = certified_index(surface, shape.d1, shape.d2, progress.quiet())
+            around = _index(surface, fitted, progress.quiet())
             hits = merged_clusters(surface, hits, around)
     else:
         unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
@@ -245,15 +246,23 @@ def _required(uv: np.ndarray | None) -> np.ndarray:
     return uv
 
 
+def _index(surface: Surface, fitted: Estimate, progress: Progress) -> np.ndarray:
+    """(m,) certified index of each triangle."""
+    if fitted.winding is not None:
+        return fitted.winding.index
+    return certified_index(surface, fitted.field.d1, fitted.field.d2, progress)
+
+
 def _by_shape_operators(
     surface: Surface,
-    shape: CurvatureField,
+    fitted: Estimate,
     settings: Settings,
     unfolding: Unfolding | None,
     progress: Progress,
 ) -> _Found:
     """Method S: interpolation says where in a triangle an umbilic is, and the certified index, or
     interpolation alone as published, in which triangles."""
+    shape = fitted.field
     mapped = None if unfolding is None else corner_deviators(surface, shape, unfolding)
     refused = np.zeros(len(surface.triangles), bool)
 
@@ -270,7 +279,7 @@ def _by_shape_operators(
         index = np.zeros(len(surface.triangles))
         index[rows] = found
     else:
-        index = certified_index(surface, shape.d1, shape.d2, progress)
+        index = _index(surface, fitted, progress)
         rows = np.flatnonzero(index)
         weights, _ = zero_weights(deviators(rows))
         weights = nearest_inside(surface.vertices[surface.triangles[rows]], weights)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from fields import exact_field, field_on_plane, flat_surface, points_of, surface_of
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid, noisy, paraboloid, renumbered, seed_patch
 
@@ -29,7 +29,6 @@ NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
     ),
     st.floats(0, 6.3),
 )
-@example([(0j, False)], 1.0)
 def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
     """Proposition 3.5: in conformal coordinates operator and curvature tensor are one."""
     places = np.array([place for place, _ in zeros])
@@ -37,6 +36,8 @@ def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
     apart = np.abs(places[:, None] - places[None]) + np.eye(len(places))
     assume(apart.min() > 0.3)
     surface, z = flat_surface(cells=23)
+    # On an edge round-off may give the published test to both triangles, or to none.
+    assume(all(np.abs(_edge_coordinates(place, cells=23)).min() > 1e-6 for place in places))
     deviator = np.full(len(z), np.exp(1j * turn))
     for place, conjugate in zeros:
         factor = z - place
@@ -45,17 +46,21 @@ def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
     by_s = by_triangles(surface, field, "projection")
     unfolding = unfolded_along_seams(surface, NO_SEAMS)
     by_c = detect_by_curvature_tensor(surface, field, unfolding)
-    # Each triangle decides alone: a zero on an edge, to rounding, may be found twice or not at all.
-    # Any other is found by both, in whichever triangle.
     points_s = points_of(surface, by_s[0], by_s[1])
     points_c = points_of(surface, by_c.triangle, by_c.barycentric)
-    for some, weights, others in (
-        (points_c, by_c.barycentric, points_s),
-        (points_s, by_s[1], points_c),
-    ):
-        inner = np.all(np.abs(some[:, :2]) < 0.97, axis=1) & (weights.min(axis=1) > 1e-9)
-        for point in some[inner]:
-            assert np.min(np.linalg.norm(others - point, axis=1), initial=9.0) < 1e-6
+    inner = np.all(np.abs(points_c[:, :2]) < 0.97, axis=1)
+    for point in points_c[inner]:
+        assert np.min(np.linalg.norm(points_s - point, axis=1), initial=9.0) < 1e-6
+    for point in points_s[np.all(np.abs(points_s[:, :2]) < 0.97, axis=1)]:
+        assert np.min(np.linalg.norm(points_c - point, axis=1), initial=9.0) < 1e-6
+
+
+def _edge_coordinates(place: complex, cells: int) -> np.ndarray:
+    """How far a place of `flat_surface` is from the next edges along x, y and across the
+    diagonals, in cells."""
+    x, y = (cells * (0.5 + 0.5 * part) for part in (place.real, place.imag))
+    along = np.array([x, y, x - y, x + y])
+    return along - np.round(along)
 
 
 @pytest.mark.parametrize("seed", range(3))
