@@ -20,7 +20,7 @@ import numpy as np
 from ... import core
 from ..base import caches
 from ..base.errors import ObjectError
-from ..data import pins, plans, properties, reading, record
+from ..data import pins, plans, properties, reading, record, topology
 from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
 from ..mesh.read import check_unchanged, current_mesh, edge_vertices
@@ -264,3 +264,18 @@ def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction)
     depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
     obj = targets.named(job.object_name)
     return homes.home_for(context, obj, depsgraph, transaction, homes.PLAN)
+
+
+def against(job: Job, umbilics: core.Umbilics) -> topology.Against:
+    """What a check by a plan from these umbilics holds a mesh against.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The surface is gone.
+    """
+    surface = targets.named(job.object_name)
+    if surface is None:
+        raise ObjectError(f"{job.object_name} is no longer there. Check again.")
+    steered = job.steering.digest_of_poles
+    return topology.Against(surface, job.inputs.evaluated, job.origin(umbilics), steered)
