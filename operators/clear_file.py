@@ -26,7 +26,7 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        found = orphans.with_results()
+        found = list(dict.fromkeys([*orphans.with_results(), *orphans.checked()]))
         refused = [why for obj in found if (why := detect.why_not(obj, to_clear=True))]
         cleared = [clear(context, obj) for obj in found if not detect.why_not(obj, to_clear=True)]
         left = orphans.remove()

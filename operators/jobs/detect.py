@@ -22,10 +22,10 @@ from ..mesh.attributes import RESULTS, check_result_names, write_results
 from ..mesh.evaluated import is_in, outside, works_on
 from ..mesh.fetch import unit_vectors
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh
-from ..mesh.scope import WHOLE, Scope
+from ..mesh.scope import KEPT, WHOLE, Scope
 from ..scene import display_objects, empties, filters, homes, targets
 from ..scene.modes import object_mode
-from ..scene.retopology import guidance_objects
+from ..scene.retopology import checks, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines, maps
 
@@ -209,13 +209,14 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         values = homes.leave(obj, RESULTS, homes.DETECTION, transaction)
         emptied = empties.remove(obj, transaction)
         guided = guidance_objects.remove_all(obj, transaction)
+        checked = checks.remove(obj, transaction)
         transaction.keep_properties(obj, "umbilics")
         described = summary.forget(obj)
         stands_in = display_objects.is_ours(obj)
         if stands_in:
             display_objects.remove(context, obj, transaction)
     dashed_lines.settle()
-    return bool(values or emptied or described or guided or stands_in)
+    return bool(values or emptied or described or guided or checked or stands_in)
 
 
 def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
@@ -293,4 +294,8 @@ def _attributes(detection: core.Detection, arrays: MeshArrays) -> dict[str, np.n
     }
     if np.isfinite(detection.conformal_scale).any():
         values["umbilics_conformal_scale"] = detection.conformal_scale
+    if arrays.scope.is_momentary:
+        inside = np.zeros(arrays.polygon_count, dtype=np.int32)
+        inside[arrays.polygon] = 1
+        values[KEPT] = inside
     return values

@@ -138,7 +138,10 @@ def check_unchanged(
     """Raise `ChangedMeshError` if something that was read of the object is no longer the same."""
     with current_mesh(obj, depsgraph) as mesh:
         now = fingerprint_of(obj, mesh, arrays.uv is not None, arrays.given_names, arrays.scope)
-    changed = arrays.fingerprint.changed(now, (*now.digests, fingerprint.SCALE))
+    parts = {*now.digests, fingerprint.SCALE}
+    if arrays.scope.is_momentary:
+        parts.discard(fingerprint.SCOPE)
+    changed = arrays.fingerprint.changed(now, sorted(parts))
     if changed:
         what = " ".join(fingerprint.WORDS[part] for part in changed)
         raise ChangedMeshError(

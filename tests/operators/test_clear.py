@@ -58,6 +58,16 @@ def test_what_is_left_of_a_deleted_object_goes_with_the_next_clear(two):
     assert not bpy.data.curves
 
 
+def test_collections_that_the_user_emptied_go_too(two):
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.object.delete()
+    assert ours()
+    add_ellipsoid(subdivisions=1)
+    assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
+    assert not ours()
+    assert bpy.ops.umbilics.clear_file() == {"CANCELLED"}
+
+
 def test_joined_objects(two):
     first, second = two
     select(second, first)

@@ -71,6 +71,8 @@ def add(
     for collection in own or [context.scene.collection]:
         collection.objects.link(made)
     made.matrix_basis = matrix
+    # Blender knows where a new object is in the world only then.
+    context.view_layer.update()
     if delivery.transfer:
         _transfer(context, source, made, arrays, quads)
     if delivery.shrinkwrap:
@@ -104,7 +106,6 @@ def _transfer(
         "COLOR_VERTEX": any(one.domain == "POINT" for one in source.data.color_attributes),
         "COLOR_CORNER": any(one.domain == "CORNER" for one in source.data.color_attributes),
     }
-    context.view_layer.update()
     with context.temp_override(
         object=source,
         active_object=source,
