@@ -137,9 +137,9 @@ def test_what_was_read_in_one_scene_is_written_there_whatever_the_window_shows(a
     assert len(empties(obj)) == 4
     assert all(empty.users_scene == (first,) for empty in empties(obj))
     assert not other.collection.all_objects
-    with pytest.raises(addon.core.UmbilicsError, match="is no longer there"):
-        with modes.in_place(context, ("Gone", "ViewLayer")):
-            pass
+    gone = modes.in_place(context, ("Gone", "ViewLayer"))
+    with pytest.raises(addon.core.UmbilicsError, match="is no longer there"), gone:
+        pass
 
 
 def test_the_end_of_a_finished_run_does_not_cancel_it(addon):
