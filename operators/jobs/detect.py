@@ -30,6 +30,9 @@ from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines, maps
 
 
+SCULPTED = "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+
+
 @dataclass(frozen=True)
 class Inputs:
     """What a detection needs, read from the scene; holds no reference to Blender's data."""
@@ -264,7 +267,7 @@ def why_not(
     if with_modifiers and not is_in(bpy.context.view_layer, obj):
         return outside(obj)
     if obj.mode == "SCULPT":
-        return "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+        return SCULPTED
     # Modifiers may make faces of a mesh that has none.
     faces_needed = not (to_clear or with_modifiers)
     if faces_needed and obj.mode != "EDIT" and not obj.data.polygons:
