@@ -29,7 +29,8 @@ from ..scene.retopology import checks, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines, maps
 
-
+# Types of objects that Blender makes meshes of.
+_CONVERTIBLE = ("CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "GREASEPENCIL")
 SCULPTED = "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
 
 
@@ -257,7 +258,7 @@ def why_not(
     if obj is None:
         return "There is no active object. Click a mesh first."
     if obj.type != "MESH":
-        return f"{obj.name} is not a mesh. Choose a mesh, or convert it: Object > Convert > Mesh."
+        return _no_mesh(obj)
     if not with_modifiers and not targets.is_own(homes.owner_of(obj)):
         return (
             f"{obj.name} is linked from another file and cannot keep results here. Choose "
@@ -273,6 +274,18 @@ def why_not(
     if faces_needed and obj.mode != "EDIT" and not obj.data.polygons:
         return f"{obj.name} has no faces: curvature needs a surface."
     return ""
+
+
+def _no_mesh(obj: bpy.types.Object) -> str:
+    """What to do with an object that is no mesh, in words."""
+    way = "Choose a mesh."
+    if obj.type == "ARMATURE":
+        way = "Choose the mesh that the armature moves; its pose counts."
+    elif obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
+        way = "Choose a mesh, or make the instance real: Object > Apply > Make Instances Real."
+    elif obj.type in _CONVERTIBLE:
+        way = "Choose a mesh, or convert it: Object > Convert > Mesh."
+    return f"{obj.name} is not a mesh. {way}"
 
 
 def _attributes(detection: core.Detection, arrays: MeshArrays) -> dict[str, np.ndarray]:
