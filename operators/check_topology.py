@@ -5,7 +5,7 @@ import bpy
 from .. import core
 from .base.errors import ObjectError
 from .data import topology
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
 from .mesh.attributes import check_result_names
 from .mesh.read import polygons_in_world
@@ -39,7 +39,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
         def work(
             job: retopology.Job, guide: core.Guide, progress: core.Progress
         ) -> tuple[core.TopologyCheck, core.Poles, core.Umbilics]:
-            guidance, kept = retopology.plan(job, guide, progress.part("Planning poles", 0.0, 0.6))
+            guidance, kept = works.plan(job, guide, progress.part("Planning poles", 0.0, 0.6))
             part = progress.part("Comparing", 0.6, 1.0)
             poles = guidance.poles
             found = core.check_topology(places, corners, start, guide, poles, part)

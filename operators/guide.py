@@ -7,7 +7,7 @@ from bpy.props import BoolProperty
 
 from .. import core
 from .data import plans
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
 from .scene.retopology import guidance_objects
@@ -33,7 +33,7 @@ class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
         return retopology.gather(
             context,
             selection.shown(context),
-            retopology.plan,
+            works.plan,
             settings=self.settings(context),
             steered=True,
             with_poles=self.by_hand,

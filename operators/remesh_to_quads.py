@@ -8,7 +8,7 @@ import bpy
 
 from .. import core
 from .data import remeshing, topology
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.adjustable import Adjustable
 from .scene import selection, targets
 from .scene.retopology import checks, quad_meshes
@@ -52,7 +52,7 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
                 strokes=job.steering.strokes,
                 wanted=job.steering.wanted,
             )
-            guidance, kept = retopology.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
+            guidance, kept = works.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
             part = progress.part("Checking", 0.95, 1.0)
             poles = guidance.poles
             check = core.check_quads(quads, guide, poles, part)

@@ -13,7 +13,7 @@ import bpy
 from ..data.belonging import OWNER_TAG
 from ..mesh.attributes import RESULTS, remove_results
 from . import display_objects, empties, homes
-from .retopology import guidance_objects
+from .retopology import guidance_objects, marked_edges
 from .targets import is_local
 from .transaction import Transaction, all_or_nothing, empty_without
 from .view import glyph_images
@@ -22,8 +22,8 @@ from .view import glyph_images
 _ON_MESHES = (
     RESULTS,
     guidance_objects.ATTRIBUTES,
-    guidance_objects.MARKS,
-    guidance_objects.RIDGE_EDGES,
+    marked_edges.MARKS,
+    marked_edges.RIDGE_EDGES,
 )
 
 
