@@ -18,11 +18,17 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 # Folders whose tests need Blender around them.
 IN_BLENDER = ("operators", "ui")
 
-# The machines are slow and shared, so that a deadline would fail by chance; the same examples
-# every time make a failure in continuous integration one that can be repeated.
-settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("ci", settings.get_profile("default"), derandomize=True)
-settings.load_profile("ci" if os.environ.get("CI") else "default")
+# The machines are slow and shared, so that a deadline would fail by chance. The same examples every
+# time: a suite that is green stays so until something changes, and a failure can be repeated.
+# `tools/test --hypothesis-profile explore` looks for new ones.
+settings.register_profile(
+    "repeatable",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=True,
+)
+settings.register_profile("explore", settings.get_profile("repeatable"), derandomize=False)
+settings.load_profile("repeatable")
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

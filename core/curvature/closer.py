@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.progress import Progress
-from ..fields.winding import certified_index
+from ..fields.winding import Winding
 from ..mesh.surface import Surface
 from .blend import Blend
 from .field import CurvatureField
@@ -63,12 +63,15 @@ class Closer:
     rings:
         (n,) int64 rings of the fit at each vertex, 0 where the cubic stayed; None where all are
         those of `scale`.
+    winding:
+        Of the field.
     """
 
     field: CurvatureField
     radius: np.ndarray
     scale: Scale | None
     degree: int
+    winding: Winding
     rings: np.ndarray | None = None
 
 
@@ -98,9 +101,9 @@ def look_closer(
         seen |= exact
     most = max(MOST_ANYWAY // 4, round(MOST_FITS * len(radius)))
     fits, now = 0, field
+    winding = Winding.of(surface, now.d1, now.d2, progress.quiet())
     for _ in range(ROUNDS):
-        index = certified_index(surface, now.d1, now.d2, progress.quiet())
-        triangles = np.flatnonzero(index)
+        triangles = np.flatnonzero(winding.index)
         triangles = triangles[~seen[surface.triangles[triangles]].any(axis=1)]
         triangles = triangles[(blend.share[surface.triangles[triangles]] < 1.0).any(axis=1)]
         fits += len(triangles)
@@ -109,9 +112,10 @@ def look_closer(
         seen[surface.triangles[triangles].ravel()] = True
         blend.add(surface, best_fits(surface, scale, triangles, progress.quiet()), exact)
         now = blend.field()
-    if not fits or not blend.rings.any():
-        return Closer(field, radius, None, 0)
-    return Closer(now, blend.radius, scale, DEGREE, blend.rings)
+        winding = winding.after(surface, np.flatnonzero(blend.weight), now.d1, now.d2)
+    if not blend.rings.any():
+        return Closer(field, radius, None, 0, winding)
+    return Closer(now, blend.radius, scale, DEGREE, winding, blend.rings)
 
 
 def _at_one_scale(
@@ -126,8 +130,11 @@ def _at_one_scale(
     seen, fits = np.zeros(len(radius), bool) if exact is None else exact.copy(), 0
     most = max(MOST_ANYWAY, round(MOST_SHARE * len(radius)))
     closer: Scale | None = None
+    field = CurvatureField(**{name: value.copy() for name, value in vars(field).items()})
+    radius = radius.copy()
+    winding = Winding.of(surface, field.d1, field.d2, progress.quiet())
     for _ in range(ROUNDS):
-        vertices = _around_umbilics(surface, field, seen, progress.quiet())
+        vertices = _around_umbilics(surface, winding, seen)
         if closer is None:
             if len(vertices) == 0:
                 break
@@ -143,14 +150,12 @@ def _at_one_scale(
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]
-        values = {name: value.copy() for name, value in vars(field).items()}
         for name in ("k1", "k2", "d1", "d2", "normal"):
-            values[name][rows] = getattr(jets, name)[better]
-        values["noise"][rows] = noise[better]
-        field = CurvatureField(**values)
-        radius = radius.copy()
+            getattr(field, name)[rows] = getattr(jets, name)[better]
+        field.noise[rows] = noise[better]
         radius[rows] = jets.radius[better]
-    return Closer(field, radius, closer, degree if closer else 0)
+        winding = winding.after(surface, rows, field.d1, field.d2)
+    return Closer(field, radius, closer, degree if closer else 0, winding)
 
 
 def _closer_scale(
@@ -164,14 +169,10 @@ def _closer_scale(
     return grow_while_it_falls(surface, scale.normals, around, some, progress, NOISY, MOST_RINGS)
 
 
-def _around_umbilics(
-    surface: Surface, field: CurvatureField, seen: np.ndarray, progress: Progress
-) -> np.ndarray:
-    """Vertices around the umbilics of the field that were not looked at."""
-    index = certified_index(surface, field.d1, field.d2, progress)
+def _around_umbilics(surface: Surface, winding: Winding, seen: np.ndarray) -> np.ndarray:
+    """Vertices around the umbilics of a field that were not looked at."""
     near = np.zeros(len(seen), bool)
-    near[surface.triangles[np.flatnonzero(index)]] = True
+    near[surface.triangles[np.flatnonzero(winding.index)]] = True
     for _ in range(AROUND):
-        inside = np.flatnonzero(near[surface.triangles].any(axis=1))
-        near[surface.triangles[inside]] = True
+        near[surface.triangles[surface.touching(near)]] = True
     return np.flatnonzero(near & ~seen)

@@ -12,10 +12,12 @@ from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.unit import unit
+from ..fields.winding import Winding
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import following
-from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
+from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood
 from ..mesh.normals import smooth_normals, vertex_normals
+from ..mesh.rings import adjacency, rings_across
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from ..mesh.thinning import thinned
@@ -46,6 +48,10 @@ class Estimate:
         Median standard deviation of the heights about the fits, in length; NaN without jets.
     closer, degree:
         What the jets around umbilics were fitted to, and their degree; None and 0 without.
+    rings:
+        As in `Closer`.
+    winding:
+        Of the field, where it was asked for on the way; else None.
     """
 
     field: CurvatureField
@@ -56,6 +62,7 @@ class Estimate:
     closer: Scale | None = None
     degree: int = 0
     rings: np.ndarray | None = None
+    winding: Winding | None = None
 
 
 def estimate(
@@ -153,6 +160,7 @@ def _from_jets(
         closer=closer.scale,
         degree=closer.degree if closer.scale else 0,
         rings=closer.rings,
+        winding=closer.winding,
     )
 
 

@@ -7,6 +7,8 @@ Euler characteristic exactly, whatever the noise (the discrete Poincare-Hopf the
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..base.parallel import run
@@ -19,6 +21,39 @@ from ..mesh.surface import Surface
 BLOCK = 32768
 # How much real parts must exceed imaginary ones for round-off not to matter.
 ABOVE_ROUND_OFF = 1.001
+
+
+@dataclass(frozen=True)
+class Winding:
+    """The index of a line field in each triangle, and what follows its changes.
+
+    Attributes
+    ----------
+    index:
+        (m,) float64 as from `certified_index`.
+    by_normals:
+        (m,) float64 before the sums over closed components are seen to.
+    """
+
+    index: np.ndarray
+    by_normals: np.ndarray
+
+    @classmethod
+    def of(cls, surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress) -> Winding:
+        """That of a field as `certified_index` takes it."""
+        by_normals = _by_vertex_normals(surface, d1, d2, progress, 2)
+        return cls(_with_exact_sums(surface, by_normals, d1, d2, 2), by_normals)
+
+    def after(
+        self, surface: Surface, vertices: np.ndarray, d1: np.ndarray, d2: np.ndarray
+    ) -> Winding:
+        """That of the field d1, d2, which differs from the one before at some vertices (k,)."""
+        changed = np.zeros(len(d1), bool)
+        changed[vertices] = True
+        rows = surface.touching(changed)
+        by_normals = self.by_normals.copy()
+        by_normals[rows] = _by_vertex_normals(surface, d1, d2, Progress(), 2, rows)
+        return Winding(_with_exact_sums(surface, by_normals, d1, d2, 2), by_normals)
 
 
 def certified_index(
@@ -51,17 +86,28 @@ def certified_index(
 
 
 def _by_vertex_normals(
-    surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress, symmetry: int
+    surface: Surface,
+    d1: np.ndarray,
+    d2: np.ndarray,
+    progress: Progress,
+    symmetry: int,
+    rows: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(m,) index by the rotations between the vertex normals alone."""
-    m = len(surface.triangles)
+    """(r,) index of the triangles `rows` (r,), or of all, by the rotations between the vertex
+    normals alone."""
+    chosen = surface.triangles if rows is None else surface.triangles[rows]
+    m = len(chosen)
     turns = np.zeros(m)
+    if rows is not None:
+        # Few triangles should not cost the whole mesh's frames.
+        corners, inverse = np.unique(chosen, return_inverse=True)
+        chosen, d1, d2 = inverse.reshape(-1, 3), d1[corners], d2[corners]
     # Single precision halves the traffic and tells safely where the field hardly turns.
     frames = np.empty((3, len(d1)), np.complex64)
     frames.real, frames.imag = d1.T, d2.T
 
     def block(first: int) -> None:
-        triangles = surface.triangles[first : first + BLOCK]
+        triangles = chosen[first : first + BLOCK]
         wild = np.flatnonzero(~_calm(_rotations(np.take(frames, triangles.T, axis=1)), symmetry))
         if len(wild):
             corners = triangles[wild].T

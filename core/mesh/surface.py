@@ -119,6 +119,12 @@ class Surface:
             return volumes.sum(keepdims=True)
         return self.by_component(slice(None), volumes)
 
+    def touching(self, vertices: np.ndarray) -> np.ndarray:
+        """Ascending rows of the triangles with a corner among the vertices (n,) bool."""
+        # Corner by corner: several times faster than over the last axis of (m, 3).
+        a, b, c = (vertices[corner] for corner in self.triangles.T)
+        return np.flatnonzero(a | b | c)
+
     def near_border(self, rings: int) -> np.ndarray:
         """(n,) bool, True at vertices within so many edges of a border."""
         near = self.border

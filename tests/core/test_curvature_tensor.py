@@ -36,6 +36,8 @@ def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
     apart = np.abs(places[:, None] - places[None]) + np.eye(len(places))
     assume(apart.min() > 0.3)
     surface, z = flat_surface(cells=23)
+    # On an edge round-off may give the published test to both triangles, or to none.
+    assume(all(np.abs(_edge_coordinates(place, cells=23)).min() > 1e-6 for place in places))
     deviator = np.full(len(z), np.exp(1j * turn))
     for place, conjugate in zeros:
         factor = z - place
@@ -44,7 +46,6 @@ def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
     by_s = by_triangles(surface, field, "projection")
     unfolding = unfolded_along_seams(surface, NO_SEAMS)
     by_c = detect_by_curvature_tensor(surface, field, unfolding)
-    # A zero on an edge or a vertex may be given to any triangle there: compare the points.
     points_s = points_of(surface, by_s[0], by_s[1])
     points_c = points_of(surface, by_c.triangle, by_c.barycentric)
     inner = np.all(np.abs(points_c[:, :2]) < 0.97, axis=1)
@@ -52,6 +53,14 @@ def test_s_and_c_agree_on_a_flat_chart(zeros, turn: float) -> None:
         assert np.min(np.linalg.norm(points_s - point, axis=1), initial=9.0) < 1e-6
     for point in points_s[np.all(np.abs(points_s[:, :2]) < 0.97, axis=1)]:
         assert np.min(np.linalg.norm(points_c - point, axis=1), initial=9.0) < 1e-6
+
+
+def _edge_coordinates(place: complex, cells: int) -> np.ndarray:
+    """How far a place of `flat_surface` is from the next edges along x, y and across the
+    diagonals, in cells."""
+    x, y = (cells * (0.5 + 0.5 * part) for part in (place.real, place.imag))
+    along = np.array([x, y, x - y, x + y])
+    return along - np.round(along)
 
 
 @pytest.mark.parametrize("seed", range(3))

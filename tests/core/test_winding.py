@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.base.progress import Progress
-from core.fields.winding import certified_index, edge_turns
+from core.curvature.from_normals import curvature_from_normals
+from core.fields.winding import Winding, certified_index, edge_turns
+from core.mesh.normals import vertex_normals
 
 
 def test_exact_directions_give_the_true_umbilics():
@@ -94,3 +96,19 @@ def sides(surface):
         surface.triangles[:, [1, 2, 0]].ravel().tolist(),
         strict=True,
     )
+
+
+@given(st.integers(0, 1 << 30), st.sampled_from([0, 1, 40, 400]))
+@settings(max_examples=20)
+def test_a_winding_follows_changes_of_its_field(seed: int, changes: int) -> None:
+    random = np.random.default_rng(seed)
+    mesh = surfaces.noisy(surfaces.ellipsoid(subdivisions=3), 0.3 * random.random(), seed=seed)
+    surface = surface_of(mesh)
+    field = curvature_from_normals(surface, vertex_normals(surface))
+    before = Winding.of(surface, field.d1, field.d2, Progress())
+    rows = random.choice(len(field.d1), changes, replace=False)
+    d1 = field.d1.copy()
+    d1[rows] = field.d2[rows]
+    d2 = np.cross(field.normal, d1)
+    after = before.after(surface, rows, d1, d2)
+    assert np.array_equal(after.index, certified_index(surface, d1, d2, Progress()))
