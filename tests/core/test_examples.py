@@ -9,7 +9,8 @@ import core
 
 # What a script begins with.
 FRONT_DOOR = (
-    "detect", "select", "compare", "Guide", "remesh", "read_off", "read_steering", "export_guidance",
+    "detect", "select", "compare", "Guide", "remesh", "read_off", "read_steering",
+    "export_guidance",
 )  # fmt: skip
 
 
