@@ -187,7 +187,7 @@ def main(arguments: list[str] | None = None) -> int:
                 count, ours, ratio, peer = measured(surface, truth, moved, made[1], cgal)
                 cells = (surface.name, mesh, f"{100 * noise:g}", str(count))
                 # What a mesh could show is all that counts of the other's lines, too.
-                theirs = tuple(np.delete(peer.cells(), 2)) if peer else ("", "", "")
+                theirs = tuple(np.delete(peer.cells(), 2).tolist()) if peer else ("", "", "")
                 rows.append((*cells, *ours.cells(), f"{ratio:.1f}", *theirs))
     missing = f" Left out for want of a package: {', '.join(sorted(left))}." if left else ""
     text = PAGE.format(
