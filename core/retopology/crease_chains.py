@@ -105,9 +105,12 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     meeting = np.bincount(vertex[:, edge].ravel(), minlength=len(surface.border))
     junction = (meeting >= 3) | surface.border
     long = straight & ((count >= FEWEST) | (begin == end))
-    kept = long & (_expected_by_chance(strong, count) <= np.log(BY_CHANCE))
+    bent = int(np.count_nonzero(strong))
+    kept = long & _meaningful(len(strong), bent, count)
+    # What lies in chains that mean something is no chance: fewer are then left to make others.
+    kept = long & _meaningful(len(strong), bent - int(count[kept].sum()), count)
     with_short = long | (straight & junction[begin] & junction[end])
-    if count[with_short].sum() >= IN_CHAINS * np.count_nonzero(strong):
+    if count[with_short].sum() >= IN_CHAINS * bent:
         kept = with_short
     rows = kept[piece]
     return CreaseChains(
@@ -117,12 +120,11 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     )
 
 
-def _expected_by_chance(strong: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """(l,) logarithm of how many chains of `count` (l,) edges there would be if those that bend, of
-    all edges (e,) bool, lay anywhere."""
-    share = np.count_nonzero(strong) / max(len(strong), 1)
-    log = np.log(np.maximum([len(strong) / WAYS, WAYS * share], np.finfo(float).tiny))
-    return np.asarray(log[0] + count * log[1])
+def _meaningful(edges: int, bent: int, count: np.ndarray) -> np.ndarray:
+    """(l,) whether chains of `count` (l,) edges would be few if the `bent` ones lay anywhere."""
+    each = WAYS * max(bent, 1) / max(edges, 1)
+    with np.errstate(under="ignore"):
+        return np.asarray(edges / WAYS * each**count <= BY_CHANCE)
 
 
 def _precision(surface: Surface, half_edge: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ from ..fields.connection import connection_laplacian, weights_and_areas
 from ..fields.frames import frame
 from ..fields.multigrid import solve
 from ..fields.transport import rotation, tangents
+from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from .dipoles import without_dipoles
 from .features import Features, find_features, fourth_power, wanted_directions
@@ -112,9 +113,7 @@ def cross_field(
     progress.step(0.0)
     if features is None:
         features = find_features(surface, settings, sharp)
-    # Those of the fits: the mesh's own turn so wildly on a rough surface that transport between
-    # them makes singularities, however smooth the field is.
-    normal = field.normal
+    normal = _frame_normals(surface, field, features)
     e1, e2 = tangents(normal)
     axis = np.ascontiguousarray((e1 + 1j * e2).T)
     confidence, data = curvature_data(surface, field, normal, axis, undirected, 4)
@@ -152,6 +151,19 @@ def cross_field(
         triangle_index=index,
         smoothing=float(np.median(smoothing)),
     )
+
+
+def _frame_normals(surface: Surface, field: CurvatureField, features: Features) -> np.ndarray:
+    """(n, 3) unit normals of the frames: those of the fits, since the mesh's own turn so wildly on a
+    rough surface that transport between them makes singularities, however smooth the field is. On
+    hard features fits see one side only; there they are the mesh's.
+    """
+    normal = field.normal.copy()
+    edge = features.half_edge
+    corners = surface.triangles.ravel()[edge], surface.triangles[:, [1, 2, 0]].ravel()[edge]
+    on = np.unique(np.concatenate(corners))
+    normal[on] = vertex_normals(surface)[on]
+    return normal
 
 
 def _smoothest(
