@@ -154,9 +154,11 @@ def cross_field(
 
 
 def _frame_normals(surface: Surface, field: CurvatureField, features: Features) -> np.ndarray:
-    """(n, 3) unit normals of the frames: those of the fits, since the mesh's own turn so wildly on a
-    rough surface that transport between them makes singularities, however smooth the field is. On
-    hard features fits see one side only; there they are the mesh's.
+    """(n, 3) unit normals of the frames: those of the fits.
+
+    The mesh's own turn so wildly on a rough surface that transport between them makes
+    singularities, however smooth the field is. But on hard features fits see one side only; there
+    they are the mesh's.
     """
     normal = field.normal.copy()
     edge = features.half_edge
