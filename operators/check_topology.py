@@ -5,7 +5,7 @@ import bpy
 from .. import core
 from .base.errors import ObjectError
 from .data import topology
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
 from .mesh.attributes import check_result_names
 from .mesh.read import polygons_in_world
@@ -38,11 +38,12 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
 
         def work(
             job: retopology.Job, guide: core.Guide, progress: core.Progress
-        ) -> tuple[core.TopologyCheck, core.Poles]:
-            guidance, _ = retopology.plan(job, guide, progress.part("Planning poles", 0.0, 0.6))
+        ) -> tuple[core.TopologyCheck, core.Poles, core.Umbilics]:
+            guidance, kept = works.plan(job, guide, progress.part("Planning poles", 0.0, 0.6))
             part = progress.part("Comparing", 0.6, 1.0)
             poles = guidance.poles
-            return core.check_topology(places, corners, start, guide, poles, part), poles
+            found = core.check_topology(places, corners, start, guide, poles, part)
+            return found, poles, kept.umbilics
 
         return retopology.gather(context, surface, work, steered=True)
 
@@ -50,7 +51,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
         self,
         context: bpy.types.Context,
         job: retopology.Job,
-        found: tuple[core.TopologyCheck, core.Poles],
+        found: tuple[core.TopologyCheck, core.Poles, core.Umbilics],
     ) -> str:
         checked = targets.named(self._checked)
         if checked is None:
@@ -59,7 +60,9 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
             seen = checks.depsgraph_of(context, checks.source_in(self._stamp))
             if checks.signature_of(checked, seen) != self._stamp:
                 raise ObjectError(f"{checked.name} was changed meanwhile. Check again.")
-            checks.write(context, checked, job.object_name, *found, self._stamp, transaction)
+            check, poles, umbilics = found
+            against = retopology.against(job, umbilics)
+            checks.write(context, checked, against, check, poles, self._stamp, transaction)
         return f"{'. '.join(topology.sentences(checked.umbilics_check))}."
 
 

@@ -1,6 +1,9 @@
 """Operator: find the umbilics of the active mesh and of the other selected ones."""
 
+from dataclasses import replace
+
 import bpy
+from bpy.props import BoolProperty
 
 from .. import core
 from .base.translation import reported
@@ -8,6 +11,7 @@ from .base.words import outcome, pins_lost
 from .data import properties, reading
 from .jobs import detect, worker
 from .jobs.modal import RUNNING, BackgroundOperator, Message
+from .mesh.scope import Scope
 from .scene import selection
 
 
@@ -17,6 +21,13 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
     bl_description = (
         "Find the umbilics of the active mesh and of the other selected ones: the points where "
         "the surface curves equally in all directions"
+    )
+
+    again: BoolProperty(
+        name="Same Faces",
+        description="Where the scope is what is selected or visible, take the faces of the last "
+        "detection, whatever is selected or visible now",
+        options={"HIDDEN", "SKIP_SAVE"},
     )
 
     @classmethod
@@ -42,7 +53,8 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         jobs, refused = [], []
         for obj in selection.wanted(context):
             try:
-                job = detect.gather(obj, settings, names, depsgraph=depsgraph, scope=scope)
+                mine = replace(scope, kept=self.again and _was_of(obj, scope))
+                job = detect.gather(obj, settings, names, depsgraph=depsgraph, scope=mine)
                 jobs.append(job)
             except core.UmbilicsError as error:
                 refused.append(error)
@@ -56,6 +68,11 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         level = "WARNING" if detection.warnings else "INFO"
         messages = [(level, " ".join((f"{outcome(detection)}.", *detection.warnings)))]
         return [*messages, ("WARNING", pins_lost(lost))] if lost else messages
+
+
+def _was_of(obj: bpy.types.Object | None, scope: Scope) -> bool:
+    """Whether the object's last detection had that scope, too."""
+    return obj is not None and obj.type == "MESH" and obj.umbilics.scope == scope.kind
 
 
 def _with_modifiers(context: bpy.types.Context) -> bool:

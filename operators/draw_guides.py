@@ -3,7 +3,7 @@
 import bpy
 
 from .. import core
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
 from .scene import selection
 from .scene.retopology import curve_objects
@@ -18,7 +18,7 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, selection.shown(context), retopology.guides)
+        return retopology.gather(context, selection.shown(context), works.guides)
 
     def done(
         self,

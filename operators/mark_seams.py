@@ -4,15 +4,15 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
 from .scene import selection
-from .scene.retopology import guidance_objects
+from .scene.retopology import marked_edges
 
 _WORK = {
-    "SEPARATRICES": retopology.separatrices,
-    "LINES": retopology.lines,
-    "RIDGES": retopology.ridges,
+    "SEPARATRICES": works.separatrices,
+    "LINES": works.lines,
+    "RIDGES": works.ridges,
 }
 _MARK = {"SEAM": "seam", "SHARP": "edge_sharp", "CREASE": "crease"}
 
@@ -43,12 +43,12 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        work = retopology.edges_along(_WORK[self.lines])
+        work = works.edges_along(_WORK[self.lines])
         return retopology.gather(context, selection.shown(context), work, with_edges=True)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: np.ndarray) -> str:
         with retopology.written(context, job) as (obj, transaction):
-            count = guidance_objects.mark(obj, found, _MARK[self.mark], transaction)
+            count = marked_edges.mark(obj, found, _MARK[self.mark], transaction)
         return f"{count} edges marked."
 
 

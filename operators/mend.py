@@ -55,7 +55,8 @@ class UMBILICS_OT_mend(bpy.types.Operator):
         obj = selection.active(context)
         _WAYS[self.way](context, obj)
         how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
-        return {"CANCELLED"} if bpy.ops.umbilics.detect(how) == {"CANCELLED"} else {"FINISHED"}
+        detected = bpy.ops.umbilics.detect(how, again=True)
+        return {"CANCELLED"} if detected == {"CANCELLED"} else {"FINISHED"}
 
 
 def _subdivide(context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -8,7 +8,7 @@ import bpy
 
 from .. import core
 from .data import remeshing, topology
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.adjustable import Adjustable
 from .scene import selection, targets
 from .scene.retopology import checks, quad_meshes
@@ -16,11 +16,13 @@ from .scene.retopology import checks, quad_meshes
 
 @dataclass(frozen=True)
 class Made:
-    """The quads, and how they follow the surface and its plan of these poles."""
+    """The quads, and how they follow the surface and its plan of these poles, which comes from
+    these umbilics."""
 
     quads: core.QuadMesh
     check: core.TopologyCheck
     poles: core.Poles
+    umbilics: core.Umbilics
 
 
 class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
@@ -50,22 +52,28 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
                 strokes=job.steering.strokes,
                 wanted=job.steering.wanted,
             )
-            guidance, _ = retopology.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
+            guidance, kept = works.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
             part = progress.part("Checking", 0.95, 1.0)
             poles = guidance.poles
-            return Made(quads, core.check_quads(quads, guide, poles, part), poles)
+            check = core.check_quads(quads, guide, poles, part)
+            return Made(quads, check, poles, kept.umbilics)
 
         return retopology.gather(context, selection.shown(context), work, steered=True)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: Made) -> str:
         quads = found.quads
+        source = targets.named(job.object_name)
+        # For writing it leaves its mode.
+        is_idle = source is not None and source.mode == "OBJECT"
         with retopology.written(context, job) as (_, transaction):
-            source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
-            made = quad_meshes.add(context, source, job.inputs.arrays, quads, delivery, transaction)
+            arrays = job.inputs.arrays
+            made = quad_meshes.add(
+                context, source, arrays, quads, delivery, transaction, forward=is_idle
+            )
             made.umbilics_check.surface = source
             stamp = checks.signature_of(made, None)
-            against = job.object_name
+            against = retopology.against(job, found.umbilics)
             checks.write(context, made, against, found.check, found.poles, stamp, transaction)
         said = ". ".join(topology.sentences(made.umbilics_check))
         return f"{len(quads.quads)} quads, {len(quads.pole_valence)} poles. {said}."

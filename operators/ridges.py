@@ -4,10 +4,10 @@ import bpy
 
 from .. import core
 from .data import plans
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
-from .scene.retopology import curve_objects, guidance_objects
+from .scene.retopology import curve_objects, guidance_objects, marked_edges
 
 
 class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
@@ -22,7 +22,7 @@ class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
         return retopology.gather(
             context,
             selection.shown(context),
-            retopology.ridges_on_edges,
+            works.ridges_on_edges,
             own_edges=True,
             settings=self.settings(context),
         )
@@ -37,7 +37,7 @@ class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
         with retopology.written(context, job) as (obj, transaction):
             part = guidance_objects.RIDGES
             curve_objects.write_lines(context, obj, job.inputs.arrays, lines, part, transaction)
-            guidance_objects.write_ridge_edges(obj, edges, transaction)
+            marked_edges.write_ridge_edges(obj, edges, transaction)
         if not len(lines):
             return "No ridges: the mesh bends nowhere far enough for a line."
         hollow = int((lines.family == 1).sum())

@@ -3,7 +3,7 @@
 import bpy
 
 from .. import core
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
 from .scene import selection
 from .scene.retopology import guidance_objects
@@ -18,7 +18,7 @@ class UMBILICS_OT_rotation_symmetry(GuidanceOperator, bpy.types.Operator):
     )
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
-        return retopology.gather(context, selection.shown(context), retopology.rotation)
+        return retopology.gather(context, selection.shown(context), works.rotation)
 
     def done(
         self, context: bpy.types.Context, job: retopology.Job, found: core.RotationSymmetry

@@ -4,7 +4,7 @@ import bpy
 
 from .. import core
 from .data import plans
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.adjustable import AdjustableGuidance, with_settings
 from .scene import selection
 from .scene.retopology import curve_objects, guidance_objects
@@ -21,7 +21,7 @@ class UMBILICS_OT_separatrices(AdjustableGuidance, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = self.settings(context)
         return retopology.gather(
-            context, selection.shown(context), retopology.separatrices, settings=settings
+            context, selection.shown(context), works.separatrices, settings=settings
         )
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:

@@ -7,7 +7,7 @@ from bpy.props import StringProperty
 
 from .. import core
 from .data import remeshing
-from .jobs import retopology
+from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
 from .scene import selection
 
@@ -25,7 +25,7 @@ class UMBILICS_OT_write_files(GuidanceOperator, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         stem = Path(bpy.path.abspath(self.filepath)).with_suffix("")
         settings = remeshing.to_remesh_settings(context.scene.umbilics_remesh)
-        work = retopology.exported(stem, self.kinds.split(), settings)
+        work = works.exported(stem, self.kinds.split(), settings)
         return retopology.gather(context, selection.shown(context), work, steered=True)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Written) -> str:

@@ -14,9 +14,9 @@ and, only with --matrix,
   matrix    tests/operators and tests/ui in each Blender that there is as a Python module: 4.2 LTS,
             4.5 LTS, 5.0 and 5.2 LTS, where SciPy must come from the zip's own wheel
 
-Two suites run at a time, one of each lane below, on a machine with two cores or more; what the
-second lane prints comes when the suite is through. --quick is core's tests but for those marked
-slow, which take most of the time.
+On a machine with two cores or more two run beside each other, the long ones in parts, so that both
+cores have work to the end; what the second prints comes when its part is through. --quick is core's
+tests but for those marked slow, which take most of the time.
 
 Other arguments are pytest's. Paths among them choose the suites too.
 """
@@ -29,11 +29,11 @@ import tempfile
 import threading
 import time
 import xml.etree.ElementTree as ElementTree
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
-from itertools import chain
 from pathlib import Path
 
 import blender_modules
@@ -49,8 +49,11 @@ SUITES = {
     "gui": ("tests/gui",),
     "matrix": ("tests/operators", "tests/ui"),
 }
-# Those that run when none is named, in lanes beside each other.
-LANES = (("core", "tools"), ("blender", "gui"))
+# Those that run when none is named. Whoever is free takes the next: those that start something of
+# their own come first, the even parts of core fill what is left of the time.
+USUAL = ("blender", "gui", "tools", "core")
+# How many parts of about the same length a suite is cut in.
+PARTS = {"core": 6, "blender": 3, "gui": 6}
 
 # pytest's own exit codes.
 NO_TESTS = 5
@@ -66,6 +69,28 @@ def paths_of(suite: str, given: list[str]) -> list[str]:
         for path in given
         if any(Path(path.split("::")[0]).resolve().is_relative_to(folder) for folder in folders)
         or Path(path).resolve() in (REPOSITORY, REPOSITORY / "tests")
+    ]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some of a suite's tests, which run in one process."""
+
+    suite: str
+    name: str
+    paths: list[str]
+
+
+def parts_of(suite: str, given: list[str]) -> list[Part]:
+    """What a suite runs, in as many parts as it is cut in; one if paths are given."""
+    paths = paths_of(suite, given)
+    count = 1 if given else PARTS.get(suite, 1)
+    if count == 1:
+        return [Part(suite, suite, paths)] if paths else []
+    files = [str(file) for path in paths for file in sorted(Path(path).rglob("test_*.py"))]
+    return [
+        Part(suite, f"{suite} {number + 1} of {count}", files[number::count])
+        for number in range(min(count, len(files)))
     ]
 
 
@@ -110,30 +135,35 @@ class Tests:
         self._installed = None
         self._installing = threading.Lock()
         self._counting = threading.Lock()
+        self._taking = threading.Lock()
         # Where a suite beside another puts what it prints, by thread.
         self._aside = threading.local()
 
-    def run(self, suite: str) -> None:
-        paths = paths_of(suite, self.given)
-        if not paths:
+    def run(self, suites: Iterable[str]) -> None:
+        """Suites in their order, two parts beside each other where there are two cores."""
+        waiting = deque(part for suite in suites for part in parts_of(suite, self.given))
+        if (os.cpu_count() or 1) < 2:
+            self._run_next(waiting)
             return
-        self._counted(suite, getattr(self, f"_{suite}"), paths)
+        with ThreadPoolExecutor(1) as pool:
+            beside = pool.submit(self._run_next, waiting, aside=True)
+            self._run_next(waiting)
+            beside.result()
 
-    def run_lanes(self, lanes: Iterable[Iterable[str]]) -> None:
-        """The suites of each lane in turn, the lanes beside each other."""
-        first, *others = lanes
-        with ThreadPoolExecutor(max(len(others), 1)) as pool:
-            running = [pool.submit(self._run_aside, lane) for lane in others]
-            for suite in first:
-                self.run(suite)
-            for lane in running:
-                lane.result()
-
-    def _run_aside(self, lane: Iterable[str]) -> None:
-        for suite in lane:
-            path = self.folder / f"{suite}.txt"
+    def _run_next(self, waiting: deque[Part], aside: bool = False) -> None:
+        """Run parts until none is left; what one `aside` prints comes when it is through."""
+        while True:
+            with self._taking:
+                if not waiting:
+                    return
+                part = waiting.popleft()
+            run = getattr(self, f"_{part.suite}")
+            if not aside:
+                self._counted(part.name, run, part.paths)
+                continue
+            path = self.folder / f"{part.name}.txt"
             with path.open("w") as self._aside.output:
-                self.run(suite)
+                self._counted(part.name, run, part.paths)
             print(path.read_text(errors="replace"), end="", flush=True)
 
     def run_matrix(self) -> None:
@@ -257,12 +287,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         tests = Tests(Path(folder), paths, options)
         if chosen.quick:
-            tests.run("core")
-        elif chosen.suites or (os.cpu_count() or 1) < 2:
-            for suite in chosen.suites or chain(*LANES):
-                tests.run_matrix() if suite == "matrix" else tests.run(suite)
+            tests.run(["core"])
         else:
-            tests.run_lanes(LANES)
+            tests.run(suite for suite in chosen.suites or USUAL if suite != "matrix")
+            if "matrix" in (chosen.suites or ()):
+                tests.run_matrix()
 
     if tests.failed:
         say(f"failed: {', '.join(tests.failed)}")

@@ -53,7 +53,7 @@ class UMBILICS_PT_overlay(Part, bpy.types.Panel):
             if display.field == "PRINCIPAL":
                 strokes.prop(display, "crosses")
             elif obj is None or not obj.umbilics_plan.planned:
-                strokes.label(text="Plan Poles makes it", icon="INFO")
+                strokes.label(text="None yet: Plan Poles makes it", icon="INFO")
             strokes.prop(display, "density")
         marks = layout.column(heading="Umbilics")
         marks.prop(display, "glyphs")

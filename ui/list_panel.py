@@ -16,8 +16,10 @@ from . import kind_icons
 from .parts import Part, short
 
 _PERMANENT = 1e37
-# Part of a row for the kind; the rest is shared by the numbers.
-_KIND_PART = 0.47
+# Part of a row for the kind, of the rest for the index, of the rest for the persistence; and of
+# the columns' names, of which the kind's needs less.
+_PARTS = 0.53, 0.28, 0.5
+_NAME_PARTS = 0.42, 0.4, 0.5
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
@@ -34,17 +36,15 @@ class UMBILICS_UL_umbilics(bpy.types.UIList):
         active_property: str,
     ) -> None:
         pinned = item.row in summary.rows_of(data.pinned)
-        halves = layout.split(factor=_KIND_PART)
         kind = summary.kind_of(item)
         icon = kind_icons.icon_of(context, kind)
-        name = halves.row(align=True)
+        name, index, persistence, curvature = _columns(layout, _PARTS)
         name.label(text=f"{item.number} {translated(kind.capitalize())}", icon_value=icon)
         if pinned:
             name.label(text="", icon="PINNED")
-        columns = halves.row(align=True)
-        columns.label(text=f"{item.index:+.2g}")
-        columns.label(text=_persistence(item.persistence))
-        columns.label(text=short(item.curvature))
+        index.label(text=_index(item.index))
+        persistence.label(text=_persistence(item.persistence))
+        curvature.label(text=short(item.curvature))
 
     def filter_items(
         self, context: bpy.types.Context, data: bpy.types.PropertyGroup, name: str
@@ -99,9 +99,9 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
             text = translated(f"and {found.hidden_items} less persistent ones")
             layout.label(text=text, icon="INFO")
         actions = layout.row(align=True)
-        actions.operator(UMBILICS_OT_frame_umbilic.bl_idname, text="Frame", icon="ZOOM_SELECTED")
-        actions.operator(UMBILICS_OT_copy_coordinates.bl_idname, text="Copy", icon="COPYDOWN")
-        actions.operator(UMBILICS_OT_pin.bl_idname, text="Pin", icon="PINNED")
+        actions.operator(UMBILICS_OT_frame_umbilic.bl_idname, text="Frame")
+        actions.operator(UMBILICS_OT_copy_coordinates.bl_idname, text="Copy")
+        actions.operator(UMBILICS_OT_pin.bl_idname, text="Pin")
         actions.operator(UMBILICS_OT_delete_umbilic.bl_idname, text="", icon="X")
         if found.deleted:
             count = len(summary.rows_of(found.deleted))
@@ -121,12 +121,28 @@ def _draw_names(layout: bpy.types.UILayout) -> None:
     row.active = False
     row.scale_y = 0.7
     row.separator(factor=0.5)
-    halves = row.split(factor=_KIND_PART)
-    halves.label(text="Kind")
-    columns = halves.row(align=True)
-    for name in ("Index", "Pers.", "H"):
-        columns.label(text=name)
+    columns = _columns(row, _NAME_PARTS)
+    for column, name in zip(columns, ("Kind", "Index", "Pers.", "H"), strict=True):
+        column.label(text=name)
     row.separator(factor=2.0)
+
+
+def _columns(layout: bpy.types.UILayout, parts: tuple[float, ...]) -> list[bpy.types.UILayout]:
+    """Columns of a row, each of such a part of what those before it leave, and the last."""
+    columns = []
+    for part in parts:
+        layout = layout.split(factor=part)
+        columns.append(layout.row(align=True))
+    return [*columns, layout.row(align=True)]
+
+
+def _index(value: float) -> str:
+    """An index as it is written: +½, −1, +1½."""
+    halves = round(2.0 * value)
+    whole, half = divmod(abs(halves), 2)
+    sign = "\N{MINUS SIGN}" if halves < 0 else "+"
+    number = f"{whole or ''}{'½' if half else ''}"
+    return f"{sign}{number}" if halves else "0"
 
 
 def _persistence(value: float) -> str:

@@ -183,7 +183,8 @@ def _freshness(
     if reasons:
         box = layout.box()
         paragraph(box, context, " ".join(["Out of date.", *reasons]), icon="ERROR")
-        box.operator(UMBILICS_OT_detect.bl_idname, text="Refresh", icon="FILE_REFRESH")
+        refresh = box.operator(UMBILICS_OT_detect.bl_idname, text="Refresh", icon="FILE_REFRESH")
+        refresh.again = True
     elif staleness.filters_differ(context, obj):
         box = layout.box()
         paragraph(box, context, "These results went through other filters.")

@@ -20,7 +20,7 @@ from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.ridges import UMBILICS_OT_ridges
 from ..operators.rotation_symmetry import UMBILICS_OT_rotation_symmetry
 from ..operators.scene import selection, staleness
-from ..operators.scene.retopology import by_hand, checks, guidance_objects
+from ..operators.scene.retopology import by_hand, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.symmetry import UMBILICS_OT_symmetry
@@ -225,8 +225,10 @@ def _check(
     column.label(text=translated(text), icon="CHECKMARK" if sound else "ERROR")
     for line in topology.sentences(kept):
         column.label(text=translated(line))
-    if checks.is_old(context, obj):
-        paragraph(box, context, "The mesh was edited since. Check again.", icon="ERROR")
+    reasons = staleness.check_reasons(context, obj)
+    if reasons:
+        paragraph(box, context, " ".join(["Check out of date.", *reasons]), icon="ERROR")
+        box.operator(UMBILICS_OT_check_topology.bl_idname, text="Check Again", icon="FILE_REFRESH")
     box.operator(UMBILICS_OT_show_check.bl_idname, icon="COLOR")
     if with_table:
         box.template_list("UMBILICS_UL_marks", "", kept, "marks", kept, "active", rows=3, maxrows=8)

@@ -8,9 +8,10 @@ import core
 from core.base.progress import Progress
 from core.curvature.field import CurvatureField
 from core.curvature.jets import fit_jets
-from core.mesh.neighbourhoods import Neighbourhood, adjacency
+from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
+from core.mesh.rings import adjacency
 
 RINGS = 5
 

@@ -15,8 +15,9 @@ from ..base.unit import unit
 from ..fields.winding import Winding
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import following
-from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood, adjacency, rings_across
+from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood
 from ..mesh.normals import smooth_normals, vertex_normals
+from ..mesh.rings import adjacency, rings_across
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from ..mesh.thinning import thinned

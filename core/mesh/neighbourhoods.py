@@ -1,4 +1,4 @@
-"""Which vertices lie around each vertex: rings grown by sparse products, in blocks."""
+"""The samples that curvature is fitted to at each vertex: rings of neighbours, in blocks."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..base.progress import Progress
+from .rings import by_size, grow, grown_rows, selection
 from .surface import Surface
 from .thinning import Thinned
 
@@ -18,72 +18,6 @@ from .thinning import Thinned
 FEWEST_SAMPLES = 15
 # A length that spans more rings than this is beyond what a cubic describes.
 MOST_RINGS = 24
-# Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
-# with eight rings around them, 200 MB at most.
-MOST_GATHERED = 1 << 25
-
-
-def adjacency(surface: Surface) -> sparse.csr_array:
-    """The (n, n) one-ring graph of the surface, ones where two vertices share an edge."""
-    n = len(surface.vertices)
-    ones = np.ones(len(surface.neighbours), np.int32)
-    return sparse.csr_array((ones, surface.neighbours, surface.neighbour_start), shape=(n, n))
-
-
-def rings_across(surface: Surface) -> int:
-    """Rings that hold the whole of every component, from any vertex of it: no more than twice
-    as many as from one."""
-    n = len(surface.vertices)
-    _, first = np.unique(surface.component, return_index=True)
-    hops = csgraph.dijkstra(adjacency(surface), indices=first, unweighted=True, min_only=True)
-    return min(2 * int(hops.max()), n)
-
-
-def grow(
-    reach: sparse.csr_array, graph: sparse.csr_array, rings: int, progress: Progress | None = None
-) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
-    """Each row of `reach` lists vertices; add those within `rings` edges of them, all once.
-
-    On a surface every edge has a triangle, so a walk of exactly that many edges (two or more)
-    reaches the nearer vertices too. It ends where rows have all that they can reach.
-
-    Yields
-    ------
-    rows:
-        (r,) rows of `reach`, ascending: all at once unless they become too long for that.
-    grown:
-        (r, n) what they have become.
-    """
-    return _grown_rows(reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress)
-
-
-def _grown_rows(
-    reach: sparse.csr_array,
-    further: Callable[[sparse.csr_array], sparse.csr_array],
-    degree: np.ndarray,
-    rings: int,
-    progress: Progress | None,
-) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
-    """As `grow`, each ring by `further`, which gathers `degree` (n,) vertices at each vertex."""
-    most = int(degree.max(initial=0)) + 1
-    parts = [(np.arange(reach.shape[0]), reach, rings)]
-    while parts:
-        rows, reach, left = parts.pop()
-        while left:
-            if progress is not None:
-                progress.ask()
-            if len(rows) > 1 and reach.nnz * most > MOST_GATHERED:
-                ends = np.append(0, np.cumsum(degree[reach.indices] + 1.0))[reach.indptr]
-                if ends[-1] > MOST_GATHERED:
-                    half = int(np.clip(np.searchsorted(ends, ends[-1] / 2), 1, len(rows) - 1))
-                    parts.append((rows[half:], reach[half:], left))
-                    rows, reach = rows[:half], reach[:half]
-                    continue
-            larger = further(reach)
-            larger.data[:] = 1
-            left = left - 1 if larger.nnz > reach.nnz else 0
-            reach = larger
-        yield rows, reach
 
 
 @dataclass(frozen=True)
@@ -202,7 +136,7 @@ class Neighbourhood:
         # A wall vertex still sees its own ring, on both of its sides.
         reach = (start + start @ self.graph).tocsr()
         degree = np.diff(self.graph.indptr)
-        return _grown_rows(
+        return grown_rows(
             reach, lambda rows: (rows + rows @ through).tocsr(), degree, rings - 1, progress
         )
 
@@ -304,37 +238,3 @@ def _squares(vertices: np.ndarray, members: np.ndarray, points: np.ndarray) -> n
     for vertex, point in zip(vertices.T, np.moveaxis(points, -1, 0), strict=True):
         square += (vertex[members] - point) ** 2
     return square
-
-
-def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:
-    """(r, count) matrix whose rows hold ones at the vertices (r, s) named in each row."""
-    rows, size = vertices.shape
-    return sparse.csr_array(
-        (np.ones(vertices.size, np.int32), vertices.ravel(), size * np.arange(rows + 1)),
-        shape=(rows, count),
-    )
-
-
-def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """The rows of `reach`, gathered into blocks of equal size.
-
-    Yields
-    ------
-    rows:
-        (b,) rows of `reach`, with b * size <= `most` (at least one row).
-    members:
-        (size, b) intp vertices of each row.
-    """
-    sizes = np.diff(reach.indptr)
-    order = np.argsort(sizes, kind="stable")
-    ends = np.cumsum(np.bincount(sizes)) if len(sizes) else np.zeros(0, int)
-    begin = 0
-    for size, end in enumerate(ends):
-        step = max(most // max(size, 1), 1)
-        for low in range(begin, end, step):
-            rows = order[low : min(low + step, end)]
-            if size:
-                # NumPy gathers by its own integers several times faster than by others.
-                slots = reach.indptr[rows] + np.arange(size, dtype=np.intp)[:, None]
-                yield rows, reach.indices[slots].astype(np.intp)
-        begin = end

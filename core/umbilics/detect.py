@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..base.errors import ChartError
 from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
@@ -20,21 +19,12 @@ from ..curvature.field import CurvatureField
 from ..curvature.noise import field_noise
 from ..curvature.surface_types import surface_types, typical_curvature
 from ..curvature.tolerances import CURVE
-from ..fields.winding import certified_index
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Parts, assemble
-from .methods.curvature_tensor import (
-    Unfolding,
-    detect_by_curvature_tensor,
-    unfolded_along_seams,
-    unfolded_by_uv,
-)
-from .methods.over_map import corner_deviators
+from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
-from .methods.shape_operators import face_deviators, nearest_inside, zero_crossings, zero_weights
-from .methods.vertex_index import detect_by_index, merged_clusters
 from .pairing.persistence import measure_persistence
 from .regions import RegionMap, find_regions, with_curves, with_faces
 from .result import Detection
@@ -117,7 +107,7 @@ def detect(
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
         part = progress.part("Turning around", 0.7, 0.8)
-        found = _found(surface, fitted, settings, triangles, seams, uv, part)
+        found = found_by_method(surface, fitted, settings, triangles, seams, uv, part)
         warnings += found.hits.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
@@ -184,120 +174,6 @@ class _Clock:
         start = time.perf_counter()
         yield
         self.seconds[name] = time.perf_counter() - start
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Umbilics as a method finds them, and the index of every triangle of the surface."""
-
-    hits: RawUmbilics
-    triangle_index: np.ndarray
-
-
-def _found(
-    surface: Surface,
-    fitted: Estimate,
-    settings: Settings,
-    triangles: np.ndarray,
-    seams: np.ndarray | None,
-    uv: np.ndarray | None,
-    progress: Progress,
-) -> _Found:
-    shape = fitted.field
-    if settings.method == "S":
-        unfolding = None
-        if settings.parametrization == "uv":
-            unfolding = unfolded_by_uv(surface, triangles, _required(uv))
-        elif settings.parametrization == "charts":
-            unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
-        return _by_shape_operators(surface, fitted, settings, unfolding, progress)
-    if settings.method == "I":
-        hits = detect_by_index(surface, shape, progress)
-        if settings.merge:
-            around = _index(surface, fitted, progress.quiet())
-            hits = merged_clusters(surface, hits, around)
-    else:
-        unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
-        hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
-    index = np.bincount(hits.triangle, weights=hits.index, minlength=len(surface.triangles))
-    return _Found(hits, index)
-
-
-def _unfolded(
-    surface: Surface,
-    settings: Settings,
-    triangles: np.ndarray,
-    seams: np.ndarray | None,
-    uv: np.ndarray | None,
-    progress: Progress,
-) -> Unfolding:
-    if settings.charts in ("islands", "uv"):
-        return unfolded_by_uv(surface, triangles, _required(uv), settings.charts == "islands")
-    marked = np.zeros((0, 2), int) if seams is None else seams
-    return unfolded_along_seams(surface, marked, progress, settings.charts == "automatic")
-
-
-def _required(uv: np.ndarray | None) -> np.ndarray:
-    if uv is None:
-        raise ChartError(
-            "The mesh has no UV map: unwrap it, or choose a method and a parametrization that "
-            "need none."
-        )
-    return uv
-
-
-def _index(surface: Surface, fitted: Estimate, progress: Progress) -> np.ndarray:
-    """(m,) certified index of each triangle."""
-    if fitted.winding is not None:
-        return fitted.winding.index
-    return certified_index(surface, fitted.field.d1, fitted.field.d2, progress)
-
-
-def _by_shape_operators(
-    surface: Surface,
-    fitted: Estimate,
-    settings: Settings,
-    unfolding: Unfolding | None,
-    progress: Progress,
-) -> _Found:
-    """Method S: interpolation says where in a triangle an umbilic is, and the certified index, or
-    interpolation alone as published, in which triangles."""
-    shape = fitted.field
-    mapped = None if unfolding is None else corner_deviators(surface, shape, unfolding)
-    refused = np.zeros(len(surface.triangles), bool)
-
-    def deviators(rows: np.ndarray) -> np.ndarray:
-        local = "conformal" if mapped else settings.parametrization
-        in_faces = face_deviators(surface, shape, rows, local)
-        refused[rows] = in_faces.refused if mapped is None else mapped[1][rows]
-        if mapped is None:
-            return in_faces.values
-        return np.where(refused[rows, None], in_faces.values, mapped[0][rows])
-
-    if settings.triangles == "published":
-        rows, weights, found = zero_crossings(deviators, len(surface.triangles))
-        index = np.zeros(len(surface.triangles))
-        index[rows] = found
-    else:
-        index = _index(surface, fitted, progress)
-        rows = np.flatnonzero(index)
-        weights, _ = zero_weights(deviators(rows))
-        weights = nearest_inside(surface.vertices[surface.triangles[rows]], weights)
-    warnings = []
-    if refused.any():
-        warnings.append(
-            f"The parametrization was refused in {int(refused.sum())} folded or steep triangles; "
-            "the conformal one was used there."
-        )
-    hits = RawUmbilics(
-        triangle=rows,
-        barycentric=weights,
-        index=index[rows],
-        vertex=np.full(len(rows), -1),
-        conformal_scale=np.full(len(surface.vertices), np.nan),
-        warnings=warnings,
-    )
-    return _Found(hits, index)
 
 
 def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:

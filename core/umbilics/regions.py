@@ -23,8 +23,9 @@ from ..curvature.tolerances import (
     REGION_SIZE,
     ROUND_OFF_GAP,
 )
+from ..mesh.exact_shapes import PLANAR, SPHERICAL
 from ..mesh.surface import Surface
-from ..mesh.tessellated import PLANAR, SPHERICAL, Tessellation
+from ..mesh.tessellated import Tessellation
 from .region_shapes import RoundShape, grown_labels, round_shapes
 from .result import CURVE, Region
 from .unresolved import UnresolvedSets

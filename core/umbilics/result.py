@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.rows import column
 from ..curvature.field import CurvatureField
-from ..mesh.tessellated import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
+from ..mesh.exact_shapes import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
 
 STAR = "star"
 LEMON = "lemon"

@@ -212,10 +212,12 @@ def store(
 def origin_of(obj: bpy.types.Object) -> Origin | None:
     """What the object's plan was made of; None without one, or where it cannot be read."""
     plan = obj.umbilics_plan
-    if not plan.planned:
-        return None
-    key = "plan", plan.origin
-    return caches.RECORDS.of(key, lambda: Origin.from_text(plan.origin))
+    return read_origin(plan.origin) if plan.planned else None
+
+
+def read_origin(text: str) -> Any:
+    """As `Origin.from_text`; a text is read once."""
+    return caches.RECORDS.of(("plan", text), lambda: Origin.from_text(text))
 
 
 def changed_settings(group: UMBILICS_PG_guidance, made: Origin) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -20,6 +21,7 @@ from ... import core
 from ..base import property_groups
 from ..base.changes import notify, silence
 from ..base.words import topology_in_words
+from . import plans
 
 STATES = ("matched", "extra", "missing")
 MATCHED, EXTRA, MISSING = range(3)
@@ -57,6 +59,10 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
     )
     checked: BoolProperty(description="The object was checked")
     against: StringProperty(description="Name of the surface that it was held against")
+    source: StringProperty(description="Which form of the surface: BASE or EVALUATED")
+    origin: StringProperty(description="What the plan was made of, see data/plans.py")
+    steered: StringProperty(description="Digest of the poles that were set by hand, or nothing")
+    apart: FloatVectorProperty(description="From the space of the mesh to the surface's", size=16)
     matched: IntProperty(description="Irregular vertices that stand where the plan has a pole")
     missing: IntProperty(description="Poles of the plan without an irregular vertex near them")
     extra: IntProperty(description="Irregular vertices that the plan has no pole for")
@@ -81,9 +87,42 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
     )
 
 
+@dataclass(frozen=True)
+class Against:
+    """What a mesh is held against.
+
+    Attributes
+    ----------
+    surface:
+        The object whose shape it should follow, as it was then.
+    evaluated:
+        Whether modifiers and shape keys of it counted.
+    origin:
+        What the plan was made of.
+    steered:
+        Digest of the poles that were set by hand, or nothing.
+    """
+
+    surface: bpy.types.Object
+    evaluated: bool
+    origin: plans.Origin
+    steered: str
+
+
+def apart(obj: bpy.types.Object, surface: bpy.types.Object) -> tuple[float, ...]:
+    """The sixteen numbers of the transform from an object's space to a surface's."""
+    between = surface.matrix_world.inverted_safe() @ obj.matrix_world
+    return tuple(value for row in between for value in row)
+
+
+def origin_of(kept: UMBILICS_PG_check) -> plans.Origin | None:
+    """What the plan of a check was made of; None where that cannot be read, or of older files."""
+    return plans.read_origin(kept.origin) if kept.checked and kept.origin else None
+
+
 def store(
     obj: bpy.types.Object,
-    against: str,
+    against: Against,
     stamp: str,
     found: core.TopologyCheck,
     irregular: np.ndarray,
@@ -96,7 +135,10 @@ def store(
     `irregular` (k, 3) and `missing` (r, 3) are places in the object's space.
     """
     kept = obj.umbilics_check
-    kept.checked, kept.against, kept.stamp = True, against, stamp
+    kept.checked, kept.against, kept.stamp = True, against.surface.name_full, stamp
+    kept.source = "EVALUATED" if against.evaluated else "BASE"
+    kept.origin, kept.steered = against.origin.to_text(), against.steered
+    kept.apart = apart(obj, against.surface)
     kept.matched, kept.missing, kept.extra = found.matched, len(found.missing), found.extra
     kept.quads, kept.faces = found.quads, len(found.angle)
     kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
@@ -113,6 +155,14 @@ def store(
     for state, valence, place in rows[:MOST_MARKS]:
         mark = kept.marks.add()
         mark.state, mark.valence, mark.place = state, int(valence), place
+
+
+def forget(obj: bpy.types.Object) -> None:
+    """Clear the object's check; the surface that the user chose for the next one stays."""
+    surface = obj.umbilics_check.surface
+    obj.property_unset("umbilics_check")
+    if surface is not None:
+        obj.umbilics_check.surface = surface
 
 
 def sentences(kept: UMBILICS_PG_check) -> list[str]:

@@ -61,11 +61,6 @@ UNKNOWN_COLOUR = np.array([0.55, 0.55, 0.55])
 """(3,) sRGB where there is no value."""
 
 
-def oklab(linear: np.ndarray) -> np.ndarray:
-    """(..., 3) OKLab of linear sRGB (..., 3)."""
-    return np.cbrt(linear @ _TO_LMS.T) @ _TO_LAB.T
-
-
 def linear_srgb(lab: np.ndarray) -> np.ndarray:
     """(..., 3) linear sRGB of OKLab (..., 3); outside 0 to 1 where sRGB has no such colour."""
     return (lab @ _FROM_LAB.T) ** 3 @ _FROM_LMS.T
@@ -75,11 +70,6 @@ def encoded(linear: np.ndarray) -> np.ndarray:
     """(..., 3) sRGB as it is stored in pictures, clipped to 0 to 1."""
     linear = np.clip(linear, 0.0, 1.0)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-
-
-def decoded(srgb: np.ndarray) -> np.ndarray:
-    """(..., 3) linear sRGB of sRGB as it is stored in pictures."""
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def sequential() -> np.ndarray:

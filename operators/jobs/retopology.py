@@ -1,4 +1,5 @@
-"""Guidance in three steps, like a detection in `detect`: gather, compute, write.
+"""Guidance in three steps, like a detection in `detect`: gather, compute, write; what can be made
+in the second is in `works`.
 
 The detection that it builds on is the object's as it is now: the last one is taken again where it
 was of the very same input, else it is made anew. The umbilics that the user keeps, by filters,
@@ -11,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -20,14 +20,14 @@ import numpy as np
 from ... import core
 from ..base import caches
 from ..base.errors import ObjectError
-from ..data import pins, plans, properties, reading, record
+from ..data import pins, plans, properties, reading, record, topology
 from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
 from ..mesh.read import check_unchanged, current_mesh, edge_vertices
 from ..mesh.scope import Scope, in_vertex_group, scope_in_file
 from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
-from ..scene.retopology import by_hand, guidance_objects
+from ..scene.retopology import by_hand, guidance_objects, marked_edges
 from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines
 from . import detect
@@ -176,8 +176,8 @@ def gather(
     detect.check_object(obj, evaluated)
     for layouts in (
         guidance_objects.ATTRIBUTES,
-        guidance_objects.MARKS,
-        guidance_objects.RIDGE_EDGES,
+        marked_edges.MARKS,
+        marked_edges.RIDGE_EDGES,
     ):
         check_result_names(obj, layouts)
     depsgraph = context.evaluated_depsgraph_get() if evaluated else None
@@ -266,101 +266,16 @@ def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction)
     return homes.home_for(context, obj, depsgraph, transaction, homes.PLAN)
 
 
-def plan(
-    job: Job, guide: core.Guide, progress: core.Progress
-) -> tuple[core.Guidance, guidance_objects.Kept]:
-    """Cross field and poles, and the umbilics they come from."""
-    guidance = guide.guidance(
-        job.settings,
-        progress,
-        sharp=job.inputs.arrays.sharp,
-        zone=job.zone,
-        strokes=job.steering.strokes,
-        wanted=job.steering.wanted,
-    )
-    found = guide.detection
-    numbers = core.numbers(found.candidates)[job.kept_rows(found)]
-    return guidance, guidance_objects.Kept(found.umbilics, numbers)
+def against(job: Job, umbilics: core.Umbilics) -> topology.Against:
+    """What a check by a plan from these umbilics holds a mesh against.
 
-
-def lines(job: Job, guide: core.Guide, progress: core.Progress) -> core.Lines:
-    """Evenly spaced lines of curvature."""
-    return guide.lines(job.settings, progress)
-
-
-def separatrices(job: Job, guide: core.Guide, progress: core.Progress) -> core.Lines:
-    """Separatrices of the kept umbilics, each arc once."""
-    return guide.separatrices(job.settings, progress)
-
-
-def ridges(job: Job, guide: core.Guide, progress: core.Progress) -> core.RidgeLines:
-    """Ridges, ravines and crest lines."""
-    return guide.ridges(job.settings, progress)
-
-
-def ridges_on_edges(
-    job: Job, guide: core.Guide, progress: core.Progress
-) -> tuple[core.RidgeLines, core.RidgeEdges | None]:
-    """Ridges, and what the mesh's edges have of them, if there are edges."""
-    found = ridges(job, guide, progress)
-    if job.edges is None:
-        return found, None
-    return found, core.ridge_edges(job.inputs.arrays.vertices, job.edges, found)
-
-
-def guides(
-    job: Job, guide: core.Guide, progress: core.Progress
-) -> tuple[core.Lines, core.Lines, core.RidgeLines]:
-    """Lines of curvature, separatrices and ridges."""
-    return (
-        lines(job, guide, progress.part("Lines", 0.0, 0.6)),
-        separatrices(job, guide, progress.part("Separatrices", 0.6, 0.8)),
-        ridges(job, guide, progress.part("Ridges", 0.8, 1.0)),
-    )
-
-
-def mirror(job: Job, guide: core.Guide, progress: core.Progress) -> core.MirrorPlane:
-    """The mirror plane."""
-    return guide.symmetry(progress)
-
-
-def rotation(job: Job, guide: core.Guide, progress: core.Progress) -> core.RotationSymmetry:
-    """The rotation symmetry."""
-    arrays = job.inputs.arrays
-    shape = core.Shape.of(arrays.vertices, arrays.triangles, guide.detection)
-    return core.find_rotation(shape, progress)
-
-
-def edges_along(traced: Callable[..., core.Lines]) -> Callable[..., np.ndarray]:
-    """Work that traces lines and answers with the (e,) bool edges nearest to them."""
-
-    def work(job: Job, guide: core.Guide, progress: core.Progress) -> np.ndarray:
-        found = traced(job, guide, progress)
-        assert job.edges is not None, "gathered with edges"
-        return core.edge_paths(job.inputs.arrays.vertices, job.edges, found)
-
-    return work
-
-
-def exported(
-    stem: Path, kinds: list[str], remeshing: core.RemeshSettings
-) -> Callable[..., core.Written]:
-    """Work that writes files of the given kinds, named after `stem`."""
-
-    def work(job: Job, guide: core.Guide, progress: core.Progress) -> core.Written:
-        arrays = job.inputs.arrays
-        return core.export_guidance(
-            stem,
-            kinds,
-            guide,
-            job.settings,
-            mesh=(arrays.vertices, arrays.triangles),
-            sharp=arrays.sharp,
-            zone=job.zone,
-            remeshing=remeshing,
-            strokes=job.steering.strokes,
-            wanted=job.steering.wanted,
-            progress=progress,
-        )
-
-    return work
+    Raises
+    ------
+    core.UmbilicsError
+        The surface is gone.
+    """
+    surface = targets.named(job.object_name)
+    if surface is None:
+        raise ObjectError(f"{job.object_name} is no longer there. Check again.")
+    steered = job.steering.digest_of_poles
+    return topology.Against(surface, job.inputs.evaluated, job.origin(umbilics), steered)

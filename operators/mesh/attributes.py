@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.errors import AttributeNameError
 from .fetch import LAYOUT, fetch
+from .scope import KEPT
 
 _LARGEST = float(np.finfo(np.float32).max)
 
@@ -23,6 +24,7 @@ RESULTS = {
     "umbilics_conformal_scale": ("POINT", "FLOAT"),
     "umbilics_index": ("FACE", "FLOAT"),
     "umbilics_region": ("FACE", "INT"),
+    KEPT: ("FACE", "INT"),
 }
 
 

@@ -23,7 +23,7 @@ POSITIONS, FACES, SHARP, SEAMS = "positions", "faces", "sharp", "seams"
 UV, GIVEN, SCOPE, ZONE, SCALE = "uv", "given", "scope", "zone", "scale"
 # What the user reads when a part is another one.
 WORDS = {
-    POSITIONS: "The mesh was edited: vertices were moved.",
+    POSITIONS: "The mesh was edited or deformed: vertices were moved.",
     FACES: "The mesh was edited: its vertices or faces are others.",
     SHARP: "Edges were marked sharp, or no longer are.",
     SEAMS: "Seams were marked or removed.",

@@ -96,6 +96,11 @@ def read_mesh(
         vertices = _to_world(positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
+            if depsgraph is not None and len(obj.data.polygons):
+                raise ObjectError(
+                    f"The modifiers of {obj.name} leave no faces, or nothing but instances. "
+                    "Realize the instances in its Geometry Nodes, or choose Source: Base Mesh."
+                )
             raise ObjectError(
                 f"{obj.name} has no faces: curvature needs a surface. "
                 "Fill it, or choose another object."
@@ -138,7 +143,10 @@ def check_unchanged(
     """Raise `ChangedMeshError` if something that was read of the object is no longer the same."""
     with current_mesh(obj, depsgraph) as mesh:
         now = fingerprint_of(obj, mesh, arrays.uv is not None, arrays.given_names, arrays.scope)
-    changed = arrays.fingerprint.changed(now, (*now.digests, fingerprint.SCALE))
+    parts = {*now.digests, fingerprint.SCALE}
+    if arrays.scope.is_momentary:
+        parts.discard(fingerprint.SCOPE)
+    changed = arrays.fingerprint.changed(now, sorted(parts))
     if changed:
         what = " ".join(fingerprint.WORDS[part] for part in changed)
         raise ChangedMeshError(

@@ -25,19 +25,31 @@ class Scope:
         selected there) or "GROUP".
     group:
         Name of the vertex group of "GROUP": faces all of whose vertices weigh more than a half.
+    kept:
+        Not what is visible or selected now, but the faces that the object's detection analysed,
+        as the mesh with its results remembers them (`KEPT`).
     """
 
     kind: str = "WHOLE"
     group: str = ""
+    kept: bool = False
+
+    @property
+    def is_momentary(self) -> bool:
+        """Whether it is what the user happens to see or select when the faces are read."""
+        return self.kind in ("VISIBLE", "SELECTED")
 
 
 WHOLE = Scope()
 KINDS = ("WHOLE", "VISIBLE", "SELECTED", "GROUP")
+# The attribute of faces, 1 inside: a selection is soon another one.
+KEPT = "umbilics_scope"
 
 
 def scope_in_file(kind: str, group: str) -> Scope:
-    """A scope that a file tells of; the whole object where it tells of none that there is."""
-    return Scope(kind, group) if kind in KINDS else WHOLE
+    """The scope of a detection, as a file tells of it; the whole object where it tells of none
+    that there is."""
+    return Scope(kind, group, kept=True) if kind in KINDS else WHOLE
 
 
 def faces_in(obj: bpy.types.Object, mesh: bpy.types.Mesh, scope: Scope) -> np.ndarray | None:
@@ -52,7 +64,11 @@ def faces_in(obj: bpy.types.Object, mesh: bpy.types.Mesh, scope: Scope) -> np.nd
     """
     if scope.kind == "WHOLE":
         return None
-    if scope.kind == "GROUP":
+    remembered = _remembered(obj, mesh) if scope.kept else None
+    if remembered is not None:
+        found = remembered
+        missing = f"None of the faces of {obj.name} that were analysed is left."
+    elif scope.kind == "GROUP":
         inside = in_vertex_group(obj, mesh, scope.group)
         if inside is None:
             name = f" {scope.group}" if scope.group else ""
@@ -73,6 +89,18 @@ def faces_in(obj: bpy.types.Object, mesh: bpy.types.Mesh, scope: Scope) -> np.nd
     if not found.any():
         raise ObjectError(f"{missing} Or choose Scope: Whole Object.")
     return found
+
+
+def _remembered(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> np.ndarray | None:
+    """(p,) bool faces of the mesh that the object's detection analysed; None where nothing tells.
+
+    Results on the object's own mesh go with it through edits and modifiers.
+    """
+    home = obj.umbilics.mesh or mesh
+    found = home.attributes.get(KEPT)
+    if found is None or len(found.data) != len(mesh.polygons):
+        return None
+    return fetch(found.data, "value", 1, np.int32) > 0
 
 
 def in_vertex_group(obj: bpy.types.Object, mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:

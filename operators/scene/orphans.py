@@ -13,7 +13,7 @@ import bpy
 from ..data.belonging import OWNER_TAG
 from ..mesh.attributes import RESULTS, remove_results
 from . import display_objects, empties, homes
-from .retopology import guidance_objects
+from .retopology import guidance_objects, marked_edges
 from .targets import is_local
 from .transaction import Transaction, all_or_nothing, empty_without
 from .view import glyph_images
@@ -22,8 +22,8 @@ from .view import glyph_images
 _ON_MESHES = (
     RESULTS,
     guidance_objects.ATTRIBUTES,
-    guidance_objects.MARKS,
-    guidance_objects.RIDGE_EDGES,
+    marked_edges.MARKS,
+    marked_edges.RIDGE_EDGES,
 )
 
 
@@ -39,17 +39,24 @@ def with_results() -> list[bpy.types.Object]:
     ]
 
 
+def checked() -> list[bpy.types.Object]:
+    """The file's own objects whose topology was checked."""
+    return [obj for obj in bpy.data.objects if obj.umbilics_check.checked and is_local(obj)]
+
+
 def remove() -> int:
     """Remove what belongs to no object with results any more; how much there was."""
     names = {obj.name_full for obj in bpy.data.objects}
     alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj, names)]
-    collections = {one for obj in alone for one in obj.users_collection if _is_ours(one)}
+    # Those too that were left empty when the user deleted what was in them.
+    collections = [one for one in bpy.data.collections if _is_ours(one) and is_local(one)]
+    empty = empty_without(collections, set())
     with all_or_nothing() as transaction:
         for obj in alone:
             guidance_objects.discard(obj, transaction)
         transaction.sweep(partial(empty_without, collections))
         transaction.sweep(glyph_images.unused_without)
-        return len(alone) + _clean_meshes(transaction)
+        return len(alone) + len(empty) + _clean_meshes(transaction)
 
 
 def _has_results(obj: bpy.types.Object) -> bool:

@@ -15,14 +15,17 @@ from bpy.app.handlers import persistent
 
 from ... import core
 from ..base import app_handlers, caches
-from ..data import plans, properties, record
+from ..data import plans, properties, record, topology
 from ..mesh import fingerprint
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.read import fingerprint_of
 from ..mesh.scope import Scope, scope_in_file
-from . import filters
+from . import filters, homes, targets
 from .display_objects import source_of
-from .retopology import by_hand
+from .retopology import by_hand, checks
+
+# Two placements are the same to this part of their largest number: single precision's rounding.
+_SAME = 1e-5
 
 
 def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
@@ -48,7 +51,38 @@ def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]
     made = plans.origin_of(obj)
     if made is None:
         return [plans.UNREADABLE]
-    found = [fingerprint.WORDS[part] for part in _changed_plan_parts(context, obj, made)]
+    return _plan_reasons(context, obj, made, obj.umbilics_plan.source)
+
+
+def check_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
+    """Why the check of an object's topology needs to be made again, in words; empty if it does
+    not. What is not known, while a mesh is worked on or hidden, is no reason."""
+    kept = obj.umbilics_check
+    if not kept.checked:
+        return []
+    found = ["The mesh was edited since."] if checks.is_old(context, obj) else []
+    made, surface = topology.origin_of(kept), targets.named(kept.against)
+    if surface is None or not surface.users_scene:
+        return [*found, f"{kept.against} was deleted or renamed."]
+    if made is None:
+        return found
+    owner = homes.owner_of(surface)
+    of_surface = _plan_reasons(context, owner, made, kept.source)
+    found += [f"{kept.against}: {reason}" for reason in of_surface]
+    if by_hand.digest_of_poles(owner) != kept.steered:
+        found.append("Poles were moved, added or deleted by hand.")
+    then = np.array(kept.apart)
+    if not np.allclose(topology.apart(obj, surface), then, rtol=0.0, atol=_SAME * abs(then).max()):
+        found.append("The mesh and the surface were moved apart.")
+    return found
+
+
+def _plan_reasons(
+    context: bpy.types.Context, obj: bpy.types.Object, made: plans.Origin, source: str
+) -> list[str]:
+    """Why a plan on an object, made of that, would be another one now."""
+    changed_parts = _changed_plan_parts(context, obj, made, source)
+    found = [fingerprint.WORDS[part] for part in changed_parts]
     known = record.of(obj)
     # What is kept of an older detection says nothing of a plan that was made from a new one.
     is_current = known is not None and not _changed_parts(context, obj, known)
@@ -65,8 +99,11 @@ def plan_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]
 
 def filters_differ(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     """Whether the object's results went through other filters than the scene's."""
-    used, chosen = filters.used_filters(obj), filters.chosen_filters(context.scene)
-    return (used.persistence, used.opening > 0) != (chosen.persistence, chosen.opening > 0)
+    used, chosen = (
+        (one.persistence, one.opening > 0, one.at_most)
+        for one in (filters.used_filters(obj), filters.chosen_filters(context.scene))
+    )
+    return used != chosen
 
 
 def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
@@ -78,7 +115,8 @@ def is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
 def plan_is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
     """Whether vertices or faces are no longer those that poles were planned on."""
     made = plans.origin_of(obj)
-    return made is not None and _is_edited(_changed_plan_parts(context, obj, made))
+    source = obj.umbilics_plan.source
+    return made is not None and _is_edited(_changed_plan_parts(context, obj, made, source))
 
 
 def _is_edited(changed: Collection[str]) -> bool:
@@ -140,15 +178,15 @@ def _changed_parts(
 
 
 def _changed_plan_parts(
-    context: bpy.types.Context, obj: bpy.types.Object, made: plans.Origin
+    context: bpy.types.Context, obj: bpy.types.Object, made: plans.Origin, source: str
 ) -> list[str]:
-    """What the plan, and the detection behind it, read and is another now."""
+    """What a plan, and the detection behind it, read and is another now."""
     parts = fingerprint.read_by(made.detecting)
     if made.settings.align_sharp:
         parts = (*parts, fingerprint.SHARP)
-    evaluated = obj.umbilics_plan.source == "EVALUATED"
     names, then = made.given_names, made.fingerprint
-    return _changed(context, obj, then, parts, evaluated, made.scope, names, made.zone)
+    is_seen = source == "EVALUATED"
+    return _changed(context, obj, then, parts, is_seen, made.scope, names, made.zone)
 
 
 def _changed(
@@ -170,7 +208,8 @@ def _changed(
     if obj.mode != "OBJECT" or not source.visible_get():
         return []
     wanted = dict.fromkeys(parts)
-    if scope.kind != "WHOLE":
+    # What is visible or selected was an argument of the click: nothing hangs on it any more.
+    if scope.kind == "GROUP":
         wanted[fingerprint.SCOPE] = None
     if zone:
         wanted[fingerprint.ZONE] = None

@@ -7,6 +7,9 @@ import bpy
 
 def named(full_name: str) -> bpy.types.Object | None:
     """The object of that full name, which tells a linked object from one of this file."""
+    found = bpy.data.objects.get(full_name)
+    if found is not None and found.name_full == full_name:
+        return found
     return next((obj for obj in bpy.data.objects if obj.name_full == full_name), None)
 
 

@@ -20,8 +20,8 @@ def test_figures_are_medians_and_ratios_to_the_detection():
 
 
 def test_every_step_is_measured():
-    found = measured(4)
-    assert found["triangles"] == 5120
+    found = measured(3)
+    assert found["triangles"] == 1280
     assert found["lines"] > 0
     assert len(found["seconds"]) == 4
     assert all(clock > 0.0 for clock, _ in found["seconds"].values())

@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import core
-from core.mesh import neighbourhoods
 from core.mesh.borders import distance_to_border
-from core.mesh.neighbourhoods import adjacency, grow, rings_across, selection
 from core.mesh.repair import clean
+from core.mesh.rings import adjacency, grow, rings_across, selection
 
 TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 OF_TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -110,14 +109,14 @@ def test_gathered_in_parts_the_samples_are_the_same(scale, crease_angle, monkeyp
     mesh = surfaces.ellipsoid(subdivisions=2)
     choices = core.Settings(scale=scale, crease_angle=crease_angle)
     at_once = core.detect(mesh.vertices, mesh.triangles, choices).curvature
-    monkeypatch.setattr(neighbourhoods, "MOST_GATHERED", 200)
+    monkeypatch.setattr("core.mesh.rings.MOST_GATHERED", 200)
     in_parts = core.detect(mesh.vertices, mesh.triangles, choices).curvature
     np.testing.assert_allclose(in_parts.k1, at_once.k1, rtol=1e-7, atol=1e-7)
     np.testing.assert_allclose(in_parts.k2, at_once.k2, rtol=1e-7, atol=1e-7)
 
 
 def test_memory_is_bounded_where_rings_hold_the_whole_mesh(monkeypatch):
-    monkeypatch.setattr(neighbourhoods, "MOST_GATHERED", 1 << 16)
+    monkeypatch.setattr("core.mesh.rings.MOST_GATHERED", 1 << 16)
     surface = surface_of(surfaces.ellipsoid(subdivisions=3))
     n = len(surface.vertices)
     start, graph = selection(np.arange(n)[:, None], n), adjacency(surface)

@@ -14,8 +14,9 @@ from core.curvature.scale import choose
 from core.curvature.windows import best_fits, ladder
 from core.fields.transport import doubled_angle, tangents
 from core.fields.winding import certified_index
-from core.mesh.neighbourhoods import Neighbourhood, adjacency
+from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
+from core.mesh.rings import adjacency
 
 
 def waves(length: float, noise: float):

@@ -11,9 +11,10 @@ import core
 from core.base.progress import Progress
 from core.curvature.jets import fit_jets
 from core.curvature.scale import choose
-from core.mesh.neighbourhoods import Neighbourhood, adjacency
+from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
+from core.mesh.rings import adjacency
 
 
 def neighbourhood_of(surface) -> Neighbourhood:

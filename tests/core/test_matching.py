@@ -100,6 +100,7 @@ def test_the_axis_and_its_order_are_found_wherever_it_is(order):
     assert len(found.pairs)
 
 
+@pytest.mark.slow
 def test_a_dent_in_one_sector_does_not_hide_the_symmetry():
     points, triangles = random_sphere(4000, 7)
     found = core.find_rotation(shape(star(points, 3, dent=0.1), triangles))

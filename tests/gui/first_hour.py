@@ -11,7 +11,18 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
-from hands import PATIENCE, View, click, drag, insist, open_tab, pixels, play, point, press
+from hands import (
+    PATIENCE,
+    View,
+    click,
+    insist,
+    insist_on_drag,
+    open_tab,
+    pixels,
+    play,
+    point,
+    press,
+)
 from stage import (
     DETECT,
     FIRST_ROW,
@@ -23,6 +34,7 @@ from stage import (
     bring_in_sight,
     in_tab,
     monkey,
+    press_detect,
     running,
     settled,
 )
@@ -108,9 +120,7 @@ def escape():
 def detection():
     monkey(view, 2)
     yield 0.5
-    click(*view.in_sidebar(0.5, DETECT))
-    yield 1.5
-    yield from settled(0.6)
+    yield from press_detect(view)
     found["detected"] = bpy.context.object.umbilics.detected
     found["candidates"] = bpy.context.object.umbilics.candidates
     found["glyph_pixels"] = yellow(report.picture("detected"))
@@ -122,7 +132,7 @@ def slider():
     right = in_tab(view, 0.93, STRENGTH)
     found["strength_before"] = bpy.context.scene.umbilics_display.strength
     found["shown_before"] = before
-    yield from drag(left, right)
+    yield from insist_on_drag(lambda: shown() < before, left, right)
     report.picture("dragged")
     found["strength_after"] = bpy.context.scene.umbilics_display.strength
     found["shown_after"] = shown()

@@ -10,6 +10,7 @@ import os
 import subprocess
 import time
 import traceback
+from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +19,10 @@ import numpy as np
 
 # Seconds between two looks of a scenario at the window.
 _TICK = 0.05
+# Turns of Blender's main loop in which all that the hand has done is handled and drawn: press and
+# release, what they open, and its redrawing, with as many again to spare; and those between two
+# movements, for Blender acts on what it has drawn under the mouse.
+_TURNS, _BETWEEN = 8, 3
 # Seconds after which what is waited for will not come, however busy the machine is.
 PATIENCE = 300.0
 
@@ -32,25 +37,27 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
     # Blender's jumps of the mouse, which let a drag go on past the edge, are not followed here.
     bpy.context.preferences.inputs.use_mouse_continuous = False
     steps = scenario()
-    left = 0.0
-    before = time.monotonic()
+    wanted = 0.0
+    turns, since = 0, time.monotonic()
 
     # Without a window manager nobody gives the window the keys.
     bpy.app.timers.register(_take_keyboard, first_interval=0.5 * first)
 
     def step() -> float | None:
-        """Give Blender the seconds that the scenario wants, in its own time: a window that is late
-        for its timers, because the machine is busy, has not had them yet."""
-        nonlocal left, before
-        now = time.monotonic()
-        waited, before = now - before, now
-        left -= min(waited, _TICK) if _hand is None or _hand.poll() is not None else 0.0
-        if left > 1e-9:
-            return min(left, _TICK)
+        """Give Blender the seconds that the scenario wants once the hand is at rest, and as many
+        turns as it needs to act on what the hand did: on a busy machine these take longer."""
+        nonlocal wanted, turns, since
         try:
-            left = next(steps)
-            before = time.monotonic()
-            return min(left, _TICK)
+            if _moving() or (_movements and turns >= _BETWEEN and _move()):
+                turns, since = 0, time.monotonic()
+                return _TICK
+            turns += 1
+            left = since + wanted - time.monotonic()
+            if _movements or left > 1e-9 or turns < min(_TURNS, round(wanted / _TICK)):
+                return _TICK if _movements else min(max(left, 0.0), _TICK)
+            wanted = next(steps)
+            turns, since = 0, time.monotonic()
+            return min(wanted, _TICK)
         except StopIteration:
             os._exit(0)
         except BaseException:  # noqa: BLE001 (whatever it is, Blender has to end)
@@ -108,32 +115,49 @@ def point(x: int, y: int) -> None:
 
 
 def click(x: int, y: int, count: int = 1, button: int = 1) -> None:
-    # Blender acts on what it has drawn under the mouse: it is given the time to.
-    presses = ["mousedown", button, "sleep", 0.05, "mouseup", button, "sleep", 0.08] * count
-    _xdotool("mousemove", x - 3, y, "sleep", 0.3, "mousemove", x, y, "sleep", 0.3, *presses)
+    point(x - 3, y)
+    point(x, y)
+    _xdotool(*["mousedown", button, "sleep", 0.05, "mouseup", button, "sleep", 0.08] * count)
+
+
+def until(done: Callable[[], bool], limit: float = PATIENCE) -> Iterator[float]:
+    """Wait for something, and then for all that comes with it; no longer than `limit` seconds."""
+    end = time.monotonic() + limit
+    while not done() and time.monotonic() < end:
+        yield _TICK
+    yield _TURNS * _TICK
 
 
 def insist(done: Callable[[], bool], place: tuple[int, int], count: int = 1) -> Iterator[float]:
     """Click until it has the wanted effect: a busy virtual screen loses a click now and then."""
     for _ in range(4):
         click(*place, count=count)
-        yield 1.8
+        yield _TURNS * _TICK
+        yield from until(done, 1.4)
         if done():
             return
 
 
 def drag(start: tuple[int, int], end: tuple[int, int], steps: int = 12) -> Iterator[float]:
     """Press, move and let go, giving Blender time to follow."""
-    click_start = ("mousemove", *start, "sleep", 0.2, "mousedown", 1)
-    _xdotool(*click_start)
-    yield 0.5
+    point(*start)
+    _xdotool("mousedown", 1)
     for step in range(1, steps + 1):
         part = step / steps
-        place = [round(a + (b - a) * part) for a, b in zip(start, end, strict=True)]
-        _xdotool("mousemove", *place)
-        yield 0.08
+        point(*(round(a + (b - a) * part) for a, b in zip(start, end, strict=True)))
     _xdotool("mouseup", 1)
-    yield 0.4
+    yield _TURNS * _TICK
+
+
+def insist_on_drag(
+    done: Callable[[], bool], start: tuple[int, int], end: tuple[int, int]
+) -> Iterator[float]:
+    """Drag until it has the wanted effect, as `insist` clicks."""
+    for _ in range(4):
+        yield from drag(start, end)
+        yield from until(done, 1.4)
+        if done():
+            return
 
 
 def press(*keys: str) -> None:
@@ -153,7 +177,7 @@ def place_in(window: bpy.types.Window, x: int, y: int) -> tuple[int, int]:
 
 def move_window(name: str, x: int, y: int) -> None:
     """Put a window of that name elsewhere: nobody else manages windows here."""
-    _xdotool("search", "--onlyvisible", "--name", name, "windowmove", x, y)
+    _xdotool("search", "--sync", "--onlyvisible", "--name", name, "windowmove", x, y)
 
 
 def arrange_windows(width: int = 1600, height: int = 900) -> None:
@@ -171,13 +195,12 @@ def arrange_windows(width: int = 1600, height: int = 900) -> None:
 
 def focus(name: str) -> None:
     """Give the keys to a window of that name, and put it on top."""
-    _xdotool("search", "--onlyvisible", "--name", name, "windowraise", "windowfocus")
+    _xdotool("search", "--sync", "--onlyvisible", "--name", name, "windowraise", "windowfocus")
 
 
 def picture(path: Path) -> None:
     """The whole screen as a PNG file."""
-    if _hand is not None:
-        _hand.wait()
+    assert not _movements and not _moving(), "yield first, so that the hand comes to rest"
     path.parent.mkdir(parents=True, exist_ok=True)
     subprocess.run(["import", "-window", "root", str(path)], check=True)
 
@@ -199,27 +222,36 @@ def open_tab(view: View, name: str = "Umbilics") -> Iterator[float]:
     view.space.show_region_ui = True
     yield 0.5
     region = view.region("UI")
-    for y in range(20, 420, 22):
+    # Add-ons come last.
+    for y in sorted(range(20, 420, 22), key=lambda y: abs(y - 240)):
         click(*(view.in_sidebar(1.0, y)[0] + 10, view.in_sidebar(1.0, y)[1]))
-        yield 0.9
+        yield _TURNS * _TICK
         if region.active_panel_category == name:
             # A first key and a rest in the view, or the next click does nothing.
             point(*view.middle())
-            yield 0.5
             press("Escape")
-            yield 0.5
+            yield _TURNS * _TICK
             return
     raise AssertionError(f"there is no tab {name}")
 
 
+def file_browsers() -> list[tuple[bpy.types.Window, bpy.types.Area]]:
+    """The file browsers that are open, each with its window."""
+    return [
+        (window, area)
+        for window in bpy.context.window_manager.windows
+        for area in window.screen.areas
+        if area.type == "FILE_BROWSER"
+    ]
+
+
 def choose_file(path: Path) -> Iterator[float]:
     """Find a file in the file browser that has opened, and confirm it."""
-    yield 2.0
+    yield from until(lambda: bool(file_browsers()))
     move_window("Blender File View", 240, 130)
     focus("Blender File View")
-    yield 1.5
-    window = bpy.context.window_manager.windows[-1]
-    files = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
+    yield 1.0
+    window, files = file_browsers()[0]
     regions = {region.type: region for region in files.regions}
     folders, confirm = regions["UI"], regions["EXECUTE"]
     # The folder's field takes a whole path.
@@ -228,15 +260,14 @@ def choose_file(path: Path) -> Iterator[float]:
     press("ctrl+a")
     yield 0.3
     write(str(path))
-    yield 1.0 + 0.08 * len(str(path))
+    yield 0.5
     press("Return")
-    yield 1.5
+    yield 1.0
     # The first click ends the typing.
-    windows = len(bpy.context.window_manager.windows)
     for _ in range(4):
         click(*_inside(window, confirm, 0.92, 0.5))
-        yield 2.0
-        if len(bpy.context.window_manager.windows) < windows:
+        yield from until(lambda: not file_browsers(), 2.0)
+        if not file_browsers():
             return
     raise AssertionError(f"{path} was not taken")
 
@@ -250,15 +281,30 @@ def _inside(
 
 
 def _take_keyboard() -> None:
-    _xdotool("search", "--onlyvisible", "--class", "Blender", "windowfocus")
+    _xdotool("search", "--sync", "--onlyvisible", "--class", "Blender", "windowfocus")
 
 
+# What the hand is at, and what it is to do then: Blender has to go on meanwhile, or it sees all
+# events at once.
 _hand: subprocess.Popen | None = None
+_movements: deque[tuple[str, ...]] = deque()
 
 
 def _xdotool(*arguments) -> None:
-    """Begin to move the hand; Blender has to go on meanwhile, or it sees all events at once."""
-    global _hand  # noqa: PLW0603
-    if _hand is not None and _hand.wait():
+    _movements.append(tuple(map(str, arguments)))
+
+
+def _moving() -> bool:
+    """Whether the hand is at something."""
+    if _hand is None or _hand.poll() is None:
+        return _hand is not None
+    if _hand.returncode:
         raise AssertionError(f"xdotool failed: {_hand.args}")
-    _hand = subprocess.Popen(["xdotool", *map(str, arguments)])
+    return False
+
+
+def _move() -> bool:
+    """Begin the next movement."""
+    global _hand  # noqa: PLW0603
+    _hand = subprocess.Popen(["xdotool", *_movements.popleft()])
+    return True

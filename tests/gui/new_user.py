@@ -10,7 +10,6 @@ it; tools/guide_in_window.py takes those of the guide in the same way.
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,22 +17,21 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 from hands import (
-    PATIENCE,
     View,
     choose_file,
     click,
-    drag,
     focus,
     insist,
+    insist_on_drag,
     move_window,
     open_tab,
     place_in,
     play,
     point,
     press,
+    until,
 )
 from stage import (
-    DETECT,
     FIRST_ROW,
     NAME,
     ROW,
@@ -42,6 +40,7 @@ from stage import (
     Report,
     bring_in_sight,
     in_tab,
+    press_detect,
 )
 
 # Where things are in the preferences and on the screen, in pixels from the left and the top.
@@ -68,6 +67,7 @@ class NewUser:
         yield 2.0
         move_window("Preferences", 300, 120)
         yield 1.5
+        yield from until(lambda: len(bpy.context.window_manager.windows) > 1)
         window = bpy.context.window_manager.windows[-1]
         click(*place_in(window, *GET_EXTENSIONS))
         yield 1.5
@@ -76,10 +76,8 @@ class NewUser:
         self.shot("install_from_disk")
         click(*place_in(window, *INSTALL_FROM_DISK))
         yield from choose_file(zip_file)
-        end = time.monotonic() + PATIENCE
-        while NAME not in bpy.context.preferences.addons and time.monotonic() < end:
-            yield 0.5
-        yield 2.0
+        yield from until(lambda: NAME in bpy.context.preferences.addons)
+        yield 1.0
         self.found["installed"] = NAME in bpy.context.preferences.addons
         self.shot("installed")
         with bpy.context.temp_override(window=window):
@@ -100,10 +98,10 @@ class NewUser:
             click(*place)
             yield 1.5
         yield from choose_file(path)
-        yield 3.0
+        yield from until(lambda: any(obj.type == "MESH" for obj in bpy.data.objects))
         focus("Blender")
         point(*self.view.middle())
-        yield 0.5
+        yield 1.0
         press("KP_Decimal")
         yield 1.0
         self.found["imported"] = [obj.name for obj in bpy.data.objects if obj.type == "MESH"]
@@ -132,11 +130,7 @@ class NewUser:
         yield from open_tab(self.view)
         self.found["before"] = self.state()
         self.shot("before")
-        click(*self.view.in_sidebar(0.5, DETECT))
-        end = time.monotonic() + PATIENCE
-        while not self.mesh.umbilics.detected and time.monotonic() < end:
-            yield 0.2
-        yield 2.0
+        yield from press_detect(self.view)
         point(*self.view.middle())
         yield 1.0
         self.found["detected"] = self.shown
@@ -144,7 +138,9 @@ class NewUser:
 
     def thin_out(self) -> Iterator[float]:
         """Drag Strength a little to the right."""
-        yield from drag(in_tab(self.view, 0.6, STRENGTH), in_tab(self.view, 0.627, STRENGTH))
+        before = self.shown
+        places = in_tab(self.view, 0.6, STRENGTH), in_tab(self.view, 0.627, STRENGTH)
+        yield from insist_on_drag(lambda: self.shown < before, *places)
         point(*self.view.middle())
         yield 1.0
         self.found["thinned"] = self.shown

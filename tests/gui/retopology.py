@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 import numpy as np
-from hands import View, open_tab, pixels, play, point
+from hands import View, file_browsers, open_tab, pixels, play, point, until
 from stage import Report, monkey, running, settled
 
 report = Report(Path(sys.argv[-1]))
@@ -72,13 +72,9 @@ def scenario():
 
 
 def confirm_the_file_browser():
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "FILE_BROWSER":
-                with bpy.context.temp_override(window=window, area=area):
-                    bpy.ops.file.execute()
-                return
-    raise AssertionError("no file browser opened")
+    (window, area) = file_browsers()[0]
+    with bpy.context.temp_override(window=window, area=area):
+        bpy.ops.file.execute()
 
 
 def files(obj):
@@ -94,7 +90,7 @@ def files(obj):
         return 0.02
 
     start("export_field", filepath=str(folder / "thing.obj"), rawfield=True, sing=True)
-    yield 2.0
+    yield from until(lambda: bool(file_browsers()))
     confirm_the_file_browser()
     yield 0.1
     found["export_runs_beside"] = running() is not None

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import bpy
 import numpy as np
 from hands import View, click, open_tab, pixels, play, point, press
-from stage import DETECT, Report, clear_scene, settled
+from stage import Report, clear_scene, press_detect
 
 report = Report(Path(sys.argv[-1]))
 found = report.found
@@ -56,9 +56,7 @@ def scenario():
     view.space.overlay.show_cursor = False
     obj = cage()
     yield 1.0
-    click(*view.in_sidebar(0.5, DETECT))
-    yield 1.5
-    yield from settled(0.6)
+    yield from press_detect(view)
     found["detected"] = state(obj)
     found["analysed"] = obj.umbilics.analysed
     report.picture("detected")
@@ -80,9 +78,7 @@ def scenario():
     point(*view.middle())
     press("Tab")
     yield 1.0
-    click(*view.in_sidebar(0.5, DETECT))
-    yield 1.5
-    yield from settled(0.6)
+    yield from press_detect(view)
     found["edited"] = state(obj)
     report.picture("edited")
 

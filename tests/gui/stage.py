@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
-from hands import PATIENCE, View, click, picture
+from hands import PATIENCE, View, click, insist, picture
 
 NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top, if the verdict under
@@ -62,7 +62,17 @@ def running():
     return part("operators.jobs.worker").current()
 
 
-def settled(pause: float = 1.0, limit: float = PATIENCE) -> Iterator[float]:
+def press_detect(view: View) -> Iterator[float]:
+    """Click on Detect, until a detection has begun, and wait for its end."""
+    obj = bpy.context.view_layer.objects.active
+    before = obj.umbilics.stamp
+    yield from insist(
+        lambda: running() is not None or obj.umbilics.stamp != before, view.in_sidebar(0.5, DETECT)
+    )
+    yield from settled()
+
+
+def settled(pause: float = 0.5, limit: float = PATIENCE) -> Iterator[float]:
     """Until nothing is computed and the overlay has all its strokes."""
     end = time.monotonic() + limit
     yield pause

@@ -5,7 +5,6 @@ umbilic to. What is found goes into the JSON file named last on the command line
 """
 
 import sys
-import time
 import webbrowser
 from pathlib import Path
 
@@ -15,7 +14,6 @@ import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from hands import (
-    PATIENCE,
     View,
     arrange_windows,
     click,
@@ -25,6 +23,7 @@ from hands import (
     play,
     point,
     press,
+    until,
     write,
 )
 from mathutils import Euler, Vector
@@ -180,9 +179,7 @@ def searched():
     write("detect umbilics")
     yield 3.0
     press("Return")
-    end = time.monotonic() + PATIENCE
-    while obj.umbilics.stamp == before and time.monotonic() < end:
-        yield 0.2
+    yield from until(lambda: obj.umbilics.stamp != before)
     found["search_detects"] = obj.umbilics.stamp != before
     yield 1.0
 

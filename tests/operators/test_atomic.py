@@ -6,7 +6,7 @@ import pytest
 from scene_building import add_ellipsoid, empty_scene
 
 GUIDANCE, PENCIL = "scene.retopology.guidance_objects", "scene.retopology.grease_pencil"
-CURVES = "scene.retopology.curve_objects"
+CURVES, EDGES = "scene.retopology.curve_objects", "scene.retopology.marked_edges"
 OURS = ("umbilics", "umbilics_plan")
 
 
@@ -241,9 +241,9 @@ def test_a_detection_that_cannot_be_written(addon, monkeypatch, state, kind):
 def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
     def prepared():
         obj = scene(state)
-        retopology, operator = addon.operators.jobs.retopology, addon.operators.guide
+        jobs, operator = addon.operators.jobs, addon.operators.guide
         bpy.context.scene.umbilics_guidance.smoothness = 0.3
-        job = retopology.gather(bpy.context, obj, retopology.plan)
+        job = jobs.retopology.gather(bpy.context, obj, jobs.works.plan)
         found = job.compute()
         done = operator.UMBILICS_OT_guide.done
         return lambda: done(None, bpy.context, job, found)
@@ -271,8 +271,8 @@ def test_lines_guides_and_the_mirror_that_cannot_be_written(addon, monkeypatch, 
         getattr(bpy.ops.umbilics, name)()
         bpy.context.scene.umbilics_guidance.spacing_auto = False
         bpy.context.scene.umbilics_guidance.spacing = 0.8
-        retopology = addon.operators.jobs.retopology
-        job = retopology.gather(bpy.context, obj, getattr(retopology, work))
+        jobs = addon.operators.jobs
+        job = jobs.retopology.gather(bpy.context, obj, getattr(jobs.works, work))
         found = job.compute()
         cls = getattr(getattr(addon.operators, name), f"UMBILICS_OT_{name}")
         return lambda: cls.done(None, bpy.context, job, found)
@@ -283,7 +283,7 @@ def test_lines_guides_and_the_mirror_that_cannot_be_written(addon, monkeypatch, 
 
 
 def test_marks_that_cannot_be_written(addon, monkeypatch):
-    objects = addon.operators.scene.retopology.guidance_objects
+    edges = addon.operators.scene.retopology.marked_edges
     obj = add_ellipsoid(subdivisions=3)
     obj.data.edges[3].use_edge_sharp = True
     bpy.ops.umbilics.detect()
@@ -291,11 +291,11 @@ def test_marks_that_cannot_be_written(addon, monkeypatch):
     bpy.context.view_layer.update()
     before = everything()
     for path, name in (
-        (GUIDANCE, "unmark"),
+        (EDGES, "unmark"),
         ("mesh.attributes", "write_attributes"),
     ):
         with monkeypatch.context() as patch:
-            fails(patch, objects if name in vars(objects) else part(addon, path), name, after=True)
+            fails(patch, edges if name in vars(edges) else part(addon, path), name, after=True)
             with pytest.raises(RuntimeError, match=name):
                 bpy.ops.umbilics.mark_seams(lines="LINES", mark="SHARP")
         assert differences(before, everything()) == [], name

@@ -134,7 +134,7 @@ def test_bad_files_do_not_stop_the_others(tmp_path):
 
 @needs_program
 def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path):
-    count = 6
+    count = 4
     for number in range(count):
         write_obj(tmp_path / f"in/{number}.obj", 1.0 + 0.1 * number)
     (tmp_path / "in/broken.obj").write_text("f 1 2 3\n")

@@ -1,6 +1,9 @@
 """Check Topology in Blender: numbers and attributes on the user's mesh, nothing on the surface."""
 
+import dataclasses
+
 import bpy
+import mathutils
 import numpy as np
 import pytest
 from scene_building import add_ellipsoid, values
@@ -112,6 +115,107 @@ def test_an_edited_mesh_makes_its_check_old(addon, pair):
     assert is_old(bpy.context, quads)
     bpy.ops.umbilics.check_topology()
     assert not is_old(bpy.context, quads)
+
+
+def edit(surface, _quads):
+    surface.data.vertices[0].co *= 1.01
+    surface.data.update()
+
+
+def keep_others(surface, _quads):
+    bpy.context.view_layer.objects.active = surface
+    bpy.ops.umbilics.detect()
+    bpy.context.scene.umbilics.at_most = 2
+
+
+def move_a_pole(surface, quads):
+    bpy.context.view_layer.objects.active = surface
+    bpy.ops.umbilics.guide()
+    pole = next(child for child in surface.children if "umbilics_valence" in child)
+    pole.location.x += 0.1
+    bpy.context.view_layer.objects.active = quads
+
+
+def set_otherwise(_surface, _quads):
+    bpy.context.scene.umbilics_guidance.smoothness = 0.7
+
+
+def move_apart(_surface, quads):
+    quads.location.x += 0.01
+
+
+def move_both(surface, quads):
+    surface.location.x = quads.location.x = 3.0
+    surface.rotation_euler.z = quads.rotation_euler.z = 1.0
+
+
+def select_it(surface, _quads):
+    surface.select_set(True)
+
+
+def delete(surface, _quads):
+    bpy.data.objects.remove(surface)
+
+
+@pytest.mark.parametrize(
+    ("work", "words"),
+    [
+        (edit, "Ellipsoid: The mesh was edited or deformed: vertices were moved."),
+        (keep_others, "Ellipsoid: Other umbilics are kept."),
+        (move_a_pole, "Poles were moved, added or deleted by hand."),
+        (set_otherwise, "Ellipsoid: Changed since: Smoothness."),
+        (move_apart, "The mesh and the surface were moved apart."),
+        (delete, "Ellipsoid was deleted or renamed."),
+        (move_both, ""),
+        (select_it, ""),
+    ],
+)
+def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair, work, words):
+    surface, quads = pair
+
+    def reasons():
+        bpy.context.view_layer.update()
+        return " ".join(addon.operators.scene.staleness.check_reasons(bpy.context, quads))
+
+    assert reasons() == ""
+    work(surface, quads)
+    assert reasons() == words
+    if words and work is not delete:
+        bpy.context.view_layer.objects.active = quads
+        assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+        assert reasons() == ""
+
+
+def test_marks_stand_where_they_belong_however_the_object_is_turned(addon, monkeypatch):
+    """Those of missing poles too, of which there are two here."""
+    surface = add_ellipsoid((1.5, 1.0, 0.7), subdivisions=4)
+    surface.location, surface.rotation_euler = (5.0, -3.0, 2.0), (1.5, 0.4, 0.0)
+    surface.scale = (2.0, 1.0, 1.0)
+    real, gone = addon.core.check_quads, np.arange(2)
+
+    def without_two(*arguments):
+        found = real(*arguments)
+        return dataclasses.replace(found, missing=gone)
+
+    monkeypatch.setattr(addon.core, "check_quads", without_two)
+    bpy.ops.umbilics.remesh_to_quads(quads=300, relaxation=5, hide_original=False)
+    quads = bpy.context.view_layer.objects.active
+    assert addon.operators.scene.staleness.check_reasons(bpy.context, quads) == []
+    for mark in quads.umbilics_check.marks:
+        place = quads.matrix_world @ mathutils.Vector(mark.place)
+        _, nearest, _, _ = surface.closest_point_on_mesh(surface.matrix_world.inverted() @ place)
+        assert (surface.matrix_world @ nearest - place).length < 0.02
+
+
+def test_clear_takes_a_check_and_leaves_the_quads(pair):
+    surface, quads = pair
+    own = [name for name in quads.data.attributes.keys() if "check" not in name]  # noqa: SIM118
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert not quads.umbilics_check.checked and quads.umbilics_check.surface == surface
+    assert quads.data.attributes.keys() == own
+    assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+    assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
+    assert not quads.umbilics_check.checked
 
 
 def test_what_is_seen_is_checked(addon, pair):

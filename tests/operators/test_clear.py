@@ -58,6 +58,16 @@ def test_what_is_left_of_a_deleted_object_goes_with_the_next_clear(two):
     assert not bpy.data.curves
 
 
+def test_collections_that_the_user_emptied_go_too(two):
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.object.delete()
+    assert ours()
+    add_ellipsoid(subdivisions=1)
+    assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
+    assert not ours()
+    assert bpy.ops.umbilics.clear_file() == {"CANCELLED"}
+
+
 def test_joined_objects(two):
     first, second = two
     select(second, first)
@@ -92,6 +102,17 @@ def test_results_beside_an_object_outlive_the_clearing_of_another():
     assert not other.umbilics.detected
     assert "umbilics_k1" in kept.umbilics.mesh.attributes
     assert "umbilics_cross" in kept.umbilics_plan.mesh.attributes
+
+
+def test_a_map_over_what_modifiers_make_goes_with_all_in_the_file():
+    obj = add_ellipsoid(subdivisions=2, name="Kept")
+    obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.show_map()
+    assert len(bpy.data.meshes) == 2
+    assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
+    assert census()["objects"] == ["Kept"]
+    assert len(bpy.data.meshes) == 1
 
 
 def test_all_in_the_file_in_every_scene(two):

@@ -8,22 +8,32 @@ import pytest
 maps = importlib.import_module("bl_ext.user_default.umbilics.operators.drawing.colour_maps")
 
 
+def oklab(linear):
+    """(..., 3) OKLab of linear sRGB (..., 3), the way that the maps are made against."""
+    return np.cbrt(linear @ maps._TO_LMS.T) @ maps._TO_LAB.T
+
+
+def decoded(srgb):
+    """(..., 3) linear sRGB of sRGB as it is stored in pictures (IEC 61966-2-1)."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
 def lightness(srgb):
-    return maps.oklab(maps.decoded(srgb))[:, 0]
+    return oklab(decoded(srgb))[:, 0]
 
 
 def test_oklab_of_white_and_red():
-    assert maps.oklab(np.array([1.0, 1.0, 1.0])) == pytest.approx([1.0, 0.0, 0.0], abs=1e-4)
+    assert oklab(np.array([1.0, 1.0, 1.0])) == pytest.approx([1.0, 0.0, 0.0], abs=1e-4)
     # Ottosson's own values.
-    assert maps.oklab(np.array([1.0, 0.0, 0.0])) == pytest.approx(
+    assert oklab(np.array([1.0, 0.0, 0.0])) == pytest.approx(
         [0.62796, 0.22486, 0.12585], abs=1e-4
     )
 
 
 def test_way_there_and_back():
     colours = np.random.default_rng(1).random((100, 3))
-    assert np.abs(maps.linear_srgb(maps.oklab(colours)) - colours).max() < 1e-6
-    assert np.abs(maps.encoded(maps.decoded(colours)) - colours).max() < 1e-12
+    assert np.abs(maps.linear_srgb(oklab(colours)) - colours).max() < 1e-6
+    assert np.abs(maps.encoded(decoded(colours)) - colours).max() < 1e-12
 
 
 def test_sequential_map_rises_evenly_in_lightness():
@@ -41,7 +51,7 @@ def test_diverging_map_is_as_light_on_both_sides_and_palest_in_the_middle():
 
 def test_neighbouring_steps_look_equally_far_apart():
     for colours in (maps.sequential(), maps.diverging()):
-        lab = maps.oklab(maps.decoded(colours))
+        lab = oklab(decoded(colours))
         step = np.linalg.norm(np.diff(lab, axis=0), axis=1)
         assert step.max() < 4.0 * np.median(step)
 
@@ -67,6 +77,6 @@ def test_values_beyond_the_range_take_its_ends_and_unknown_ones_are_grey():
 
 
 def test_distinct_colours_are_distinct():
-    lab = maps.oklab(maps.decoded(maps.distinct(8)))
+    lab = oklab(decoded(maps.distinct(8)))
     apart = np.linalg.norm(lab[:, None] - lab[None], axis=2) + np.eye(8)
     assert apart.min() > 0.08

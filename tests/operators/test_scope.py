@@ -123,6 +123,62 @@ def test_a_plan_keeps_to_the_part_that_was_analysed(obj):
         assert getattr(bpy.ops.umbilics, lines)() == {"FINISHED"}
 
 
+@pytest.mark.parametrize("kind", ["VISIBLE", "SELECTED"])
+@pytest.mark.parametrize("levels", [0, 1])
+def test_what_was_selected_stays_the_part_until_the_next_detection(addon, obj, kind, levels):
+    """Of a click on selected faces, the faces count, whatever is selected for other work later."""
+    reasons = addon.operators.scene.staleness.plan_reasons
+    if levels:
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = levels
+    scope(kind)
+    bpy.ops.umbilics.detect()
+    half, other = faces_right_of(obj), faces_right_of(obj, 2.7)
+    obj.data.polygons.foreach_set("select", other)
+    obj.data.polygons.foreach_set("hide", ~other)
+    obj.data.update()
+    bpy.context.view_layer.update()
+    assert addon.operators.scene.staleness.reasons(bpy.context, obj) == []
+    scope("WHOLE")
+    assert bpy.ops.umbilics.guide() == {"FINISHED"}
+    assert reasons(bpy.context, obj) == []
+    home = obj.umbilics_plan.mesh or obj.data
+    planned = np.array([one.vector for one in home.attributes["umbilics_cross_face"].data])
+    inside = np.linalg.norm(planned, axis=1) > 0.5
+    # A face becomes three under the first level.
+    assert (inside == np.repeat(half, 3 if levels else 1)).all()
+    scope(kind)
+    assert bpy.ops.umbilics.detect(again=True) == {"FINISHED"}
+    assert len(empties(obj)) == HALF
+    bpy.ops.umbilics.detect()
+    assert len(empties(obj)) < HALF
+    scope("WHOLE")
+    bpy.ops.umbilics.detect()
+    assert "umbilics_scope" not in (obj.umbilics.mesh or obj.data).attributes
+
+
+def test_the_part_that_was_selected_goes_with_edits(obj):
+    scope("SELECTED")
+    bpy.ops.umbilics.detect()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.reveal(select=False)
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    far = faces_right_of(obj, 1.0)
+    obj.data.polygons.foreach_set("select", ~far)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.delete(type="FACE")
+    assert bpy.ops.umbilics.detect(again=True) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert obj.umbilics.analysed.endswith("selected faces")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.delete(type="FACE")
+    bpy.ops.mesh.primitive_cube_add()
+    with pytest.raises(RuntimeError, match="were analysed is left"):
+        bpy.ops.umbilics.detect(again=True)
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
 def test_the_command_takes_source_and_scope(addon, obj, tmp_path):
     bpy.context.scene.frame_set(1)
     obj.modifiers.new("Subdivision", "SUBSURF")

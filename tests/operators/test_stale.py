@@ -59,6 +59,10 @@ def test_filters_are_no_reason_to_detect_again(addon, reasons):
     assert not stale.filters_differ(bpy.context, second)
     bpy.context.scene.umbilics.opening = 5
     assert "Opening" in reasons(second)
+    bpy.ops.umbilics.detect()
+    assert not stale.filters_differ(bpy.context, second)
+    bpy.context.scene.umbilics["at_most"] = 2
+    assert stale.filters_differ(bpy.context, second)
 
 
 def test_colours_of_a_map_are_no_edit(reasons):

@@ -16,7 +16,6 @@ from ...operators.data.preferences import Appearance
 from ...operators.drawing import poles, umbilics
 from ...operators.drawing.shapes import Shape
 from ...operators.scene import filters, staleness
-from ...operators.scene.retopology import checks
 from ...operators.scene.view import facing_shapes, umbilic_shapes
 from . import directions, shader
 from .camera import Camera
@@ -173,7 +172,7 @@ def _draw_check(
     upright: np.ndarray,
     size: float,
 ) -> None:
-    places, faint = facing_shapes.check_marks(obj)[0], checks.is_old(context, obj)
+    places, faint = facing_shapes.check_marks(obj)[0], bool(staleness.check_reasons(context, obj))
     kept = obj.umbilics_check
     key = "check", kept.stamp, places.tobytes(), kept.active, upright.tobytes(), size, faint
     drawn = _marks.of(

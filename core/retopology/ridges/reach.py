@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.progress import Progress
-from ...mesh.neighbourhoods import Neighbourhood, adjacency
+from ...mesh.neighbourhoods import Neighbourhood
+from ...mesh.rings import adjacency
 from ...mesh.surface import Surface
 from .bend import ROUND, bending_of
 from .slopes import Fitting, Slopes, fit_slopes

@@ -28,11 +28,14 @@ class ByHand:
         All the poles that there are to be, or None where they are to be planned.
     digest:
         Tells the strokes from others, see `digest_of`.
+    digest_of_poles:
+        The same of the poles, see there.
     """
 
     strokes: core.Strokes | None = None
     wanted: core.WantedPoles | None = None
     digest: str = ""
+    digest_of_poles: str = ""
 
 
 def read(
@@ -45,10 +48,12 @@ def read(
     ObjectError
         The chosen strokes are none, or a pole has a valence that no pole has.
     """
-    wanted = wanted_poles(obj) if with_poles and is_steered(obj) else None
+    wanted, poles = None, ""
+    if with_poles and is_steered(obj):
+        wanted, poles = wanted_poles(obj), digest_of_poles(obj)
     group = scene.umbilics_guidance
     if group.strokes is None:
-        return ByHand(wanted=wanted)
+        return ByHand(wanted=wanted, digest_of_poles=poles)
     lines = drawn.polylines(group.strokes, scene)
     if not lines:
         raise ObjectError(
@@ -61,7 +66,7 @@ def read(
         position=np.concatenate(lines),
         influence=np.full(len(lines), group.influence * size),
     )
-    return ByHand(strokes, wanted, digest_of(scene))
+    return ByHand(strokes, wanted, digest_of(scene), poles)
 
 
 def digest_of(scene: bpy.types.Scene) -> str:
@@ -96,6 +101,15 @@ def is_steered(obj: bpy.types.Object) -> bool:
     plan = obj.umbilics_plan
     # Without any pole left there is nothing to go by, as in a copy of the mesh alone.
     return plan.planned and bool(poles_there(obj)) and (plan.by_hand or is_changed(obj))
+
+
+def digest_of_poles(obj: bpy.types.Object) -> str:
+    """What tells the poles that the next plan goes by from others; nothing where it plans them."""
+    if not is_steered(obj):
+        return ""
+    there = poles_there(obj)
+    values = [(*one.location, float(one.get("umbilics_valence") or 0)) for one in there]
+    return fingerprint.digest(np.array(sorted(values), np.float32))
 
 
 def wanted_poles(obj: bpy.types.Object) -> core.WantedPoles:

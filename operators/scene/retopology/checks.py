@@ -8,10 +8,11 @@ import numpy as np
 from .... import core
 from ...base import caches
 from ...data import topology
-from ...mesh.attributes import write_attributes
+from ...mesh.attributes import remove_results, write_attributes
 from ...mesh.fingerprint import mesh_signature
 from ...mesh.read import current_mesh, positions
 from ..homes import same_faces
+from ..targets import is_local
 from ..transaction import Transaction
 
 # 1 for a vertex that stands for a planned pole, 2 for an extra one.
@@ -45,7 +46,7 @@ def signature_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None) -
 def write(
     context: bpy.types.Context,
     obj: bpy.types.Object,
-    against: str,
+    against: topology.Against,
     found: core.TopologyCheck,
     poles: core.Poles,
     stamp: str,
@@ -73,6 +74,22 @@ def write(
     }
     transaction.keep_attributes(obj.data, tuple(ATTRIBUTES))
     write_attributes(obj.data, values, ATTRIBUTES)
+
+
+def remove(obj: bpy.types.Object, transaction: Transaction) -> bool:
+    """Have the check of an object go that is not in Edit Mode, but not the surface that was chosen
+    for it; whether there was one."""
+    if not obj.umbilics_check.checked:
+        return False
+    transaction.keep_properties(obj, "umbilics_check")
+    topology.forget(obj)
+    if is_local(obj.data) and not any(
+        other != obj and other.data == obj.data and other.umbilics_check.checked
+        for other in bpy.data.objects
+    ):
+        transaction.keep_attributes(obj.data, tuple(ATTRIBUTES))
+        remove_results(obj.data, ATTRIBUTES.keys(), ATTRIBUTES)
+    return True
 
 
 def is_old(context: bpy.types.Context, obj: bpy.types.Object) -> bool:

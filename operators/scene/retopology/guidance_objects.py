@@ -1,5 +1,5 @@
-"""What the guidance leaves in the scene: attributes, poles, the mirror, edge marks; the curves of
-`curve_objects` too.
+"""What the guidance leaves in the scene: attributes, poles, the mirror; and, of `curve_objects` and
+`marked_edges`, curves and marks.
 
 Objects are children of the mesh, carry the custom property `umbilics_guidance` (their part, one of
 `PARTS`) and lie in a collection with the same property. They follow the mesh. A part that is made
@@ -22,15 +22,14 @@ from .... import core
 from ...data import plans
 from ...data.belonging import OWNER_TAG
 from ...drawing.poles import COLOURS as POLE_COLOURS
-from ...mesh.attributes import remove_results, write_attributes
-from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
+from ...mesh.attributes import write_attributes
 from ...mesh.fetch import unit_vectors
 from ...mesh.read import MeshArrays
 from .. import homes
 from ..empties import name_of
 from ..targets import is_local
 from ..transaction import Transaction, empty_without
-from . import grease_pencil, pole_shapes
+from . import grease_pencil, marked_edges, pole_shapes
 
 TAG = "umbilics_guidance"
 PARTS = ("poles", "lines", "separatrices", "ridges", "layout", "guides", "mirror", "axis")
@@ -41,15 +40,6 @@ ATTRIBUTES = {
     "umbilics_cross_face": ("FACE", "FLOAT_VECTOR"),
     "umbilics_cross_index": ("FACE", "FLOAT"),
 }
-# 1 where we marked a seam, 2 where a sharp edge, 4 where a crease, and sums: to be undone.
-MARKS = {"umbilics_marked": ("EDGE", "INT")}
-# 1 on ridges, 2 on ravines; how far the normal turns across them, and the curvature there.
-RIDGE_EDGES = {
-    "umbilics_ridge": ("EDGE", "INT"),
-    "umbilics_ridge_bend": ("EDGE", "FLOAT"),
-    "umbilics_ridge_strength": ("EDGE", "FLOAT"),
-}
-_BIT = {"seam": 1, "edge_sharp": 2, "crease": 4}
 
 # As a fraction of the mesh's extent.
 _POLE_SIZE = 0.008
@@ -225,50 +215,6 @@ def write_axis(
     )
 
 
-def mark(obj: bpy.types.Object, chosen: np.ndarray, kind: str, transaction: Transaction) -> int:
-    """Mark edges (e,) bool as "seam", "edge_sharp" or "crease" and remember which; how many are
-    new."""
-    transaction.keep_attributes(obj.data, (*MARKS, *EDGE_ATTRIBUTES))
-    unmark(obj, kind)
-    fresh = mark_edges(obj.data, chosen, kind)
-    ours = _marks(obj.data)
-    ours[fresh] |= _BIT[kind]
-    write_attributes(obj.data, {"umbilics_marked": ours}, MARKS)
-    return int(fresh.sum())
-
-
-def unmark(obj: bpy.types.Object, kind: str) -> bool:
-    """Take back the marks that `mark` made; whether there were any."""
-    ours = _marks(obj.data)
-    mine = (ours & _BIT[kind]) > 0
-    if not mine.any():
-        return False
-    unmark_edges(obj.data, mine, kind)
-    write_attributes(obj.data, {"umbilics_marked": ours & ~_BIT[kind]}, MARKS)
-    return True
-
-
-def _marks(mesh: bpy.types.Mesh) -> np.ndarray:
-    found = mesh.attributes.get("umbilics_marked")
-    values = np.zeros(len(mesh.edges), np.int32)
-    if found is not None and (found.domain, found.data_type) == MARKS["umbilics_marked"]:
-        found.data.foreach_get("value", values)
-    return values
-
-
-def write_ridge_edges(
-    obj: bpy.types.Object, found: core.RidgeEdges | None, transaction: Transaction
-) -> None:
-    """Attributes on the edges of the object's mesh, in place of earlier ones; None takes these."""
-    if not is_local(obj.data):
-        return
-    transaction.keep_attributes(obj.data, tuple(RIDGE_EDGES))
-    remove_results(obj.data, RIDGE_EDGES.keys(), RIDGE_EDGES)
-    if found is not None:
-        arrays = found.kind, np.radians(found.bend), found.strength
-        write_attributes(obj.data, dict(zip(RIDGE_EDGES, arrays, strict=True)), RIDGE_EDGES)
-
-
 def replaced(
     obj: bpy.types.Object, part: str, transaction: Transaction
 ) -> bpy.types.Collection | None:
@@ -311,10 +257,7 @@ def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
     found.append(homes.leave(obj, ATTRIBUTES, homes.PLAN, transaction))
     if is_local(obj.data) and not homes.others_with_results(obj):
         # Marks are the mesh's: whoever shares it may have made them.
-        transaction.keep_attributes(obj.data, (*MARKS, *RIDGE_EDGES, *EDGE_ATTRIBUTES))
-        found += [unmark(obj, kind) for kind in _BIT]
-        for layouts in (MARKS, RIDGE_EDGES):
-            found.append(remove_results(obj.data, layouts.keys(), layouts) > 0)
+        found.append(marked_edges.remove_all(obj, transaction))
     transaction.keep_properties(obj, homes.PLAN)
     found.append(plans.forget(obj))
     return any(found)

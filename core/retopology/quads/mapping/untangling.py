@@ -10,16 +10,15 @@ determinant shows; such fans are stiffened by least squares first.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+from scipy import sparse
 
 from ....base.progress import Progress
 from .cones import cone_targets
+from .elimination import least_step
 from .seamless_map import (
     FLIPPED,
     SeamlessProblem,
-    constrained_step,
     determinant,
     first_map,
     least_squares,
@@ -91,13 +90,13 @@ def _grown(problem: SeamlessProblem, seed: np.ndarray, rings: int) -> np.ndarray
     return found
 
 
-def _region(problem: SeamlessProblem, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unknowns all of whose vertices are inside, and the triangles with any of them."""
-    outside = problem.owner @ (~inside).astype(float)
-    free = np.flatnonzero(outside == 0)
-    moves = np.zeros(problem.count, bool)
-    moves[free] = True
-    return free, np.flatnonzero(moves[problem.unknown].any(axis=1))
+def _region(
+    problem: SeamlessProblem, inside: np.ndarray
+) -> tuple[sparse.csr_array, np.ndarray]:
+    """The basis of the unknowns all of whose vertices are inside, and the triangles with any."""
+    moves = problem.owner @ (~inside).astype(float) == 0.0
+    triangles = np.flatnonzero(moves[problem.unknown].any(axis=1))
+    return problem.basis(np.flatnonzero(moves)), triangles
 
 
 def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
@@ -116,9 +115,9 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
         boost[second & ~first] *= STIFFER_AROUND
         fan, opened = cone_targets(problem, np.flatnonzero(bad & ~crosses.on_feature))
         target[fan] = opened
-        problem = replace(problem, target=target)
-        free, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
-        x = least_squares(problem, np.maximum(problem.weight, 0.1) * boost, x, free, triangles)
+        basis, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
+        weight = np.maximum(problem.weight, 0.1) * boost
+        x = least_squares(problem, weight, x, basis, triangles, target)
     return x
 
 
@@ -126,8 +125,8 @@ def _newton(
     problem: SeamlessProblem, x: np.ndarray, inside: np.ndarray, progress: Progress
 ) -> np.ndarray:
     """x after steps of Newton's method on what lies inside (n,) bool."""
-    free, triangles = _region(problem, inside)
-    if not len(free):
+    basis, triangles = _region(problem, inside)
+    if not basis.shape[1]:
         return x
     unknown, derivative = problem.unknown[triangles], problem.derivative[triangles]
     weight = problem.weight[triangles]
@@ -145,8 +144,7 @@ def _newton(
         value, slope, hessian = _derivatives(jacobian, det, width, weight)
         form = np.einsum("tia,tij,tjb->tab", derivative, hessian, derivative, optimize=True)
         right = -np.einsum("tia,ti->ta", derivative, slope)
-        step = np.zeros(problem.count)
-        step[free] = constrained_step(problem, unknown, free, form, right)
+        step = least_step(basis, unknown, form, right)
         promised = -(right * step[unknown]).sum()
         change = np.einsum("tij,tj->ti", derivative, step[unknown])
         length = 1.0

@@ -1,0 +1,140 @@
+"""Planes, cylinders, cones and spheres that are exact: told by the facets of a part.
+
+The facets' normals tell the kind, their vertices and middles how far it goes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .surface import Surface
+
+PLANAR, CYLINDRICAL, CONICAL, SPHERICAL = "planar", "cylindrical", "conical", "spherical"
+
+# Angle in radians that facets of one plane may differ by, beside what single precision leaves.
+FLAT = 5e-4
+# Distance of vertices from a cylinder or sphere, in its radius, and spread in radians of the angle
+# between normals and an axis, beside what single precision leaves: vertices may lie on the chord
+# of a facet (of 10 degrees 0.4 % of the radius inside), and programs write three or four digits.
+ON_SHAPE, ON_AXIS = 1e-2, 1e-2
+# Angle between the normals of facets and of the sphere at their middles, for 16 segments around.
+# Larger facets would fit the sphere through the rims of a cylinder.
+ON_SPHERE = 0.35
+
+
+def shape_of(surface: Surface, rows: np.ndarray) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of the exact face that triangles make up, if they do."""
+    normal, area = surface.face_normal_area
+    n, weight = normal[rows], area[rows]
+    known = weight > 0
+    if not known.any():
+        return PLANAR, 0.0, np.zeros(3)
+    n, weight, rounding = n[known], weight[known], normal_rounding(surface, rows[known])
+    mean = weight @ n
+    length = np.linalg.norm(mean)
+    if length > 0:
+        off = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(n - mean / length, axis=1), 0.0, 1.0))
+        if (off <= 2.0 * FLAT + 2.0 * rounding).all():
+            return PLANAR, 0.0, np.zeros(3)
+    corners = np.unique(surface.triangles[rows])
+    points = surface.vertices[corners]
+    middles = surface.vertices[surface.triangles[rows[known]]].mean(axis=1)
+    # The rims of a cylinder lie on a sphere too, but the normals of a sphere on no circle.
+    found = _of_revolution(points, middles, n, weight, float(rounding.max()))
+    return found if found is not None else _sphere(points, middles, n, weight)
+
+
+def _sphere(
+    points: np.ndarray, middles: np.ndarray, normals: np.ndarray, weight: np.ndarray
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and no axis of the sphere that points (p, 3) lie on and fix, if any.
+
+    Triangles (t,) on it have `middles` and `normals` (t, 3) and areas `weight`.
+    """
+    if len(points) < 6:
+        return None
+    middle = points.mean(axis=0)
+    local = points - middle
+    size = float(np.abs(local).max())
+    if size == 0.0:
+        return None
+    local = local / size
+    system = np.column_stack([2.0 * local, np.ones(len(local))])
+    solution, _, rank, singular = np.linalg.lstsq(system, (local**2).sum(axis=1), rcond=1e-6)
+    if rank < 4 or singular[-1] < 1e-3 * singular[0]:
+        return None
+    radius = float(np.sqrt(max(solution[3] + (solution[:3] ** 2).sum(), 0.0)))
+    away = np.abs(np.linalg.norm(local - solution[:3], axis=1) - radius)
+    if away.max() > ON_SHAPE * radius:
+        return None
+    away = middles - middle - size * solution[:3]
+    away /= np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)[:, None]
+    cosine = np.einsum("tc,tc->t", away, normals)
+    outward = float(np.sign(weight @ cosine))
+    if (outward * cosine).min() < np.cos(ON_SPHERE):
+        return None
+    return SPHERICAL, outward / (size * radius), np.zeros(3)
+
+
+def _of_revolution(
+    points: np.ndarray,
+    middles: np.ndarray,
+    normals: np.ndarray,
+    weight: np.ndarray,
+    rounding: float,
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of a circular cylinder or cone: normals at one angle to the
+    axis, vertices around it in circles. The parameters are those of `_sphere`."""
+    if len(points) < 6:
+        return None
+    centred = normals - weight @ normals / weight.sum()
+    spread, axes = np.linalg.eigh((centred * weight[:, None]).T @ centred / weight.sum())
+    axis, u, v = axes.T
+    if spread[1] < 1e-4 * spread[2]:
+        # Two facets only: of all the circles through their normals that of a cylinder.
+        far = np.argmax(np.abs(centred @ v))
+        axis = np.cross(normals[far], v)
+        axis /= max(float(np.linalg.norm(axis)), np.finfo(float).tiny)
+        u = np.cross(v, axis)
+    along = normals @ axis
+    if np.abs(along - np.median(along)).max() > ON_AXIS + 2.0 * rounding:
+        return None
+    slope = float(np.median(along))
+    plane = np.column_stack([points @ u, points @ v])
+    height = points @ axis
+    # Circles about one axis whose radius changes evenly: |p - c| = r + k h, and the slope of the
+    # normals says k.
+    change = 0.0 if abs(slope) < ON_AXIS else -slope / np.sqrt(max(1.0 - slope**2, 1e-12))
+    for sign in (1.0, -1.0):
+        k = sign * change
+        scale = float(np.abs(plane - plane.mean(axis=0)).max())
+        local, up = (plane - plane.mean(axis=0)) / scale, (height - height.mean()) / scale
+        # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
+        system = np.column_stack([2.0 * local, 2.0 * k * up, np.ones(len(up))])
+        if k == 0.0:
+            system = np.delete(system, 2, axis=1)
+        wanted = (local**2).sum(axis=1) - k**2 * up**2
+        solution, _, rank, _ = np.linalg.lstsq(system, wanted, rcond=1e-9)
+        if rank < system.shape[1]:
+            continue
+        radius = np.sqrt(max(solution[-1] + (solution[:2] ** 2).sum(), 0.0))
+        far = np.linalg.norm(local - solution[:2], axis=1)
+        if np.abs(far - np.abs(radius + k * up)).max() > ON_SHAPE * max(far.max(), 1e-300):
+            continue
+        typical = float(np.median(far)) * scale
+        centre = solution[:2] * scale + plane.mean(axis=0)
+        across = np.column_stack([middles @ u, middles @ v]) - centre
+        side = np.einsum("tc,tc->t", across, np.column_stack([normals @ u, normals @ v]))
+        outward = float(np.sign(weight @ side))
+        kind = CYLINDRICAL if abs(slope) < ON_AXIS else CONICAL
+        return kind, 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical, axis
+    return None
+
+
+def normal_rounding(surface: Surface, triangles: np.ndarray) -> np.ndarray:
+    """(t,) angle that single precision leaves in the normals of triangles, by their heights."""
+    _, area = surface.face_normal_area
+    longest = np.sqrt(surface.side_squares[:, triangles].max(axis=0))
+    height = 2.0 * area[triangles] / np.maximum(longest, np.finfo(float).tiny)
+    step = np.finfo(np.float32).eps * (1.0 + np.abs(surface.origin).max() / surface.unit)
+    return 2.0 * step / np.maximum(height, 10.0 * step)

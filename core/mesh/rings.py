@@ -1,0 +1,113 @@
+"""Rings of vertices around vertices, grown by sparse products."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..base.progress import Progress
+from .surface import Surface
+
+# Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
+# with eight rings around them, 200 MB at most.
+MOST_GATHERED = 1 << 25
+
+
+def adjacency(surface: Surface) -> sparse.csr_array:
+    """The (n, n) one-ring graph of the surface, ones where two vertices share an edge."""
+    n = len(surface.vertices)
+    ones = np.ones(len(surface.neighbours), np.int32)
+    return sparse.csr_array((ones, surface.neighbours, surface.neighbour_start), shape=(n, n))
+
+
+def rings_across(surface: Surface) -> int:
+    """Rings that hold the whole of every component, from any vertex of it: no more than twice
+    as many as from one."""
+    n = len(surface.vertices)
+    _, first = np.unique(surface.component, return_index=True)
+    hops = csgraph.dijkstra(adjacency(surface), indices=first, unweighted=True, min_only=True)
+    return min(2 * int(hops.max()), n)
+
+
+def grow(
+    reach: sparse.csr_array, graph: sparse.csr_array, rings: int, progress: Progress | None = None
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """Each row of `reach` lists vertices; add those within `rings` edges of them, all once.
+
+    On a surface every edge has a triangle, so a walk of exactly that many edges (two or more)
+    reaches the nearer vertices too. It ends where rows have all that they can reach.
+
+    Yields
+    ------
+    rows:
+        (r,) rows of `reach`, ascending: all at once unless they become too long for that.
+    grown:
+        (r, n) what they have become.
+    """
+    return grown_rows(reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress)
+
+
+def grown_rows(
+    reach: sparse.csr_array,
+    further: Callable[[sparse.csr_array], sparse.csr_array],
+    degree: np.ndarray,
+    rings: int,
+    progress: Progress | None,
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """As `grow`, each ring by `further`, which gathers `degree` (n,) vertices at each vertex."""
+    most = int(degree.max(initial=0)) + 1
+    parts = [(np.arange(reach.shape[0]), reach, rings)]
+    while parts:
+        rows, reach, left = parts.pop()
+        while left:
+            if progress is not None:
+                progress.ask()
+            if len(rows) > 1 and reach.nnz * most > MOST_GATHERED:
+                ends = np.append(0, np.cumsum(degree[reach.indices] + 1.0))[reach.indptr]
+                if ends[-1] > MOST_GATHERED:
+                    half = int(np.clip(np.searchsorted(ends, ends[-1] / 2), 1, len(rows) - 1))
+                    parts.append((rows[half:], reach[half:], left))
+                    rows, reach = rows[:half], reach[:half]
+                    continue
+            larger = further(reach)
+            larger.data[:] = 1
+            left = left - 1 if larger.nnz > reach.nnz else 0
+            reach = larger
+        yield rows, reach
+
+
+def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:
+    """(r, count) matrix whose rows hold ones at the vertices (r, s) named in each row."""
+    rows, size = vertices.shape
+    return sparse.csr_array(
+        (np.ones(vertices.size, np.int32), vertices.ravel(), size * np.arange(rows + 1)),
+        shape=(rows, count),
+    )
+
+
+def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The rows of `reach`, gathered into blocks of equal size.
+
+    Yields
+    ------
+    rows:
+        (b,) rows of `reach`, with b * size <= `most` (at least one row).
+    members:
+        (size, b) intp vertices of each row.
+    """
+    sizes = np.diff(reach.indptr)
+    order = np.argsort(sizes, kind="stable")
+    ends = np.cumsum(np.bincount(sizes)) if len(sizes) else np.zeros(0, int)
+    begin = 0
+    for size, end in enumerate(ends):
+        step = max(most // max(size, 1), 1)
+        for low in range(begin, end, step):
+            rows = order[low : min(low + step, end)]
+            if size:
+                # NumPy gathers by its own integers several times faster than by others.
+                slots = reach.indptr[rows] + np.arange(size, dtype=np.intp)[:, None]
+                yield rows, reach.indices[slots].astype(np.intp)
+        begin = end
