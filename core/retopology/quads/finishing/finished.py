@@ -12,7 +12,7 @@ from ....mesh.surface import Surface
 from ..conformity import conformity
 from ..layout.counting import characteristic, counted
 from ..layout.grids import Grids
-from ..layout.laying_out import LaidOut, gentler, laid_out
+from ..layout.laying_out import LaidOut, gentler, laid_out, without_open_creases
 from .directions import guiding_directions
 from .guides import Guides, vertex_normals
 from .mending import mend, oriented_quality
@@ -20,13 +20,13 @@ from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed
 
-# How often a piece with folded quads is laid out anew.
-ATTEMPTS = 3
+# How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
+ATTEMPTS, BAD = 3, 0.3
 
 
 @dataclass(frozen=True)
 class Finished:
-    """The quads of a piece in their places, and how many of them are folded."""
+    """The quads of a piece in their places, and how many of them are folded and bad."""
 
     laid: LaidOut
     grid: Grids
@@ -34,6 +34,7 @@ class Finished:
     position: np.ndarray
     triangle: np.ndarray
     folded: int
+    bad: int
 
 
 def filled(
@@ -48,7 +49,8 @@ def filled(
 
 
 def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Finished:
-    """A piece evened out; where quads stay folded it is laid out anew with fewer wishes."""
+    """A piece evened out; where quads stay folded, or bad beside an unsure crease, it is laid
+    out anew with fewer wishes."""
     tries: list[Finished] = []
     for attempt in range(ATTEMPTS):
         placed = place(laid.map_, laid.layout, grid)
@@ -57,22 +59,28 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         position, triangle = relaxed(placed.position, placed.quads, guides, steps, progress)
         if laid.working.fine is not None:
             position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
-        folds = oriented_quality(position, placed.quads, guides) <= 0.0
-        folded = int(np.count_nonzero(folds))
-        tries.append(Finished(laid, grid, placed, position, triangle, folded))
-        if not folded or attempt == ATTEMPTS - 1:
+        quality = oriented_quality(position, placed.quads, guides)
+        folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
+        tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
+        if not bad or attempt == ATTEMPTS - 1:
             break
         working = laid.working
-        corners = working.surface.triangles[triangle[placed.quads[folds]]]
+        wrong = quality <= (0.0 if folded else BAD)
+        corners = working.surface.triangles[triangle[placed.quads[wrong]]]
         near = np.zeros(len(working.surface.vertices), bool)
         near[corners.ravel()] = True
-        wishes = gentler(working, laid.wishes, near, None, attempt)
+        if folded:
+            wishes = gentler(working, laid.wishes, near, None, attempt)
+        else:
+            wishes = without_open_creases(working, laid.wishes, near)
+            if wishes is laid.wishes:
+                break
         try:
             laid = laid_out(working, wishes, progress, ATTEMPTS)
         except RemeshError:
             break
         grid = counted([laid], len(grid.quads), progress)[0]
-    return min(tries, key=lambda one: one.folded)
+    return min(tries, key=lambda one: (one.folded, one.bad))
 
 
 def _on_fine(
