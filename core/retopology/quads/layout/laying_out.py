@@ -140,10 +140,11 @@ def _affordable(
     if that makes fewer."""
     _, area = working.surface.face_normal_area
     quads = float((area / wishes.size**2).sum())
-    best, fewest = None, np.inf
+    best: tuple[PlannedField, Crosses, Wishes] | None = None
+    fewest = 0
     while True:
         found = _crossed(working, wishes, progress)
-        poles = np.count_nonzero(found[1].singular)
+        poles = int(np.count_nonzero(found[1].singular))
         if best is None or poles < fewest:
             best, fewest = found, poles
         if poles * FEWEST_EACH <= quads or wishes.wanted is not None or wishes.smoothness >= 1.0:
