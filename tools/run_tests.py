@@ -130,6 +130,7 @@ class Tests:
         self.folder = folder
         self.given = given
         self.options = options
+        self.reports = folder
         self.counts = Counter()
         self.failed = []
         self._installed = None
@@ -198,7 +199,8 @@ class Tests:
         print(path.read_text(errors="replace"), end="", flush=True)
 
     def _counted(self, name: str, run: Callable[[list[str]], int], paths: list[str]) -> None:
-        report = self.folder / f"{name}.xml"
+        report = self.reports / f"{name}.xml"
+        report.unlink(missing_ok=True)
         start = time.monotonic()
         code = run([f"--junitxml={report}", *self.options, *paths])
         counts = counts_in(report)
@@ -277,6 +279,9 @@ def main() -> None:
         "--quick", action="store_true", help="core's tests that take no more than a moment"
     )
     parser.add_argument("--summary", type=Path, help="write the closing line to this file too")
+    parser.add_argument(
+        "--reports", type=Path, help="a folder for what JUnit would say, durations too"
+    )
     chosen, rest = parser.parse_known_args()
     paths, options = split_arguments(rest)
     if chosen.quick:
@@ -286,6 +291,9 @@ def main() -> None:
     scratch.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         tests = Tests(Path(folder), paths, options)
+        if chosen.reports:
+            chosen.reports.mkdir(parents=True, exist_ok=True)
+            tests.reports = chosen.reports.resolve()
         if chosen.quick:
             tests.run(["core"])
         else:

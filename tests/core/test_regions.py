@@ -374,3 +374,16 @@ def test_the_ends_of_a_capsule_keep_to_themselves(noise):
         along = np.ptp(vertices[triangles[region.triangles]][:, :, 2], axis=1)
         assert (along < 1.0).all()
         assert region.area == pytest.approx(2 * np.pi * 0.902, rel=0.05)
+
+
+def test_two_triangles_are_one_set_whichever_sides_they_share():
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    for turn in range(3):
+        for other in range(3):
+            pair = [np.roll([0, 1, 2], turn), np.roll([2, 1, 3], other)]
+            surface = clean(corners, np.array(pair))[0]
+            found = find_regions(surface, *np.zeros((2, 4)), np.full(4, 0.01))
+            assert found.count == 1
+            assert found.label.tolist() == [0, 0]
+            none = RegionMap.none(surface)
+            assert (none.label.tolist(), none.count) == ([-1, -1], 0)
