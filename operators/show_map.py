@@ -3,7 +3,7 @@
 import bpy
 
 from .base.translation import reported
-from .jobs import worker
+from .jobs.modal import possible
 from .scene import filters
 from .scene.modes import object_mode
 from .scene.view import maps, view_shading
@@ -23,11 +23,7 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         reason = ""
         if not filters.with_results(context):
             reason = "Detect umbilics first: the map shows what the detection measured."
-        if worker.current() is not None:
-            reason = "A detection is running. Wait for it, or press Esc."
-        if reason:
-            cls.poll_message_set(reported(reason))
-        return not reason
+        return possible(cls, reason)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = filters.with_results(context)
