@@ -3,6 +3,7 @@
 import bpy
 
 from .base.translation import reported
+from .jobs.detect import SCULPTED
 from .jobs.modal import possible
 from .scene import filters
 from .scene.modes import object_mode
@@ -23,6 +24,8 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         reason = ""
         if not filters.with_results(context):
             reason = "Detect umbilics first: the map shows what the detection measured."
+        elif any(obj.mode == "SCULPT" for obj in filters.with_results(context)):
+            reason = SCULPTED
         return possible(cls, reason)
 
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from ..base.factors import definite_factors
 from ..base.progress import Progress
 
 # Systems this small are factorized.
@@ -179,10 +180,4 @@ def solve_part(matrix: sparse.csr_array, right: np.ndarray, progress: Progress) 
     if matrix.shape[0] > SMALLEST:
         found = solve(matrix.astype(np.complex128), right.astype(np.complex128), progress)
         return found if np.iscomplexobj(matrix.data) else found.real
-    factor = splu(
-        matrix.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return np.asarray(factor.solve(right))
+    return np.asarray(definite_factors(matrix).solve(right))

@@ -24,6 +24,7 @@ _HELP = {
     MERGE: "Faces that look joined are not.",
     SMOOTH: "The noise is as strong as the shape.",
 }
+_FAIR = "trust fair"
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def verdict(summary: bpy.types.PropertyGroup) -> Verdict:
         return Verdict(found, "trust unknown: the noise could not be measured", False, "")
     if summary.uncertain:
         sure = counts_in_words({core.KINDS[-1]: summary.uncertain})
-        return Verdict(found, f"trust fair: {sure}", False, "")
+        return Verdict(found, f"{_FAIR}: {sure}", False, "")
     return Verdict(found, "trust good", True, "")
 
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
-from scipy.sparse.linalg import splu
 
+from ....base.factors import definite_factors
 from .crosses import QUARTER, Crosses, fans
 from .sectors import fitting_turns, least_turns, sector_angles, sector_turns
 
@@ -194,8 +194,8 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     weight = np.maximum(area, 1e-9) / SETTLED**2
     aligned = crosses.feature.reshape(-1, 3).any(axis=1)
     weight = np.where(aligned, HELD, weight)
-    system = (difference.T @ difference + sparse.diags_array(weight)).tocsc()
-    phi = splu(system).solve(-(difference.T @ rest))
+    system = (difference.T @ difference + sparse.diags_array(weight)).tocsr()
+    phi = definite_factors(system).solve(-(difference.T @ rest))
     # Aligned triangles turn by less than makes another axis the nearest.
     phi = np.where(aligned, np.clip(phi, -0.25 * QUARTER, 0.25 * QUARTER), phi)
     return moved.turned(phi)

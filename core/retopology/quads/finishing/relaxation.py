@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
+from ....base.factors import definite_factors
 from ....base.progress import Progress
 from ..field.crosses import QUARTER
 from .guides import Guides, moved_along, own_planes, vertex_normals
@@ -75,7 +75,7 @@ class _Together:
         self._held = part[:, np.flatnonzero(~free)]
         self._stay = STAY * np.maximum(count[self._rows], 1)
         system = part[:, self._rows] + sparse.diags_array(self._stay)
-        self._solve = splu(system.tocsc()).solve if len(self._rows) else None
+        self._solve = definite_factors(system).solve if len(self._rows) else None
 
     def step(self, position: np.ndarray, wanted: np.ndarray) -> None:
         """Move the free vertices, in place."""

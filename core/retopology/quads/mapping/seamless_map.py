@@ -14,15 +14,13 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
-from scipy.sparse.linalg import splu
 
 from ....mesh.half_edges import following
 from ..field.crosses import QUARTER, TURNS, Crosses, fans
 from ..field.sectors import sector_turns
+from .elimination import free_basis, least_step
 from .seams import Seams, seams
 
-# Conditions that say the same twice would make the system singular: they may give by this much.
-GIVE = 1e-10
 # No triangle weighs less than this part of the mean.
 LEAST_WEIGHT = 0.02
 # Flips that the first solution may have before all triangles are weighed anew, as a share, and
@@ -47,8 +45,9 @@ class SeamlessProblem:
     unknown:
         (m, 6) int64 unknown that is the real part of each triangle's corner, then the imaginary
         parts; coordinates that features hold equal are one unknown.
-    conditions:
-        (c, unknowns) sparse: times the unknowns it must be 0.
+    shifts:
+        (4 c, unknowns) sparse: what the c edges of the cut shift the map by, as the real and the
+        imaginary parts at their starts, then at their ends.
     weight:
         (m,) float64 areas over their mean.
     target:
@@ -59,13 +58,39 @@ class SeamlessProblem:
     crosses: Crosses
     seams: Seams
     unknown: np.ndarray
-    conditions: sparse.csc_array
+    shifts: sparse.csr_array
     weight: np.ndarray
     target: np.ndarray
 
     @cached_property
     def count(self) -> int:
-        return self.conditions.shape[1]
+        return self.shifts.shape[1]
+
+    @cached_property
+    def conditions(self) -> sparse.csr_array:
+        """(2 c, unknowns): times the unknowns it must be 0, both ends being shifted alike."""
+        half = self.shifts.shape[0] // 2
+        return (self.shifts[:half] - self.shifts[half:]).tocsr()
+
+    @cached_property
+    def basis(self) -> sparse.csr_array:
+        """(unknowns, f) all unknowns by free ones.
+
+        Free are the shifts along pieces of the cut and, at each vertex, one of its copies: a copy
+        moves with no others than those of its vertex.
+        """
+        half = self.shifts.shape[0] // 2
+        one = sparse.eye_array(half)
+        by_shift = sparse.hstack([self.shifts, -sparse.vstack([one, one])])
+        return free_basis(by_shift, self.count)
+
+    @cached_property
+    def _columns(self) -> sparse.csc_array:
+        return self.basis.tocsc()
+
+    def part(self, free: np.ndarray) -> sparse.csr_array:
+        """(unknowns, f) columns (f,) of the basis."""
+        return self._columns[:, free].tocsr()
 
     @cached_property
     def owner(self) -> np.ndarray:
@@ -157,29 +182,28 @@ def pose(crosses: Crosses) -> SeamlessProblem:
     near = sheet[following(edge)], sheet[edge]
     far = sheet[other], sheet[following(other)]
     turn = TURNS[cut.matching[edge]]
-    # (far_0 - far_1) = turn (near_0 - near_1), as rows for the real and the imaginary part.
+    # far - turn near at each end, as rows for the real and the imaginary part.
     row = np.arange(len(edge))
     entries = []
-    for sign, side in ((1.0, 0), (-1.0, 1)):
-        entries += [
-            (row, far[side], np.full(len(row), sign)),
-            (row, near[side], -sign * turn.real),
-            (row, n + near[side], sign * turn.imag),
-            (len(row) + row, n + far[side], np.full(len(row), sign)),
-            (len(row) + row, near[side], -sign * turn.imag),
-            (len(row) + row, n + near[side], -sign * turn.real),
-        ]
+    for side in (0, 1):
+        for imaginary, first, second in ((0, turn.real, -turn.imag), (1, turn.imag, turn.real)):
+            part = (2 * side + imaginary) * len(edge) + row
+            entries += [
+                (part, imaginary * n + far[side], np.ones(len(row))),
+                (part, near[side], -first),
+                (part, n + near[side], -second),
+            ]
     rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
     unknown, number = _merged(cut)
-    conditions = sparse.coo_array(
-        (values, (rows, unknown[columns])), shape=(2 * len(edge), number)
-    ).tocsc()
-    conditions.eliminate_zeros()
+    shifts = sparse.coo_array(
+        (values, (rows, unknown[columns])), shape=(4 * len(edge), number)
+    ).tocsr()
+    shifts.eliminate_zeros()
     _, area = _areas(crosses)
     corner = np.concatenate([unknown[cut.sheet], unknown[n + cut.sheet]], axis=1)
     weight = np.maximum(area / area.mean(), LEAST_WEIGHT)
     target = np.array([1.0, 0.0, 0.0, 1.0]) + TRACE * _scatter(crosses.vertices, crosses.triangles)
-    return SeamlessProblem(crosses, cut, corner, conditions, weight, target)
+    return SeamlessProblem(crosses, cut, corner, shifts, weight, target)
 
 
 def least_squares(
@@ -188,71 +212,30 @@ def least_squares(
     x: np.ndarray | None = None,
     free: np.ndarray | None = None,
     triangles: np.ndarray | None = None,
+    target: np.ndarray | None = None,
 ) -> np.ndarray:
-    """The map whose Jacobians come nearest to the identity, (unknowns,).
+    """The map whose Jacobians come nearest to the wanted ones, (unknowns,).
 
     Parameters
     ----------
     weight:
         (m,) weights of the triangles.
     x, free, triangles:
-        A solution of which only the unknowns `free` (f,) int64 change, and the triangles (t,)
-        that they touch; all of them without.
+        A solution of which only the columns `free` (f,) int64 of the basis change, and the
+        triangles (t,) that they touch; all of them without.
+    target:
+        (m, 4) Jacobians that are wanted in place of the problem's.
     """
+    target = problem.target if target is None else target
     x = np.zeros(problem.count) if x is None else x
-    free = np.arange(problem.count) if free is None else free
+    basis = problem.basis if free is None else problem.part(free)
     triangles = np.arange(len(weight)) if triangles is None else triangles
-    derivative = problem.derivative[triangles]
-    value = x[problem.unknown[triangles]]
-    rest = problem.target[triangles] - np.einsum("mij,mj->mi", derivative, value)
+    derivative, unknown = problem.derivative[triangles], problem.unknown[triangles]
+    rest = target[triangles] - np.einsum("mij,mj->mi", derivative, x[unknown])
     by = weight[triangles]
     right = np.einsum("m,mij,mi->mj", by, derivative, rest)
     matrix = np.einsum("m,mij,mik->mjk", by, derivative, derivative, optimize=True)
-    step = constrained_step(problem, problem.unknown[triangles], free, matrix, right)
-    result = x.copy()
-    result[free] += step
-    return result
-
-
-def constrained_step(
-    problem: SeamlessProblem,
-    unknown: np.ndarray,
-    free: np.ndarray,
-    matrix: np.ndarray,
-    right: np.ndarray,
-) -> np.ndarray:
-    """(f,) the step of the free unknowns that minimizes a sum of quadratic forms of triangles.
-
-    Parameters
-    ----------
-    unknown:
-        (t, 6) unknowns of the triangles.
-    free:
-        (f,) int64 unknowns that move; the others stay.
-    matrix, right:
-        (t, 6, 6) and (t, 6) of the forms: 1/2 s A s - b s.
-    """
-    at = np.full(problem.count, -1)
-    at[free] = np.arange(len(free))
-    local = at[unknown]
-    rows = np.broadcast_to(local[:, :, None], matrix.shape)
-    columns = np.broadcast_to(local[:, None, :], matrix.shape)
-    inside = (rows >= 0) & (columns >= 0)
-    count = len(free)
-    form = sparse.coo_array(
-        (matrix[inside], (rows[inside], columns[inside])), shape=(count, count)
-    ).tocsc()
-    moved = local >= 0
-    force = np.bincount(local[moved], weights=right[moved], minlength=count)
-    scale = form.diagonal().mean()
-    form = form / scale + 1e-10 * sparse.eye_array(count)
-    conditions = problem.conditions[:, free] if count < problem.count else problem.conditions
-    conditions = conditions.tocsr()
-    conditions = conditions[np.diff(conditions.indptr) > 0]
-    give = -GIVE * sparse.eye_array(conditions.shape[0])
-    system = sparse.block_array([[form, conditions.T], [conditions, give]]).tocsc()
-    force = np.concatenate([force / scale, np.zeros(conditions.shape[0])])
-    return splu(system).solve(force)[:count]
+    return x + least_step(basis, unknown, matrix, right)
 
 
 def determinant(jacobian: np.ndarray) -> np.ndarray:

@@ -10,16 +10,14 @@ determinant shows; such fans are stiffened by least squares first.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ....base.progress import Progress
 from .cones import cone_targets
+from .elimination import least_step
 from .seamless_map import (
     FLIPPED,
     SeamlessProblem,
-    constrained_step,
     determinant,
     first_map,
     least_squares,
@@ -92,11 +90,11 @@ def _grown(problem: SeamlessProblem, seed: np.ndarray, rings: int) -> np.ndarray
 
 
 def _region(problem: SeamlessProblem, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unknowns all of whose vertices are inside, and the triangles with any of them."""
-    outside = problem.owner @ (~inside).astype(float)
-    free = np.flatnonzero(outside == 0)
-    moves = np.zeros(problem.count, bool)
-    moves[free] = True
+    """Columns of the basis whose unknowns all have their vertices inside, and the triangles with
+    any of these."""
+    outside = problem.owner @ (~inside).astype(float) > 0.0
+    free = np.flatnonzero(abs(problem.basis.T) @ outside.astype(float) == 0.0)
+    moves = np.diff(problem.part(free).indptr) > 0
     return free, np.flatnonzero(moves[problem.unknown].any(axis=1))
 
 
@@ -116,9 +114,9 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
         boost[second & ~first] *= STIFFER_AROUND
         fan, opened = cone_targets(problem, np.flatnonzero(bad & ~crosses.on_feature))
         target[fan] = opened
-        problem = replace(problem, target=target)
         free, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
-        x = least_squares(problem, np.maximum(problem.weight, 0.1) * boost, x, free, triangles)
+        weight = np.maximum(problem.weight, 0.1) * boost
+        x = least_squares(problem, weight, x, free, triangles, target)
     return x
 
 
@@ -130,6 +128,7 @@ def _newton(
     if not len(free):
         return x
     unknown, derivative = problem.unknown[triangles], problem.derivative[triangles]
+    basis = problem.part(free)
     weight = problem.weight[triangles]
     weight = np.maximum(weight / weight.mean(), 0.05)
     # Fans at poles never flip back once they are right: they could unfold to the wrong turns.
@@ -145,8 +144,7 @@ def _newton(
         value, slope, hessian = _derivatives(jacobian, det, width, weight)
         form = np.einsum("tia,tij,tjb->tab", derivative, hessian, derivative, optimize=True)
         right = -np.einsum("tia,ti->ta", derivative, slope)
-        step = np.zeros(problem.count)
-        step[free] = constrained_step(problem, unknown, free, form, right)
+        step = least_step(basis, unknown, form, right)
         promised = -(right * step[unknown]).sum()
         change = np.einsum("tij,tj->ti", derivative, step[unknown])
         length = 1.0

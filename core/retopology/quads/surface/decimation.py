@@ -1,28 +1,34 @@
 """Coarser triangles for surfaces finer than a map needs, by collapsing edges many at once.
 
-In each round short edges go whose neighbourhoods do not touch, chosen by lot, so that all of
-them can go together. Vertices on features and borders stay, and so does the topology (link
+In each round vertices go of which no two are neighbours, chosen by lot (Luby 1986,
+10.1137/0215074): the triangles around each are laid anew from one vertex of their rim, and no two
+of these places overlap. Vertices on features and borders stay, and so does the topology (link
 condition: Dey et al. 1999).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
 from ....base.errors import RemeshError
 from ....base.progress import Progress
-from ....mesh.half_edges import HalfEdges, link
-from .subdivision import Triangles, chosen
+from ....mesh.half_edges import following, link, previous
+from ...lines.polylines import spans
+from .subdivision import Triangles
 
 # An equilateral triangle of side s has the area 0.433 s^2.
 SHARE = 0.433
 # Edges up to this many aimed-at lengths may go, new ones may be so long.
 SHORT, LONG = 1.1, 2.0
+# Lengths are aimed at that are so many times the present ones at most: triangles stay alike.
+GROWTH = 1.1
 # Cosine by which a triangle may turn, and the least shape (1 is equilateral) it may have then.
 TURN, SHAPE = 0.7, 0.25
+# Drawings of lots in a round: each adds vertices away from those that were chosen before.
+DRAWINGS = 3
 # Rounds at most, and how many may take away less than this share of the triangles.
 ROUNDS, LITTLE, PATIENCE = 300, 0.002, 5
 
@@ -30,102 +36,206 @@ ROUNDS, LITTLE, PATIENCE = 300, 0.002, 5
 def coarsened(mesh: Triangles, most: int, progress: Progress) -> Triangles:
     """The mesh with about `most` triangles where it has more."""
     a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    aim = float(np.sqrt(area / most / SHARE))
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    work = _Coarsening(mesh)
     before = len(mesh.triangles)
-    lots = np.random.default_rng(0)
     idle = 0
     for _ in range(ROUNDS):
-        count = len(mesh.triangles)
+        count = len(work.triangles)
         if count <= most or idle >= PATIENCE:
             break
         progress.step((before - count) / max(before - most, 1))
-        mesh = _round(mesh, aim, lots)
-        idle = idle + 1 if len(mesh.triangles) > (1.0 - LITTLE) * count else 0
-    # Where an edge has come to lie on a feature only one of its sides knows.
-    twin = _linked(mesh).twin
-    return replace(mesh, feature=mesh.feature | np.where(twin >= 0, mesh.feature[twin], np.int8(0)))
+        aimed = min(area / most, GROWTH**2 * area / count) / SHARE
+        work.round(float(np.sqrt(aimed)), (count - most + 1) // 2)
+        idle = idle + 1 if len(work.triangles) > (1.0 - LITTLE) * count else 0
+    return work.result()
 
 
-def _linked(mesh: Triangles) -> HalfEdges:
-    links = link(mesh.triangles.astype(np.int32), len(mesh.vertices))
-    if links is None:
-        raise RemeshError("A piece of the mesh crosses itself where it was coarsened. Repair it.")
-    return links
+@dataclass(frozen=True)
+class _Stars:
+    """The triangles around k vertices that are to go, one vertex after the other.
+
+    Attributes
+    ----------
+    gone, kept:
+        (k,) the vertices, and for each the neighbour that takes its place.
+    whose, corner:
+        (s,) row of the vertex and half-edge that leaves it.
+    one, two:
+        (s,) the other corners.
+    """
+
+    gone: np.ndarray
+    kept: np.ndarray
+    whose: np.ndarray
+    corner: np.ndarray
+    one: np.ndarray
+    two: np.ndarray
+
+    @property
+    def dead(self) -> np.ndarray:
+        """(s,) bool triangles that shrink to an edge."""
+        kept = self.kept[self.whose]
+        return (self.one == kept) | (self.two == kept)
 
 
-def _round(mesh: Triangles, aim: float, lots: np.random.Generator) -> Triangles:
-    """The mesh after one round of collapses."""
-    n = len(mesh.vertices)
-    links = _linked(mesh)
-    twin = links.twin
-    mesh = replace(mesh, feature=mesh.feature | np.where(twin >= 0, mesh.feature[twin], np.int8(0)))
-    tail, head = mesh.ends
-    held = np.zeros(n, bool)
-    fixed = (mesh.feature > 0) | (twin < 0)
-    held[tail[fixed]] = held[head[fixed]] = True
-    edge = np.flatnonzero((np.arange(len(twin)) < twin) & (mesh.lengths < SHORT * aim))
-    edge = edge[~(held[tail[edge]] & held[head[edge]])]
-    if not len(edge):
-        return mesh
-    gone, kept = _apart(edge, lots.permutation(len(edge)), tail, head, held)
-    adjacency = sparse.csr_array(
-        (np.ones(len(links.neighbours)), links.neighbours, links.neighbour_start), shape=(n, n)
-    )
-    common = np.asarray(adjacency[gone].multiply(adjacency[kept]).sum(axis=1)).ravel()
-    gone, kept = gone[common == 2], kept[common == 2]
-    if not len(gone):
-        return mesh
-    owner = np.full(n, -1)
-    owner[gone] = np.arange(len(gone))
-    touched = np.flatnonzero((owner[mesh.triangles] >= 0).any(axis=1))
-    corners = mesh.triangles[touched]
-    whose = owner[corners].max(axis=1)
-    moved = np.where(corners == gone[whose][:, None], kept[whose][:, None], corners)
-    dead = (corners == kept[whose][:, None]).any(axis=1)
-    bad = _spoiled(mesh.vertices, corners, moved, aim) & ~dead
-    refused = np.zeros(len(gone), bool)
-    refused[whose[bad]] = True
-    apply = ~refused[whose]
-    triangles = mesh.triangles.copy()
-    triangles[touched[apply]] = moved[apply]
-    alive = np.ones(len(triangles), bool)
-    alive[touched[apply & dead]] = False
-    return chosen(replace(mesh, triangles=triangles), np.flatnonzero(alive))
+class _Coarsening:
+    """A mesh while vertices go; those that are left keep their places."""
+
+    def __init__(self, mesh: Triangles) -> None:
+        links = link(mesh.triangles.astype(np.int32), len(mesh.vertices))
+        if links is None:
+            raise RemeshError(
+                "A piece of the mesh crosses itself where it was coarsened. Repair it."
+            )
+        self._mesh = mesh
+        self.triangles = mesh.triangles.astype(np.int32)
+        # Rows of the mesh that vertices and triangles were.
+        self._vertex, self._triangle = np.arange(len(mesh.vertices)), np.arange(len(self.triangles))
+        tail, head = mesh.ends
+        opened = links.twin < 0
+        self._kind = mesh.feature | np.where(opened, np.int8(0), mesh.feature[links.twin])
+        fixed = opened | (self._kind > 0)
+        self._held = np.zeros(len(mesh.vertices), bool)
+        self._held[tail[fixed]] = self._held[head[fixed]] = True
+        # Ends of half-edges that stay: their vertices are held.
+        self._border = np.stack([tail[opened], head[opened]])
+        self._feature = np.stack([tail[self._kind > 0], head[self._kind > 0]])
+        self._lots = np.random.default_rng(0)
+
+    def result(self) -> Triangles:
+        """What is left, with the features on the edges that they lay on."""
+        mesh, n = self._mesh, len(self._vertex)
+        made = replace(
+            mesh,
+            vertices=mesh.vertices[self._vertex],
+            triangles=self.triangles.astype(np.int64),
+            values=mesh.values[self._vertex],
+            source=mesh.source[self._triangle],
+            feature=np.zeros(3 * len(self.triangles), np.int8),
+        )
+        if not self._feature.shape[1]:
+            return made
+        row = np.full(len(mesh.vertices), -1)
+        row[self._vertex] = np.arange(n)
+        low, high = np.sort(row[self._feature], axis=0)
+        key, first = np.unique(low * n + high, return_index=True)
+        kind = self._kind[self._kind > 0][first]
+        one, two = np.sort(np.stack(made.ends), axis=0)
+        place = np.minimum(np.searchsorted(key, one * n + two), len(key) - 1)
+        return replace(
+            made, feature=np.where(key[place] == one * n + two, kind[place], np.int8(0))
+        )
+
+    def round(self, aim: float, most: int) -> None:
+        """Take at most so many vertices away, edges being aimed at that are `aim` long."""
+        stars = self._drawn(aim, most)
+        if not len(stars.gone):
+            return
+        refused = np.zeros(len(stars.gone), bool)
+        refused[stars.whose[_spoiled(self._place, stars, aim) & ~stars.dead]] = True
+        refused |= ~self._linked(stars)
+        refused |= _repeated(stars, refused, len(self._vertex))
+        going = ~refused[stars.whose]
+        self.triangles.reshape(-1)[stars.corner[going]] = stars.kept[stars.whose[going]]
+        alive = np.ones(len(self.triangles), bool)
+        alive[stars.corner[going & stars.dead] // 3] = False
+        self.triangles, self._triangle = self.triangles[alive], self._triangle[alive]
+        staying = np.ones(len(self._vertex), bool)
+        staying[stars.gone[~refused]] = False
+        row = (np.cumsum(staying) - 1).astype(np.int32)
+        self.triangles = row[self.triangles]
+        self._vertex = self._vertex[staying]
+        self._held, self._border = self._held[staying], row[self._border]
+
+    @property
+    def _place(self) -> np.ndarray:
+        return self._mesh.vertices[self._vertex]
+
+    def _drawn(self, aim: float, most: int) -> _Stars:
+        """Vertices by lot, no two of them neighbours, each with a short edge to give way along."""
+        n = len(self._vertex)
+        tail, head = self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
+        # Around vertices that may go every neighbour is met once by the half-edges that leave.
+        name = np.arange(len(tail), dtype=np.int32)
+        leaving = sparse.coo_array((name, (tail, head)), shape=(n, n)).tocsr()
+        start, other = leaving.indptr, leaving.indices
+        count = np.diff(start)
+        place = self._place
+        along = place[other]
+        along -= np.repeat(place, count, axis=0)
+        square = np.einsum("hc,hc->h", along, along)
+        short = square < (SHORT * aim) ** 2
+        free = ~self._held & np.logical_or.reduceat(short, start[:-1])
+        lot = self._lots.permutation(n).astype(np.int32)
+        chosen = np.zeros(n, bool)
+        for _ in range(DRAWINGS):
+            drawn = np.where(free, lot, np.int32(n))
+            first = free & (drawn < np.minimum.reduceat(drawn[other], start[:-1]))
+            chosen |= first
+            free &= ~first & ~np.logical_or.reduceat(first[other], start[:-1])
+        gone = np.flatnonzero(chosen)
+        if len(gone) > most:
+            gone = np.sort(gone[np.argpartition(lot[gone], most)[:most]])
+        count = count[gone]
+        rows = spans(start[gone], count)
+        whose = np.repeat(np.arange(len(gone)), count)
+        wish = np.where(short[rows], square[rows] * self._lots.uniform(0.5, 1.5, len(rows)), np.inf)
+        first = np.cumsum(count) - count
+        hit = np.flatnonzero(wish == np.minimum.reduceat(wish, first)[whose]) if len(gone) else rows
+        kept = np.empty(len(gone), np.int32)
+        kept[whose[hit]] = other[rows[hit]]
+        corner = leaving.data[rows]
+        flat = self.triangles.ravel()
+        return _Stars(gone, kept, whose, corner, flat[following(corner)], flat[previous(corner)])
+
+    def _linked(self, stars: _Stars) -> np.ndarray:
+        """(k,) bool whether the two ends of an edge have only the two neighbours in common that
+        its triangles show."""
+        n = len(self._vertex)
+        # Along a border the half-edge that comes back is missing.
+        tail = np.concatenate([self.triangles.ravel(), self._border[1]])
+        head = np.concatenate([self.triangles[:, [1, 2, 0]].ravel(), self._border[0]])
+        ones = np.ones(len(tail), np.int8)
+        adjacency = sparse.coo_array((ones, (tail, head)), shape=(n, n)).tocsr()
+        both = adjacency[stars.gone].multiply(adjacency[stars.kept])
+        return np.asarray(both.sum(axis=1)).ravel() == 2
 
 
-def _apart(
-    edge: np.ndarray, lot: np.ndarray, tail: np.ndarray, head: np.ndarray, held: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (e,) with the least lot of all that touch their neighbours: the vertices that go,
-    and those that they go to."""
-    one, two = tail[edge], head[edge]
-    least = np.full(len(held), len(edge))
-    np.minimum.at(least, one, lot)
-    np.minimum.at(least, two, lot)
-    around = least.copy()
-    np.minimum.at(around, tail, least[head])
-    np.minimum.at(around, head, least[tail])
-    first = lot <= np.minimum(around[one], around[two])
-    one, two = one[first], two[first]
-    swap = held[one]
-    return np.where(swap, two, one), np.where(swap, one, two)
+def _repeated(stars: _Stars, refused: np.ndarray, n: int) -> np.ndarray:
+    """(k,) bool vertices whose going makes an edge that another's makes as well."""
+    dead, kept = stars.dead, stars.kept[stars.whose]
+    # Where the fan of new triangles begins lies an edge that was there before.
+    begin = np.full(len(stars.gone), -1)
+    starting = dead & (stars.one == kept)
+    begin[stars.whose[starting]] = stars.two[starting]
+    rows = np.flatnonzero(~dead & (stars.one != begin[stars.whose]) & ~refused[stars.whose])
+    one, two = stars.one[rows], kept[rows]
+    key = np.minimum(one, two).astype(np.int64) * n + np.maximum(one, two)
+    order = np.argsort(key, kind="stable")
+    again = np.flatnonzero(np.diff(key[order]) == 0) + 1
+    found = np.zeros(len(stars.gone), bool)
+    found[stars.whose[rows[order[again]]]] = True
+    return found
 
 
-def _spoiled(vertices: np.ndarray, before: np.ndarray, after: np.ndarray, aim: float) -> np.ndarray:
-    """(t,) bool triangles that a collapse would turn, flatten or stretch too much."""
-    old, new = vertices[before], vertices[after]
-    normal = [np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]) for at in (old, new)]
-    size = [np.linalg.norm(one, axis=1) for one in normal]
-    cosine = np.einsum("tc,tc->t", *normal)
-    square = [((np.roll(at, -1, axis=1) - at) ** 2).sum(axis=2) for at in (old, new)]
-    shape = [
-        2.0 * np.sqrt(3.0) * a / np.maximum(s.sum(axis=1), 1e-300)
-        for a, s in zip(size, square, strict=True)
-    ]
-    turned = cosine < TURN * size[0] * size[1]
-    return (
-        turned
-        | (shape[1] < np.minimum(SHAPE, 0.5 * shape[0]))
-        | (square[1].max(axis=1) > (LONG * aim) ** 2)
-    )
+def _spoiled(place: np.ndarray, stars: _Stars, aim: float) -> np.ndarray:
+    """(s,) bool triangles that would be turned, flattened or stretched too much."""
+    gone, kept = (place[rows[stars.whose]] for rows in (stars.gone, stars.kept))
+    one, two = place[stars.one], place[stars.two]
+    far = one - two
+    rim = np.einsum("sc,sc->s", far, far)
+    normals, sizes, shapes, longest = [], [], [], rim
+    for corner in (gone, kept):
+        a, b = one - corner, two - corner
+        normal = np.cross(a, b)
+        size = np.sqrt(np.einsum("sc,sc->s", normal, normal))
+        sides = np.einsum("sc,sc->s", a, a), np.einsum("sc,sc->s", b, b)
+        total = np.maximum(rim + sides[0] + sides[1], np.finfo(float).tiny)
+        normals.append(normal)
+        sizes.append(size)
+        shapes.append(2.0 * np.sqrt(3.0) * size / total)
+        longest = np.maximum(rim, np.maximum(*sides))
+    turned = np.einsum("sc,sc->s", *normals) < TURN * sizes[0] * sizes[1]
+    worse = shapes[1] < np.minimum(SHAPE, 0.5 * shapes[0])
+    return turned | worse | (longest > (LONG * aim) ** 2)

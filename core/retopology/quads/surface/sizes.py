@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
+from ....base.factors import definite_factors
 from .working_surface import WorkingSurface
 
 # Quads are at most so much smaller and larger than the mean one.
@@ -36,6 +36,6 @@ def sizes(working: WorkingSurface, size: float, adaptivity: float) -> np.ndarray
     graph = sparse.coo_array((np.full(len(tail), 0.5), (tail, head)), shape=(n, n)).tocsr()
     graph = graph + graph.T
     stiff = (SMOOTHED * size) ** 2 * (sparse.diags_array(graph.sum(axis=1)) - graph)
-    smooth = splu((stiff + sparse.diags_array(around)).tocsc()).solve(around * wanted)
+    smooth = definite_factors(stiff + sparse.diags_array(around)).solve(around * wanted)
     result = np.exp(smooth[triangles].mean(axis=1))
     return size * result * np.sqrt((area / result**2).sum() / area.sum())
