@@ -99,9 +99,10 @@ def test_long_lists_meet(positive):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("firm", [False, True])
 def test_a_long_list_that_was_met_grows_and_is_met_again(firm, seed):
-    """Crowds in a chain, each gathered before it meets what is left of those before it."""
+    """Crowds in a chain, each gathered before it meets what is left of those before it, which are
+    always the longer list."""
     random = np.random.default_rng(seed)
-    crowds = [(40, 1), (20, -1), (30, 1), (5, -1), (60, 1), (25, -1)]
+    crowds = [(40, 1), (5, -1), (20, 1), (30, -1), (25, 1), (10, -1)]
     units = np.concatenate([np.full(count, sign) for count, sign in crowds])
     centres = random.uniform(-1, 1, (len(units), 3))
     ends = np.cumsum([count for count, _ in crowds])[:-1]
@@ -111,7 +112,7 @@ def test_a_long_list_that_was_met_grows_and_is_met_again(firm, seed):
     chosen = random.random(len(units)) < 0.4 if firm else None
     found = _pairs(units, centres, high - 1, high, saddle, chosen)
     assert found == _edge_by_edge(units, centres, high - 1, high, saddle, chosen)
-    assert len(found) == 50
+    assert len(found) == 45
 
 
 @pytest.mark.parametrize("seed", range(6))
