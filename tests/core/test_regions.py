@@ -25,7 +25,15 @@ from core.curvature.noise import field_noise
 from core.curvature.tolerances import REGION_SIZE
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
-from core.umbilics.regions import PLANAR, SPHERICAL, RegionMap, describe_regions, find_regions
+from core.mesh.tessellated import Tessellation
+from core.umbilics.regions import (
+    PLANAR,
+    SPHERICAL,
+    RegionMap,
+    describe_regions,
+    find_regions,
+    with_faces,
+)
 
 
 def _surface(surface) -> Surface:
@@ -387,3 +395,15 @@ def test_two_triangles_are_one_set_whichever_sides_they_share():
             assert found.label.tolist() == [0, 0]
             none = RegionMap.none(surface)
             assert (none.label.tolist(), none.count) == ([-1, -1], 0)
+
+
+def test_beside_exact_faces_what_is_left_of_the_regions_stays():
+    face = np.array([0, 0, -1, -1, -1, 1], np.int32)
+    nothing = np.zeros(2)
+    faces = Tessellation(30.0, face, (PLANAR, SPHERICAL), nothing, np.zeros((2, 3)))
+    # The first region lies on a face alone; the second and third beside.
+    found = RegionMap(np.array([0, -1, 1, 2, -1, 2], np.int32), 3)
+    both = with_faces(faces, found)
+    assert both.label.tolist() == [0, 0, 2, 3, -1, 1]
+    assert both.count == 4
+    assert with_faces(faces, RegionMap(np.full(6, -1, np.int32), 0)).label.tolist() == face.tolist()
