@@ -158,6 +158,11 @@ def test_a_blender_in_german_speaks_it_everywhere(known):
             "71 Nabelpunkte: bedingt verlässlich: 4 von unsicherer Art",
         ),
         (
+            "2 umbilics: trust fair: the noise is not small beside the shape",
+            "2 Nabelpunkte: bedingt verlässlich: das Rauschen ist nicht klein neben der Form",
+        ),
+        ("no isolated umbilics, 1 region", "keine einzelnen Nabelpunkte, 1 Gebiet"),
+        (
             "8 poles of valence 3 and 0 of valence 5; 4 - valence sums to 8, four times the Euler "
             "characteristic is 8.",
             "8 Pole der Valenz 3 und 0 der Valenz 5; 4 - Valenz summiert sich zu 8, das Vierfache "

@@ -72,25 +72,28 @@ class SeamlessProblem:
         half = self.shifts.shape[0] // 2
         return (self.shifts[:half] - self.shifts[half:]).tocsr()
 
-    @cached_property
-    def basis(self) -> sparse.csr_array:
-        """(unknowns, f) all unknowns by free ones.
+    def basis(self, moving: np.ndarray | None = None) -> sparse.csr_array:
+        """(unknowns, f) how all unknowns change by free ones, where only those `moving` (k,) do.
 
-        Free are the shifts along pieces of the cut and, at each vertex, one of its copies: a copy
-        moves with no others than those of its vertex.
+        Free are shifts along pieces of the cut and, at each vertex, one of its copies.
         """
-        half = self.shifts.shape[0] // 2
-        one = sparse.eye_array(half)
-        by_shift = sparse.hstack([self.shifts, -sparse.vstack([one, one])])
-        return free_basis(by_shift, self.count)
+        edges = self.shifts.shape[0] // 4
+        if moving is None:
+            moving = np.arange(self.count)
+        shifts = self.shifts[:, moving]
+        cut = np.flatnonzero(np.diff(shifts.indptr).reshape(4, edges).any(axis=0))
+        rows = (np.arange(4)[:, None] * edges + cut).ravel()
+        one = sparse.eye_array(2 * len(cut))
+        own = free_basis(
+            sparse.hstack([shifts[rows], -sparse.vstack([one, one])]), len(moving)
+        ).tocoo()
+        place = moving[own.row], own.col
+        return sparse.coo_array((own.data, place), shape=(self.count, own.shape[1])).tocsr()
 
     @cached_property
-    def _columns(self) -> sparse.csc_array:
-        return self.basis.tocsc()
-
-    def part(self, free: np.ndarray) -> sparse.csr_array:
-        """(unknowns, f) columns (f,) of the basis."""
-        return self._columns[:, free].tocsr()
+    def whole_basis(self) -> sparse.csr_array:
+        """The basis in which all unknowns move."""
+        return self.basis()
 
     @cached_property
     def owner(self) -> np.ndarray:
@@ -210,7 +213,7 @@ def least_squares(
     problem: SeamlessProblem,
     weight: np.ndarray,
     x: np.ndarray | None = None,
-    free: np.ndarray | None = None,
+    basis: sparse.csr_array | None = None,
     triangles: np.ndarray | None = None,
     target: np.ndarray | None = None,
 ) -> np.ndarray:
@@ -220,15 +223,15 @@ def least_squares(
     ----------
     weight:
         (m,) weights of the triangles.
-    x, free, triangles:
-        A solution of which only the columns `free` (f,) int64 of the basis change, and the
-        triangles (t,) that they touch; all of them without.
+    x, basis, triangles:
+        A solution that changes by a basis only, and the triangles (t,) that this touches; all of
+        them without.
     target:
         (m, 4) Jacobians that are wanted in place of the problem's.
     """
     target = problem.target if target is None else target
     x = np.zeros(problem.count) if x is None else x
-    basis = problem.basis if free is None else problem.part(free)
+    basis = problem.whole_basis if basis is None else basis
     triangles = np.arange(len(weight)) if triangles is None else triangles
     derivative, unknown = problem.derivative[triangles], problem.unknown[triangles]
     rest = target[triangles] - np.einsum("mij,mj->mi", derivative, x[unknown])

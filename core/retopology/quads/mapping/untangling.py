@@ -11,6 +11,7 @@ determinant shows; such fans are stiffened by least squares first.
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 
 from ....base.progress import Progress
 from .cones import cone_targets
@@ -89,13 +90,13 @@ def _grown(problem: SeamlessProblem, seed: np.ndarray, rings: int) -> np.ndarray
     return found
 
 
-def _region(problem: SeamlessProblem, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of the basis whose unknowns all have their vertices inside, and the triangles with
-    any of these."""
-    outside = problem.owner @ (~inside).astype(float) > 0.0
-    free = np.flatnonzero(abs(problem.basis.T) @ outside.astype(float) == 0.0)
-    moves = np.diff(problem.part(free).indptr) > 0
-    return free, np.flatnonzero(moves[problem.unknown].any(axis=1))
+def _region(
+    problem: SeamlessProblem, inside: np.ndarray
+) -> tuple[sparse.csr_array, np.ndarray]:
+    """The basis of the unknowns all of whose vertices are inside, and the triangles with any."""
+    moves = problem.owner @ (~inside).astype(float) == 0.0
+    triangles = np.flatnonzero(moves[problem.unknown].any(axis=1))
+    return problem.basis(np.flatnonzero(moves)), triangles
 
 
 def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
@@ -114,9 +115,9 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
         boost[second & ~first] *= STIFFER_AROUND
         fan, opened = cone_targets(problem, np.flatnonzero(bad & ~crosses.on_feature))
         target[fan] = opened
-        free, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
+        basis, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
         weight = np.maximum(problem.weight, 0.1) * boost
-        x = least_squares(problem, weight, x, free, triangles, target)
+        x = least_squares(problem, weight, x, basis, triangles, target)
     return x
 
 
@@ -124,11 +125,10 @@ def _newton(
     problem: SeamlessProblem, x: np.ndarray, inside: np.ndarray, progress: Progress
 ) -> np.ndarray:
     """x after steps of Newton's method on what lies inside (n,) bool."""
-    free, triangles = _region(problem, inside)
-    if not len(free):
+    basis, triangles = _region(problem, inside)
+    if not basis.shape[1]:
         return x
     unknown, derivative = problem.unknown[triangles], problem.derivative[triangles]
-    basis = problem.part(free)
     weight = problem.weight[triangles]
     weight = np.maximum(weight / weight.mean(), 0.05)
     # Fans at poles never flip back once they are right: they could unfold to the wrong turns.
