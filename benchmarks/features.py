@@ -50,15 +50,17 @@ PAGE = """# Features and smoothness
 
 Written by `benchmarks/features` on {machine}.
 
-Features are what the cross field runs along: creases, borders,
-marks. A crease is a chain of edges that bend more than {angle:g} degrees, goes on and does not
-swerve; a single edge of a rounded or rough surface is none (`core/retopology/crease_chains.py`).
+Features are what the cross field runs along: creases, borders, marks. A crease is a chain of edges
+that bend more than {angle:g} degrees, goes on, stands out of what noise and chance bend, and does
+not swerve; a single edge of a rounded or rough surface is none
+(`core/retopology/crease_chains.py`).
 
 - **Bent**: edges that bend more than {angle:g} degrees. **Features**: those that are in creases,
   and borders.
 - Each cell says **poles / angle / near**: how many poles; the mean angle in degrees between the
   cross field and the principal directions, by area and by how much these mean; and how many pairs
-  of opposite poles stand nearer than an edge of a mesh of {quads:,} quads.
+  of opposite poles stand nearer than an edge of a mesh of {quads:,} quads. A part of flat and round
+  faces alone has no angle (nan).
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: smoothness {default:g}, with creases only; then the same creases at fixed smoothness.
 - **Beaten by**: fixed smoothness with no more poles and no larger angle than the default, and one
@@ -67,7 +69,20 @@ swerve; a single edge of a rounded or rough surface is none (`core/retopology/cr
 {subdivided}
 
 {table}
+
+## Before and after
+
+By `python3 -m benchmarks.field_pictures --before CHECKOUT`: the default plan before the cross
+field went by the measured directions and their errors (left) and now. Crosses, features in black,
+poles of valence 3 in orange, of valence 5 in green. (Spot: Keenan Crane, CC0. Bunny: Stanford 3D
+Scanning Repository. The skull is a CC BY work by an author whom its source does not name with it.)
+
+{pictures}
 """
+PICTURES = "\n\n".join(
+    f"![{name} before and after](figures/field-{name}.png)"
+    for name in ("rocker-arm", "spot_os", "bunny_hr_os", "skull_os")
+)
 
 
 @dataclass(frozen=True)
@@ -182,6 +197,7 @@ def main(arguments: list[str] | None = None) -> int:
         quads=QUADS,
         default=default.smoothness,
         machine=machine(),
+        pictures=PICTURES,
         table=table((*names, *(f"{value:g}" for value in SMOOTHNESS), "Beaten by"), rows),
     )
     options.out.write_text(text, encoding="utf-8")
