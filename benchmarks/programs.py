@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from surfaces import AnalyticSurface
 
 from . import ROOT
 from .peers.cgal import Cgal, CgalError
@@ -57,14 +56,19 @@ def peers(cache: Path) -> tuple[list[Callable], str]:
 
 
 def measure_all(
-    surface: AnalyticSurface, others: list[Callable], rounds: int
+    vertices: np.ndarray, triangles: np.ndarray, others: list[Callable], rounds: int
 ) -> list[tuple[Measurement, np.ndarray]]:
-    """What each program measures on the mesh, one after the other, and its directions."""
+    """What each program measures on the mesh, one after the other, and its directions; nothing of
+    those that cannot take it, which is said."""
     with tempfile.TemporaryDirectory() as name:
         mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
-        np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles)
+        np.savez(mesh, vertices=vertices, triangles=triangles)
         results = [(Ours().measure(mesh, rounds, directions), np.load(directions))]
     for measure in others:
-        measured, d1 = measure(surface.vertices, surface.triangles, rounds)
+        try:
+            measured, d1 = measure(vertices, triangles, rounds)
+        except (CgalError, LibiglError) as error:
+            print(error, file=sys.stderr)
+            continue
         results += [(single, d1) for single in measured]
     return results

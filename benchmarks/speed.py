@@ -21,16 +21,17 @@ import numpy as np
 from surfaces import AnalyticSurface, ellipsoid, random_ellipsoid, seed_patch
 
 from . import ROOT
+from .awkward_meshes import AXES, awkward_meshes
 from .pages import machine, table
-from .peers.measurement import Measurement
+from .peers.measurement import LIMIT, Measurement
 from .programs import OURS, Ours, measure_all, peers
 
-AXES = (3.0, 2.0, 1.0)
 # Vertices where the directions are clear: the gap is more than this part of its median.
 CLEAR = 0.1
 # Subdivisions of the icosahedron: 20 * 4^level triangles.
 LEVELS, QUICK_LEVELS = (5, 6, 7, 8, 9), (5, 6, 7)
 COMPARED, QUICK_COMPARED = (6, 8), (6,)
+AWKWARD, QUICK_AWKWARD = 7, 5
 # The largest mesh: so many ellipsoids of the last level, beside each other.
 LARGEST = 2
 # Errors on the patch are taken this far inside, in half its width.
@@ -40,7 +41,8 @@ HEADER = """# Speed
 
 Written by `benchmarks/speed`{options} on {machine}.
 
-The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron. The programs run one
+The mesh is the ellipsoid with half axes 3, 2 and 1, a subdivided icosahedron, in double precision
+and as Blender keeps it, in single. The programs run one
 after the other, each in a process of its own that does the work {rounds} times: "seconds" is the
 median, "first" the first time, when memory is new to the process. Reading the mesh
 is not counted. "Above the input" is peak memory less that after reading. The error is the root
@@ -61,6 +63,7 @@ _COMPARED = (
     "above the input",
     "Direction error",
 )
+_AWKWARD = ("Mesh", "Triangles", "Seconds", "µs a triangle", "times the even one's")
 _GROWTH = ("Triangles", "Seconds", "µs a triangle", "MB above the input", "bytes a triangle")
 
 
@@ -80,24 +83,55 @@ def direction_error(
 
 
 def compare(level: int, others: list[Callable], rounds: int) -> str:
-    """Markdown: all programs on one ellipsoid, a row for each."""
-    surface = ellipsoid(AXES, level)
-    print(f"{len(surface.triangles):,} triangles, all programs", file=sys.stderr)
-    results = measure_all(surface, others, rounds)
-    ours = results[0][0].seconds
-    rows = [
-        (
-            run.program,
-            f"{run.seconds:.2f}",
-            "1" if run.program == OURS else f"{run.seconds / ours:.1f}",
-            f"{run.rounds[0]:.2f}",
-            f"{run.peak_mb:.0f}",
-            f"{run.peak_mb - run.input_mb:.0f}",
-            f"{direction_error(surface, d1):.4f}°",
-        )
-        for run, d1 in results
-    ]
-    return f"## {len(surface.triangles):,} triangles\n\n{table(_COMPARED, rows)}\n"
+    """Markdown: all programs on one ellipsoid in both precisions, a row for each."""
+    exact = ellipsoid(AXES, level)
+    title = f"{len(exact.triangles):,} triangles"
+    parts = []
+    for precision, number in (("double", np.float64), ("single", np.float32)):
+        print(f"{title}, {precision} precision, all programs", file=sys.stderr)
+        rounded = exact.vertices.astype(number).astype(float)
+        results = measure_all(rounded, exact.triangles, others, rounds)
+        ours = results[0][0].seconds
+        rows = [
+            (
+                run.program,
+                f"{run.seconds:.2f}",
+                "1" if run.program == OURS else f"{run.seconds / ours:.1f}",
+                f"{run.rounds[0]:.2f}",
+                f"{run.peak_mb:.0f}",
+                f"{run.peak_mb - run.input_mb:.0f}",
+                f"{direction_error(exact, d1):.4f}°",
+            )
+            for run, d1 in results
+        ]
+        parts.append(f"## {title}, {precision} precision\n\n{table(_COMPARED, rows)}\n")
+    return "\n".join(parts)
+
+
+def compare_awkward(level: int, others: list[Callable], rounds: int) -> str:
+    """Markdown: every program on meshes that are not even, and its time there for each triangle
+    against the even mesh."""
+    rows: list[tuple[str, ...]] = []
+    even: dict[str, float] = {}
+    for name, (vertices, triangles) in awkward_meshes(level):
+        print(f"{name}, {len(triangles):,} triangles", file=sys.stderr)
+        for run, _ in measure_all(vertices.astype(float), triangles, others, rounds):
+            each = run.seconds / len(triangles)
+            even.setdefault(run.program, each)
+            rows.append(
+                (
+                    f"{name}: {run.program}",
+                    f"{len(triangles):,}",
+                    f"{run.seconds:.2f}",
+                    f"{1e6 * each:.2f}",
+                    f"{each / even[run.program]:.2f}",
+                )
+            )
+    return (
+        "## Awkward meshes\n\n"
+        f"A program without a row did not end within {LIMIT} s, or not well.\n\n"
+        f"{table(_AWKWARD, rows)}\n"
+    )
 
 
 def compare_directions(others: list[Callable]) -> str:
@@ -114,7 +148,7 @@ def compare_directions(others: list[Callable]) -> str:
     ]
     errors: dict[str, list[str]] = {}
     for _, surface, where in cases:
-        for run, d1 in measure_all(surface, others, 1):
+        for run, d1 in measure_all(surface.vertices, surface.triangles, others, 1):
             error = direction_error(surface, d1, where)
             errors.setdefault(run.program, []).append(f"{error:.3f}°")
     rows = [(program, *found) for program, found in errors.items()]
@@ -234,6 +268,11 @@ def main(arguments: list[str] | None = None) -> int:
         compared_here = compare(level, others, options.rounds)
         text += compared_here + "\n"
         print(compared_here, flush=True)
+    awkward = compare_awkward(
+        QUICK_AWKWARD if options.quick else AWKWARD, others, options.rounds
+    )
+    text += awkward + "\n"
+    print(awkward, flush=True)
     text += compare_directions(others) + "\n"
     grown, medians = scaling(levels, options.rounds)
     text += grown + "\n"

@@ -4,7 +4,7 @@ import bpy
 
 from .base.translation import reported
 from .jobs import detect
-from .scene import homes, selection
+from .scene import homes, selection, targets
 from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
 
 
@@ -21,7 +21,12 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.active(context)
         reason = detect.why_not(obj)
-        if not reason and not obj.umbilics.detected:
+        if not reason and not targets.is_own(obj):
+            reason = (
+                f"{obj.name} is linked from another file and can have no arrows here. Make it and "
+                "its mesh local: Object > Relations > Make Local."
+            )
+        elif not reason and not obj.umbilics.detected:
             reason = f"{obj.name} has no results. Detect first."
         elif not reason and homes.mesh_of(obj) != obj.data:
             reason = (

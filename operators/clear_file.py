@@ -6,6 +6,7 @@ from .base.translation import reported
 from .clear import clear
 from .jobs import detect, worker
 from .scene import orphans
+from .scene.display_objects import source_of
 from .scene.modes import finished
 
 
@@ -26,7 +27,9 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        found = list(dict.fromkeys([*orphans.with_results(), *orphans.checked()]))
+        # An object of ours goes with the one that it shows the results of.
+        ours = [*orphans.with_results(), *orphans.checked()]
+        found = list(dict.fromkeys(map(source_of, ours)))
         refused = [why for obj in found if (why := detect.why_not(obj, to_clear=True))]
         cleared = [clear(context, obj) for obj in found if not detect.why_not(obj, to_clear=True)]
         left = orphans.remove()

@@ -62,11 +62,14 @@ class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
         context.scene.umbilics_display.field = "CROSS"
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
-        text = f"{three} poles of valence 3 and {len(poles) - three} of valence 5; "
-        text += f"4 - valence sums to {poles.total}"
-        if math.isfinite(poles.expected):
-            return f"{text}, four times the Euler characteristic is {poles.expected:g}."
-        return f"{text} on an open surface."
+        five = len(poles) - three
+        planned = f"{three} poles of valence 3 and {five} of valence 5"
+        if not math.isfinite(poles.expected):
+            return f"{planned}; 4 - valence sums to {poles.total} on an open surface."
+        return (
+            f"{planned}; 4 - valence sums to {poles.total}, four times the Euler characteristic "
+            f"is {poles.expected:g}."
+        )
 
     def warnings(self, found: tuple[core.Guidance, core.Umbilics]) -> tuple[str, ...]:
         return found[0].warnings

@@ -62,10 +62,15 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: Made) -> str:
         quads = found.quads
+        source = targets.named(job.object_name)
+        # For writing it leaves its mode.
+        is_idle = source is not None and source.mode == "OBJECT"
         with retopology.written(context, job) as (_, transaction):
-            source = targets.named(job.object_name)
             delivery = remeshing.to_delivery(self)
-            made = quad_meshes.add(context, source, job.inputs.arrays, quads, delivery, transaction)
+            arrays = job.inputs.arrays
+            made = quad_meshes.add(
+                context, source, arrays, quads, delivery, transaction, forward=is_idle
+            )
             made.umbilics_check.surface = source
             stamp = checks.signature_of(made, None)
             against = retopology.against(job, found.umbilics)

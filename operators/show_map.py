@@ -4,6 +4,7 @@ import bpy
 
 from .base.translation import reported
 from .jobs import worker
+from .jobs.detect import SCULPTED
 from .scene import filters
 from .scene.modes import object_mode
 from .scene.view import maps, view_shading
@@ -23,6 +24,8 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
         reason = ""
         if not filters.with_results(context):
             reason = "Detect umbilics first: the map shows what the detection measured."
+        elif any(obj.mode == "SCULPT" for obj in filters.with_results(context)):
+            reason = SCULPTED
         if worker.current() is not None:
             reason = "A detection is running. Wait for it, or press Esc."
         if reason:

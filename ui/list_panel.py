@@ -19,7 +19,7 @@ _PERMANENT = 1e37
 # Part of a row for the kind, of the rest for the index, of the rest for the persistence; and of
 # the columns' names, of which the kind's needs less.
 _PARTS = 0.53, 0.28, 0.5
-_NAME_PARTS = 0.46, 0.32, 0.5
+_NAME_PARTS = 0.42, 0.4, 0.5
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
@@ -99,9 +99,9 @@ class UMBILICS_PT_list(Part, bpy.types.Panel):
             text = translated(f"and {found.hidden_items} less persistent ones")
             layout.label(text=text, icon="INFO")
         actions = layout.row(align=True)
-        actions.operator(UMBILICS_OT_frame_umbilic.bl_idname, text="Frame", icon="ZOOM_SELECTED")
-        actions.operator(UMBILICS_OT_copy_coordinates.bl_idname, text="Copy", icon="COPYDOWN")
-        actions.operator(UMBILICS_OT_pin.bl_idname, text="Pin", icon="PINNED")
+        actions.operator(UMBILICS_OT_frame_umbilic.bl_idname, text="Frame")
+        actions.operator(UMBILICS_OT_copy_coordinates.bl_idname, text="Copy")
+        actions.operator(UMBILICS_OT_pin.bl_idname, text="Pin")
         actions.operator(UMBILICS_OT_delete_umbilic.bl_idname, text="", icon="X")
         if found.deleted:
             count = len(summary.rows_of(found.deleted))

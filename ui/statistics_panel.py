@@ -58,6 +58,9 @@ class UMBILICS_PT_statistics(Part, bpy.types.Panel):
         icon, ratio = "QUESTION", "unknown"
         if found.noise:
             icon = "CHECKMARK" if found.trust_ratio <= core.TRUSTED else "ERROR"
+            if not any(getattr(found, kind) for kind in core.KINDS):
+                # On a sphere the gap is nothing but noise, and no umbilic hangs on it.
+                icon = "NONE"
             ratio = f"{found.trust_ratio:.2f}"
         line(numbers, "trust_ratio", "Noise / median gap", ratio, icon=icon)
         for warning in found.warnings:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .measurement import Measurement
+from .measurement import LIMIT, Measurement
 
 UMBILICS, RIDGES = (Path(__file__).with_name(f"cgal_{what}.cpp") for what in ("umbilics", "ridges"))
 PACKAGES = "libcgal-dev, libeigen3-dev and a C++ compiler (Debian: g++)"
@@ -103,9 +103,17 @@ class Cgal:
         lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
         lines += [f"{a} {b} {c}" for a, b, c in triangles.tolist()]
         command = [self._program, *map(str, arguments)]
-        run = subprocess.run(
-            command, input="\n".join(lines), capture_output=True, text=True, check=False
-        )
+        try:
+            run = subprocess.run(
+                command,
+                input="\n".join(lines),
+                capture_output=True,
+                text=True,
+                check=False,
+                timeout=LIMIT,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise CgalError(f"it took more than {LIMIT} s") from error
         if run.returncode:
             raise CgalError(f"it failed: {run.stderr.strip()[-200:]}")
         return run.stdout

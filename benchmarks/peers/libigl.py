@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .measurement import Measurement
+from .measurement import LIMIT, Measurement
 
 PACKAGE = "libigl==2.6.3"
 RADIUS = 3
@@ -71,7 +71,12 @@ class Libigl:
             np.save(folder / "triangles.npy", triangles)
             paths = [folder / f"{array}.npy" for array in ("vertices", "triangles", "d1")]
             command = [self._python, "-c", _SCRIPT, *paths, str(RADIUS), str(rounds)]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            try:
+                done = subprocess.run(
+                    command, capture_output=True, text=True, check=False, timeout=LIMIT
+                )
+            except subprocess.TimeoutExpired as error:
+                raise LibiglError(f"it took more than {LIMIT} s") from error
             if done.returncode:
                 raise LibiglError(f"it failed: {done.stderr.strip()[-200:]}")
             before, peak, *seconds = map(float, done.stdout.split())

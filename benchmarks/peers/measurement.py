@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
+# Seconds that another program gets for all its rounds on a mesh: around a vertex with thousands of
+# neighbours some take hours.
+LIMIT = 300
 
 @dataclass(frozen=True)
 class Measurement:

@@ -24,6 +24,10 @@ _HELP = {
     MERGE: "Faces that look joined are not.",
     SMOOTH: "The noise is as strong as the shape.",
 }
+_FAIR = "trust fair"
+_NOISY = "the noise is not small beside the shape"
+# Finer than this a subdivided cage has more faces than anybody waits for.
+_MOST_LEVELS = 4
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,9 @@ def verdict(summary: bpy.types.PropertyGroup) -> Verdict:
     """The judgement of a detection by its `summary.UMBILICS_PG_summary`."""
     umbilics = sum(getattr(summary, kind) for kind in core.KINDS)
     found = counted(umbilics, "umbilic") if umbilics else "no umbilics"
+    if summary.regions and not umbilics:
+        # Of a sphere all points are.
+        found = "no isolated umbilics"
     if summary.regions:
         found += f", {counted(summary.regions, 'region')}"
     remedy = _remedy(summary)
@@ -59,9 +66,11 @@ def verdict(summary: bpy.types.PropertyGroup) -> Verdict:
         return Verdict(found, _HELP[remedy], False, remedy)
     if not summary.noise:
         return Verdict(found, "trust unknown: the noise could not be measured", False, "")
+    if umbilics and summary.trust_ratio > core.TRUSTED:
+        return Verdict(found, f"{_FAIR}: {_NOISY}", False, "")
     if summary.uncertain:
         sure = counts_in_words({core.KINDS[-1]: summary.uncertain})
-        return Verdict(found, f"trust fair: {sure}", False, "")
+        return Verdict(found, f"{_FAIR}: {sure}", False, "")
     return Verdict(found, "trust good", True, "")
 
 
@@ -73,4 +82,15 @@ def _remedy(summary: bpy.types.PropertyGroup) -> str:
         return SUBDIVIDE
     if summary.is_hard:
         return CREASES
-    return SMOOTH if core.SMOOTH_MORE in texts else ""
+    if core.SMOOTH_MORE not in texts:
+        return ""
+    return SUBDIVIDE if _is_subdivided(summary) else SMOOTH
+
+
+def _is_subdivided(summary: bpy.types.PropertyGroup) -> bool:
+    """Whether what was analysed is made smooth by a modifier that has finer levels to give: then
+    its noise is that of few faces."""
+    return summary.source == "EVALUATED" and any(
+        modifier.type == "SUBSURF" and modifier.show_viewport and modifier.levels < _MOST_LEVELS
+        for modifier in summary.id_data.modifiers
+    )

@@ -29,6 +29,10 @@ from ..scene.retopology import checks, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines, maps
 
+# Types of objects that Blender makes meshes of.
+_CONVERTIBLE = ("CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "GREASEPENCIL")
+SCULPTED = "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+
 
 @dataclass(frozen=True)
 class Inputs:
@@ -254,7 +258,7 @@ def why_not(
     if obj is None:
         return "There is no active object. Click a mesh first."
     if obj.type != "MESH":
-        return f"{obj.name} is not a mesh. Choose a mesh, or convert it: Object > Convert > Mesh."
+        return _no_mesh(obj)
     if not with_modifiers and not targets.is_own(homes.owner_of(obj)):
         return (
             f"{obj.name} is linked from another file and cannot keep results here. Choose "
@@ -264,12 +268,24 @@ def why_not(
     if with_modifiers and not is_in(bpy.context.view_layer, obj):
         return outside(obj)
     if obj.mode == "SCULPT":
-        return "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+        return SCULPTED
     # Modifiers may make faces of a mesh that has none.
     faces_needed = not (to_clear or with_modifiers)
     if faces_needed and obj.mode != "EDIT" and not obj.data.polygons:
         return f"{obj.name} has no faces: curvature needs a surface."
     return ""
+
+
+def _no_mesh(obj: bpy.types.Object) -> str:
+    """What to do with an object that is no mesh, in words."""
+    way = "Choose a mesh."
+    if obj.type == "ARMATURE":
+        way = "Choose the mesh that the armature moves; its pose counts."
+    elif obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
+        way = "Choose a mesh, or make the instance real: Object > Apply > Make Instances Real."
+    elif obj.type in _CONVERTIBLE:
+        way = "Choose a mesh, or convert it: Object > Convert > Mesh."
+    return f"{obj.name} is not a mesh. {way}"
 
 
 def _attributes(detection: core.Detection, arrays: MeshArrays) -> dict[str, np.ndarray]:

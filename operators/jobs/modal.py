@@ -15,7 +15,7 @@ import bpy
 from ... import core
 from ..base.translation import reported
 from ..scene import selection
-from ..scene.modes import finished
+from ..scene.modes import Place, finished, in_place, place_of
 from . import detect, retopology, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
@@ -60,7 +60,8 @@ class BackgroundOperator:
             jobs, refused = self._gathered(context)
         except core.UmbilicsError as error:
             return self._fail([error])
-        return self._write(context, jobs, [worker.outcome_of(job) for job in jobs], refused)
+        outcomes = [worker.outcome_of(job) for job in jobs]
+        return self._write(context, jobs, outcomes, refused, place_of(context))
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Run beside the window."""
@@ -70,6 +71,8 @@ class BackgroundOperator:
             return self._fail([error])
         if not jobs:
             return self._fail(self._refused)
+        # The window may show another scene by the time that there is something to write.
+        self._place = place_of(context)
         worker.begin(*jobs)
         self._timer = context.window_manager.event_timer_add(0.05, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -95,7 +98,8 @@ class BackgroundOperator:
             self.report({"INFO"}, reported("Cancelled; nothing was changed."))
             return {"CANCELLED"}
         edited = context.mode == "EDIT_MESH"
-        return finished(self._write(context, task.jobs, outcomes, self._refused), edited)
+        done = self._write(context, task.jobs, outcomes, self._refused, self._place)
+        return finished(done, edited)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """End the thread and take the progress away, also when a file is opened or closed."""
@@ -116,13 +120,15 @@ class BackgroundOperator:
         jobs: Sequence[worker.Job],
         outcomes: Sequence[Any],
         refused: Sequence[core.UmbilicsError],
+        place: Place,
     ) -> set[str]:
         errors, written = list(refused), 0
         for job, found in zip(jobs, outcomes, strict=True):
             try:
                 if isinstance(found, core.UmbilicsError):
                     raise found
-                messages = self.put(context, job, found)
+                with in_place(context, place):
+                    messages = self.put(context, job, found)
             except core.UmbilicsError as error:
                 errors.append(error)
                 continue

@@ -163,7 +163,12 @@ def show(context: bpy.types.Context) -> None:
     text = None if task is None else task.news()
     if text == "":
         return
-    context.workspace.status_text_set(text)
+    if text is None:
+        # The user may have gone to another workspace meanwhile.
+        for workspace in bpy.data.workspaces:
+            workspace.status_text_set(None)
+    else:
+        context.workspace.status_text_set(text)
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -96,6 +96,11 @@ def read_mesh(
         vertices = _to_world(positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
+            if depsgraph is not None and len(obj.data.polygons):
+                raise ObjectError(
+                    f"The modifiers of {obj.name} leave no faces, or nothing but instances. "
+                    "Realize the instances in its Geometry Nodes, or choose Source: Base Mesh."
+                )
             raise ObjectError(
                 f"{obj.name} has no faces: curvature needs a surface. "
                 "Fill it, or choose another object."

@@ -1,9 +1,40 @@
-"""Leave the user's modes and selection as they were found."""
+"""Leave the user's modes and selection as they were found, and write where was read."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import bpy
+
+from ..base.errors import ObjectError
+
+# A scene and one of its view layers, by their names.
+Place = tuple[str, str]
+
+
+def place_of(context: bpy.types.Context) -> Place:
+    """The scene and the view layer that are worked in."""
+    return context.scene.name_full, context.view_layer.name
+
+
+@contextmanager
+def in_place(context: bpy.types.Context, place: Place) -> Iterator[None]:
+    """Work in a scene and view layer that may no longer be those in the window.
+
+    Raises
+    ------
+    ObjectError
+        The scene is gone.
+    """
+    if place == place_of(context):
+        yield
+        return
+    name, layer = place
+    scene = next((one for one in bpy.data.scenes if one.name_full == name), None)
+    if scene is None:
+        raise ObjectError(f"The scene {name} is no longer there: nothing was written.")
+    chosen = scene.view_layers.get(layer) or scene.view_layers[0]
+    with context.temp_override(scene=scene, view_layer=chosen):
+        yield
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """Esc at any moment: the worker stops and the file is as it was."""
 
 import threading
+from types import SimpleNamespace
 
 import bpy
 import pytest
@@ -52,7 +53,7 @@ def scene(detected=False):
 def jobs(addon):
     detect = addon.operators.detect.UMBILICS_OT_detect
     bpy.context.view_layer.update()
-    found, refused = detect.jobs(None, bpy.context)
+    found, refused = detect.jobs(SimpleNamespace(again=False), bpy.context)
     assert not refused
     assert len(found) == 2
     return found
@@ -114,6 +115,31 @@ def test_esc_between_the_last_step_and_the_writing_counts(addon):
     addon.operators.jobs.worker.end()
     with pytest.raises(addon.core.CancelledError):
         worker.results()
+
+
+@pytest.mark.parametrize("levels", [0, 1])
+def test_what_was_read_in_one_scene_is_written_there_whatever_the_window_shows(addon, levels):
+    engine, modes = addon.operators.jobs.detect, addon.operators.scene.modes
+    obj = add_ellipsoid(subdivisions=3)
+    if levels:
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = levels
+    context, first = bpy.context, bpy.context.scene
+    place = modes.place_of(context)
+    inputs = engine.gather(
+        obj, addon.core.Settings(), depsgraph=context.evaluated_depsgraph_get() if levels else None
+    )
+    found = inputs.compute()
+    other = bpy.data.scenes.new("Other")
+    with context.temp_override(scene=other, view_layer=other.view_layers[0]):
+        with modes.in_place(context, place):
+            engine.write(context, inputs, found)
+        assert context.scene == other
+    assert len(empties(obj)) == 4
+    assert all(empty.users_scene == (first,) for empty in empties(obj))
+    assert not other.collection.all_objects
+    gone = modes.in_place(context, ("Gone", "ViewLayer"))
+    with pytest.raises(addon.core.UmbilicsError, match="is no longer there"), gone:
+        pass
 
 
 def test_the_end_of_a_finished_run_does_not_cancel_it(addon):

@@ -104,6 +104,17 @@ def test_results_beside_an_object_outlive_the_clearing_of_another():
     assert "umbilics_cross" in kept.umbilics_plan.mesh.attributes
 
 
+def test_a_map_over_what_modifiers_make_goes_with_all_in_the_file():
+    obj = add_ellipsoid(subdivisions=2, name="Kept")
+    obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.show_map()
+    assert len(bpy.data.meshes) == 2
+    assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
+    assert census()["objects"] == ["Kept"]
+    assert len(bpy.data.meshes) == 1
+
+
 def test_all_in_the_file_in_every_scene(two):
     other = bpy.data.scenes.new("Other")
     away = add_ellipsoid(subdivisions=3, name="Away")

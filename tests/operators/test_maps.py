@@ -193,3 +193,17 @@ def test_a_crowd_that_the_opening_leaves_out_is_drawn_faintly(addon, obj, monkey
     assert hollow[0].tolist() == shown[0].tolist() == everything.tolist()
     assert hollow[1] < shown[1]
     assert umbilics.shapes_of(bpy.context, obj, faint=False) == []
+
+
+def test_a_mesh_that_is_sculpted_is_left_alone():
+    obj = add_ellipsoid(subdivisions=3)
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.show_map()
+    display = bpy.context.scene.umbilics_display
+    bpy.ops.object.mode_set(mode="SCULPT")
+    with pytest.raises(RuntimeError, match="Leave Sculpt Mode"):
+        bpy.ops.umbilics.show_map()
+    before = [item.color[:] for item in obj.data.color_attributes["umbilics_map"].data]
+    display.map = "k1"
+    assert [item.color[:] for item in obj.data.color_attributes["umbilics_map"].data] == before
+    bpy.ops.object.mode_set(mode="OBJECT")

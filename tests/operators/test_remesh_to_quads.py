@@ -150,3 +150,13 @@ def test_a_failure_leaves_the_scene_as_it_was(addon, obj, monkeypatch):
         remesh()
     assert (set(bpy.data.objects), set(bpy.data.meshes)) == before
     assert bpy.context.view_layer.objects.active is obj and not obj.hide_get()
+
+
+@pytest.mark.parametrize("mode", ["EDIT", "WEIGHT_PAINT"])
+def test_who_works_on_the_mesh_goes_on_working_on_it(obj, mode):
+    bpy.ops.object.mode_set(mode=mode)
+    assert remesh() == obj
+    assert obj.mode == mode and not obj.hide_get() and obj.select_get()
+    made = bpy.data.objects[f"{obj.name} Quads"]
+    assert not made.select_get() and made.umbilics_check.checked
+    bpy.ops.object.mode_set(mode="OBJECT")

@@ -280,7 +280,36 @@ def test_an_instance_of_a_collection_is_refused_in_words():
     kept.objects.link(bpy.data.objects.new("Inside", bpy.data.meshes.new("Inside")))
     instance = add_object(None, "Instance")
     instance.instance_type, instance.instance_collection = "COLLECTION", kept
-    with pytest.raises(RuntimeError, match="Instance is not a mesh"):
+    with pytest.raises(RuntimeError, match=r"Instance is not a mesh.*Make Instances Real"):
+        bpy.ops.umbilics.detect()
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ("armatures", "armature moves"),
+        ("curves", "Convert > Mesh"),
+        ("cameras", r"Choose a mesh\.\s*$"),
+    ],
+)
+def test_what_is_no_mesh_is_refused_with_what_can_be_done(data, words):
+    kind = {"type": "CURVE"} if data == "curves" else {}
+    add_object(getattr(bpy.data, data).new("Other", **kind), "Other")
+    with pytest.raises(RuntimeError, match=f"Other is not a mesh.*{words}"):
+        bpy.ops.umbilics.detect()
+
+
+def test_geometry_nodes_that_leave_instances_alone_are_refused_in_words():
+    obj = add_ellipsoid(subdivisions=2)
+    tree = bpy.data.node_groups.new("Instances", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Mesh", in_out=way, socket_type="NodeSocketGeometry")
+    kinds = ("NodeGroupInput", "GeometryNodeGeometryToInstance", "NodeGroupOutput")
+    first, middle, last = map(tree.nodes.new, kinds)
+    tree.links.new(first.outputs[0], middle.inputs[0])
+    tree.links.new(middle.outputs[0], last.inputs[0])
+    obj.modifiers.new("Nodes", "NODES").node_group = tree
+    with pytest.raises(RuntimeError, match="Realize the instances"):
         bpy.ops.umbilics.detect()
 
 

@@ -76,6 +76,21 @@ def test_strong_noise_wants_a_wider_scale(judged):
     assert 1.3 * before < obj.umbilics.scale < 2.0 * before
 
 
+def test_few_faces_of_a_subdivided_cage_want_another_level(judged):
+    bpy.ops.mesh.primitive_cube_add()
+    obj = bpy.context.object
+    modifier = obj.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = 2
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "SUBDIVIDE"
+    assert bpy.ops.umbilics.mend(way="SUBDIVIDE") == {"FINISHED"}
+    assert modifier.levels == 3 and bpy.context.scene.umbilics.scale_auto
+    assert judged(obj).is_good and len(obj.umbilics.items) == 14
+    bpy.ops.object.modifier_apply(modifier="Subdivision")
+    obj.umbilics.trust_ratio = 0.8
+    assert not judged(obj).is_good and "noise" in judged(obj).trust
+
+
 def test_vertices_in_the_same_place_are_merged(addon):
     ball = add_ellipsoid(subdivisions=3)
     vertices = [
@@ -93,7 +108,10 @@ def test_one_umbilic_and_one_region_are_said_in_the_singular(addon):
     summary = add_ellipsoid(subdivisions=2).umbilics
     summary.lemon, summary.regions, summary.noise = 1, 1, 1.0
     assert addon.operators.base.verdict.verdict(summary).found == "1 umbilic, 1 region"
-    summary.lemon, summary.regions = 0, 0
+    summary.lemon = 0
+    found = addon.operators.base.verdict.verdict(summary)
+    assert (found.found, found.is_good) == ("no isolated umbilics, 1 region", True)
+    summary.regions = 0
     assert addon.operators.base.verdict.verdict(summary).found == "no umbilics"
 
 

@@ -1,5 +1,9 @@
 """The window speaks German: names by Blender, sentences by the templates that they were made of."""
 
+import json
+import os
+import subprocess
+
 import bpy
 import numpy as np
 import pytest
@@ -101,11 +105,69 @@ def test_blender_is_given_them_and_lets_go_of_them(addon):
         assert find("Detect Umbilics", "Operator") == "Nabelpunkte erkennen"
 
 
+# What a Blender says whose language is the system's.
+_SAYS = """
+import bpy, json, sys
+find = bpy.app.translations
+said = {"locale": find.locale, "button": find.pgettext_iface("Detect Umbilics", "Operator")}
+said["label"] = find.pgettext_iface("Most Important")
+said["tooltip"] = find.pgettext_tip("Which faces are analysed; the others are treated as if they "
+                                    "were not there")
+made = sys.modules["bl_ext.user_default.umbilics.operators.base.translation"]
+said["sentence"] = made.translated("71 umbilics: trust good")
+bpy.ops.wm.read_homefile(use_empty=True)
+try:
+    bpy.ops.umbilics.detect()
+except RuntimeError as error:
+    said["error"] = str(error)
+print("SAYS " + json.dumps(said))
+"""
+
+
+def test_a_blender_in_german_speaks_it_everywhere(known):
+    """Not stood in for: Blender takes its language from the system where it can."""
+    if not bpy.app.binary_path:
+        pytest.skip("Blender as a module is built without languages")
+    german = {"LC_ALL": "de_DE.UTF-8", "LANGUAGE": "de_DE"}
+    done = subprocess.run(
+        [bpy.app.binary_path, "-b", "--python-exit-code", "1", "--python-expr", _SAYS],
+        env=os.environ | german,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    lines = [line for line in done.stdout.splitlines() if line.startswith("SAYS ")]
+    said = json.loads(lines[0].removeprefix("SAYS "))
+    if not said["locale"].startswith("de"):
+        pytest.skip("this Blender does not take German from the system")
+    assert said["button"] == "Nabelpunkte erkennen"
+    assert said["label"] == known["*", "Most Important"]
+    assert said["tooltip"].startswith("Welche Flächen")
+    assert said["sentence"] == "71 Nabelpunkte: verlässlich"
+    assert "Es gibt kein aktives Objekt" in said["error"]
+
+
 @pytest.mark.parametrize(
     ("english", "german_text"),
     [
         ("no umbilics", "keine Nabelpunkte"),
         ("1 umbilic, 2 regions", "1 Nabelpunkt, 2 Gebiete"),
+        (
+            "71 umbilics: trust fair: 4 of uncertain kind",
+            "71 Nabelpunkte: bedingt verlässlich: 4 von unsicherer Art",
+        ),
+        (
+            "2 umbilics: trust fair: the noise is not small beside the shape",
+            "2 Nabelpunkte: bedingt verlässlich: das Rauschen ist nicht klein neben der Form",
+        ),
+        ("no isolated umbilics, 1 region", "keine einzelnen Nabelpunkte, 1 Gebiet"),
+        (
+            "8 poles of valence 3 and 0 of valence 5; 4 - valence sums to 8, four times the Euler "
+            "characteristic is 8.",
+            "8 Pole der Valenz 3 und 0 der Valenz 5; 4 - Valenz summiert sich zu 8, das Vierfache "
+            "der Euler-Charakteristik ist 8.",
+        ),
         (
             "4 lemons and 2 stars; index sum 2, as the Euler characteristic wants.",
             "4 Zitronen und 2 Sterne; Indexsumme 2, wie es die Euler-Charakteristik verlangt.",

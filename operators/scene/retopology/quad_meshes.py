@@ -43,8 +43,13 @@ def add(
     quads: core.QuadMesh,
     delivery: Delivery,
     transaction: Transaction,
+    forward: bool = True,
 ) -> bpy.types.Object:
-    """A new object of these quads where `source` is, in its collections; active and selected."""
+    """A new object of these quads where `source` is, in its collections.
+
+    With `forward` it is active and selected, and the source hidden if that is wanted: not while
+    the user edits or paints that.
+    """
     # Without a parent's shear, which an object of its own cannot have: the vertices take it up.
     matrix = Matrix.LocRotScale(*Matrix(arrays.matrix).decompose())
     to_object = np.linalg.inv(np.array(matrix))
@@ -78,7 +83,8 @@ def add(
     if delivery.shrinkwrap:
         modifier = made.modifiers.new("Shrinkwrap", "SHRINKWRAP")
         modifier.target = source
-    _come_forward(context, source, made, delivery.hide_original, transaction)
+    if forward:
+        _come_forward(context, source, made, delivery.hide_original, transaction)
     return made
 
 
@@ -127,10 +133,8 @@ def _come_forward(
     hide: bool,
     transaction: Transaction,
 ) -> None:
-    """Select the new object alone, in Object Mode, and hide what it was made of."""
+    """Select the new object alone, and hide what it was made of."""
     layer = context.view_layer
-    if source.mode != "OBJECT":
-        return
     before = layer.objects.active, list(layer.objects.selected), source.hide_get()
     transaction.on_failure(_as_before, layer, source, *before)
     for other in list(layer.objects.selected):

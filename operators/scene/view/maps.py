@@ -165,9 +165,12 @@ def show_check(obj: bpy.types.Object) -> bool:
 
 
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The objects that show a map and can be coloured now; in Edit Mode attributes cannot."""
+    """The objects that show a map and can be coloured now; while a mesh is edited or sculpted its
+    attributes cannot be written."""
     return [
-        obj for obj in scene.objects if is_shown_on(obj) and obj.mode != "EDIT" and is_local(obj)
+        obj
+        for obj in scene.objects
+        if is_shown_on(obj) and obj.mode not in ("EDIT", "SCULPT") and is_local(obj)
     ]
 
 
