@@ -135,7 +135,8 @@ def test_coarse_and_fine_inputs_get_the_same_poles():
     found = []
     for level in (4, 6):
         mesh = ellipsoid(subdivisions=level)
-        made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300, relaxation=8))
+        settings = core.RemeshSettings(quads=300, relaxation=8)
+        made = core.remesh(mesh.vertices, mesh.triangles, settings)
         found.append(np.sort(made.pole_valence).tolist())
         off = ((made.vertices / [3.0, 2.0, 1.0]) ** 2).sum(axis=1) - 1.0
         assert np.abs(off).max() < 0.02

@@ -74,11 +74,11 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
         align_sharp=settings.align_sharp,
     )
     found = guide.features(planning, sharp=given.sharp)
-    mesh, short = prepared(whole, field, found, size / whole.unit)
+    mesh, short = prepared(whole, field, found, size / whole.unit, settings.feature_angle)
     if short:
         warnings.append(
-            f"{short} crease{'' if short == 1 else 's'} shorter than two quads left out: ask for "
-            "more quads, or mark the edges as sharp, to keep them."
+            f"{short} crease{'' if short == 1 else 's'} left out, shorter than two quads or weak "
+            "and ending in the open. Mark the edges as sharp to keep them."
         )
     if plane is not None:
         asked = max(1, asked // 2)

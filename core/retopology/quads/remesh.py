@@ -8,38 +8,27 @@ are laid out in the map, evened out and turned to the curvature on the surface.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ...base.errors import RemeshError
 from ...base.progress import Progress
 from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from ..by_hand import Strokes, WantedPoles
 from ..planner import Guide
-from .conformity import conformity
 from .finishing.crossings import crossings
-from .finishing.directions import guiding_directions
-from .finishing.guides import Guides, vertex_normals
-from .finishing.mending import mend, oriented_quality
+from .finishing.finished import filled
 from .finishing.mirroring import mirrored
-from .finishing.placement import Placement, place
-from .finishing.projection import ClosestPoints
-from .finishing.relaxation import relaxed
+from .finishing.parting import parted
 from .finishing.reporting import Report, reported
-from .layout.counting import characteristic, counted, first_cuts, whole_grids
-from .layout.grids import Grids
-from .layout.laying_out import LaidOut, gentler, laid_out
+from .layout.counting import counted
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words
 from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
-
-# How often a piece with folded quads is laid out anew.
-ATTEMPTS = 3
 
 
 def remesh(
@@ -100,44 +89,25 @@ def remesh(
     prepared = prepare(guide, given, settings, part)
     clock.lap("map and layout")
     parts, warnings = prepared.parts, prepared.warnings
-    scale, whole_numbers = counted(parts, prepared.asked, progress.part("Whole numbers", 0.7, 0.8))
+    whole_numbers = counted(parts, prepared.asked, progress.part("Whole numbers", 0.7, 0.75))
     clock.lap("whole numbers")
-    part = progress.part("Evening out", 0.8, 0.98)
-    finished = [
-        _finished(
-            laid,
-            grid,
-            scale,
-            settings,
-            part.part("Evening out", number / len(parts), (number + 1) / len(parts)),
-        )
-        for number, (laid, grid) in enumerate(zip(parts, whole_numbers, strict=True))
-    ]
+    part = progress.part("Evening out", 0.75, 0.98)
+    done = filled(parts, whole_numbers, settings.relaxation, part)
     clock.lap("evening out")
-    warnings += words([one.laid for one in finished], settings.smoothness, prepared.wanted)
-    folded = sum(one.folded for one in finished)
+    warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
+    folded = sum(one.folded for one in done)
     if folded:
         warnings.append(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
             f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
         )
-    reports = [
-        reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in finished
-    ]
+    reports = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
     clock.lap("report")
     progress.step(1.0)
-    made = _joined(reports, warnings, clock.seconds)
+    made = _parted(_joined(reports, warnings, clock.seconds), guide.surface, progress)
     plane = prepared.plane
     if plane is not None:
         made = mirrored(made, plane, detection.umbilics, prepared.size)
-    crossing = len(crossings(made.vertices, made.quads))
-    if crossing:
-        said = (
-            f"{crossing} pair{'' if crossing == 1 else 's'} of quads pass through each other: "
-            "sheets of the mesh lie nearer together than quads of this size bend, or cross "
-            "already. Ask for more quads."
-        )
-        made = replace(made, warnings=(*made.warnings, said))
     return made
 
 
@@ -169,63 +139,6 @@ def quad_layout(
     return layout_lines(prepared.parts, prepared.warnings + said)
 
 
-@dataclass(frozen=True)
-class _Finished:
-    """The quads of a piece in their places, and how many of them are folded."""
-
-    laid: LaidOut
-    grid: Grids
-    placed: Placement
-    position: np.ndarray
-    triangle: np.ndarray
-    folded: int
-
-
-def _finished(
-    laid: LaidOut, grid: Grids, scale: float, settings: RemeshSettings, progress: Progress
-) -> _Finished:
-    """A piece evened out; where quads stay folded it is laid out anew with fewer wishes."""
-    tries: list[_Finished] = []
-    for attempt in range(ATTEMPTS):
-        placed = place(laid.map_, laid.layout, grid)
-        _check(placed, laid)
-        guides = _guides(placed, laid)
-        position, triangle = relaxed(
-            placed.position, placed.quads, guides, settings.relaxation, progress
-        )
-        if laid.working.fine is not None:
-            position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
-        folds = oriented_quality(position, placed.quads, guides) <= 0.0
-        folded = int(np.count_nonzero(folds))
-        tries.append(_Finished(laid, grid, placed, position, triangle, folded))
-        if not folded or attempt == ATTEMPTS - 1:
-            break
-        working = laid.working
-        corners = working.surface.triangles[triangle[placed.quads[folds]]]
-        near = np.zeros(len(working.surface.vertices), bool)
-        near[corners.ravel()] = True
-        wishes = gentler(working, laid.wishes, near, None, attempt)
-        try:
-            laid = laid_out(working, wishes, progress, ATTEMPTS)
-        except RemeshError:
-            break
-        grid = whole_grids(laid, scale, first_cuts(laid), progress)
-    return min(tries, key=lambda one: one.folded)
-
-
-def _on_fine(
-    position: np.ndarray, quads: np.ndarray, guides: Guides, fine: Surface, progress: Progress
-) -> tuple[np.ndarray, Guides]:
-    """Positions (n, 3) on the surface that the mapped one was coarsened from."""
-    surface = ClosestPoints(fine.vertices, fine.triangles, fine.twin)
-    guides = replace(guides, surface=surface)
-    free = ~guides.fixed & (guides.curve < 0)
-    position = position.copy()
-    position[free] = surface(position[free], vertex_normals(position, quads)[free])[1]
-    mend(position, quads, guides, progress)
-    return position, guides
-
-
 class _Clock:
     """Seconds of stages, by name."""
 
@@ -239,40 +152,26 @@ class _Clock:
         self._last = now
 
 
-def _check(placed: Placement, laid: LaidOut) -> None:
-    """Nothing torn is ever returned."""
-    found = conformity(placed.quads, len(placed.position))
-    if not found.manifold or found.characteristic != characteristic(laid):
-        raise RemeshError(
-            "The quads do not join up on a piece of the mesh. Change the number of quads or the "
-            "smoothness a little."
+def _parted(made: QuadMesh, whole: Surface, progress: Progress) -> QuadMesh:
+    """Without quads that pass through each other, as far as the surface does not."""
+    place = parted(made.vertices, made.quads, made.border, whole, progress)
+    said = []
+    moved = np.linalg.norm(place - made.vertices, axis=1)
+    if moved.any():
+        number = int(np.count_nonzero(moved))
+        said.append(
+            f"{number} vert{'ex' if number == 1 else 'ices'} moved off the surface, by "
+            f"{moved.max():.3g} at most: its sheets lie nearer together there than quads of this "
+            "size bend. Ask for more quads to have them on it."
         )
-
-
-def _guides(placed: Placement, laid: LaidOut) -> Guides:
-    """What holds the quads of a piece: poles are free, ends and corners of features are not."""
-    surface = laid.working.surface
-    crossed = laid.map_.crosses
-    held = placed.vertex >= 0
-    on = held & crossed.on_feature[np.maximum(placed.vertex, 0)]
-    curves = {
-        number: (
-            surface.vertices[crossed.tail[track.chain]],
-            surface.vertices[crossed.head[track.chain]],
+    crossing = len(crossings(place, made.quads))
+    if crossing:
+        said.append(
+            f"{crossing} pair{'' if crossing == 1 else 's'} of quads pass through each other: the "
+            "mesh does so, or its sheets lie nearer together than quads of this size bend. Mend "
+            "it there, or ask for more quads."
         )
-        for number, track in enumerate(laid.layout.tracks)
-        if track.feature
-    }
-    return Guides(
-        ClosestPoints(surface.vertices, surface.triangles, surface.twin),
-        guiding_directions(laid),
-        crossed.size,
-        # Poles that were moved out of a zone do not slide back, those that a user placed stay.
-        on | (held & (laid.wishes.avoided.any() or laid.wishes.wanted is not None)),
-        np.where(on, -1, placed.track),
-        placed.beside,
-        curves,
-    )
+    return replace(made, vertices=place, warnings=(*made.warnings, *said))
 
 
 def _joined(reports: list[Report], warnings: list[str], timings: dict[str, float]) -> QuadMesh:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ....base.progress import Progress
 from ..conformity import conformity
 from .grids import Grids, grids, violations
-from .integers import whole_lengths
+from .integers import Count, lengths_of_count, whole_lengths
 from .laying_out import LaidOut
 
 # The number of quads may be off by this part; rounds of asking for more or fewer, and the part by
 # which scales differ at least.
-CLOSE, ROUNDS, CLOSEST = 0.025, 9, 1e-4
+CLOSE, ROUNDS, CLOSEST = 0.025, 5, 1e-4
+# Rounds in which the number of quads is bounded, linear about the last numbers.
+LINEAR_ROUNDS = 4
 # Rounds of forbidding merges before every arc gets a length.
 MOST_CUTS = 12
 
 
-def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float, list[Grids]]:
-    """Grids with about as many quads as asked for, and what lengths were multiplied with."""
+def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
+    """Grids with about as many quads as asked for."""
     scale = 1.0
     best: tuple[float, float, list[Grids]] = np.inf, scale, []
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
@@ -45,7 +49,37 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> tuple[float
             if not low * (1.0 + CLOSEST) ** 2 < high or np.isinf(high) or low == 0.0:
                 break
             scale = float(np.sqrt(low * high))
-    return best[1:]
+    off, scale, made = best
+    if off > CLOSE:
+        made = _bounded(parts, asked, scale, made, cuts, progress)
+    return made
+
+
+def _bounded(
+    parts: list[LaidOut],
+    asked: int,
+    scale: float,
+    made: list[Grids],
+    cuts: list[set[frozenset[int]]],
+    progress: Progress,
+) -> list[Grids]:
+    """Grids with a number of quads nearer to the one asked for, the largest pieces first."""
+    made = list(made)
+    sizes = [len(grid.quads) for grid in made]
+    for number in np.argsort(sizes)[::-1].tolist():
+        wanted = asked - sum(sizes) + sizes[number]
+        near = made[number].lengths
+        for _ in range(LINEAR_ROUNDS):
+            if abs(sizes[number] - wanted) <= CLOSE * asked:
+                return made
+            count = Count(near, wanted - CLOSE * asked, wanted + CLOSE * asked)
+            grid = grids_of_count(parts[number], scale, cuts[number], count, progress)
+            if grid is None:
+                break
+            near = grid.lengths
+            if abs(len(grid.quads) - wanted) < abs(sizes[number] - wanted):
+                made[number], sizes[number] = grid, len(grid.quads)
+    return made
 
 
 def first_cuts(laid: LaidOut) -> set[frozenset[int]]:
@@ -60,16 +94,34 @@ def whole_grids(
 ) -> Grids:
     """Grids that merge nothing that must stay apart; `cuts` gathers what was forbidden."""
     layout = laid.layout
+    found = _sound(laid, cuts, lambda: whole_lengths(layout, scale, cuts, 0, progress))
+    if found is None:
+        # Where every arc has a length nothing is merged.
+        found = grids(layout, whole_lengths(layout, scale, set(), 1, progress))
+    return found
+
+
+def grids_of_count(
+    laid: LaidOut, scale: float, cuts: set[frozenset[int]], count: Count, progress: Progress
+) -> Grids | None:
+    """As `whole_grids`, with about so many quads; None where none were found."""
+    return _sound(laid, cuts, lambda: lengths_of_count(laid.layout, scale, cuts, count, progress))
+
+
+def _sound(
+    laid: LaidOut, cuts: set[frozenset[int]], lengths: Callable[[], np.ndarray | None]
+) -> Grids | None:
+    """Grids of lengths that merge nothing that must stay apart; None where there are none."""
     for _ in range(MOST_CUTS):
-        grid = grids(layout, whole_lengths(layout, scale, cuts, 0, progress))
-        new = violations(layout, grid) - cuts
+        found = lengths()
+        if found is None:
+            return None
+        grid = grids(laid.layout, found)
+        new = violations(laid.layout, grid) - cuts
         if not new and len(grid.quads):
-            if _conforms(grid, laid):
-                return grid
-            break
+            return grid if _conforms(grid, laid) else None
         cuts |= new
-    # Where every arc has a length nothing is merged.
-    return grids(layout, whole_lengths(layout, scale, set(), 1, progress))
+    return None
 
 
 def _conforms(grid: Grids, laid: LaidOut) -> bool:

@@ -4,7 +4,8 @@ Opposite sides of every rectangle hold equally many. Each arc stands in the sums
 so does each width with its two sides: a flow on a bidirected graph with convex costs, whose linear
 program has solutions in halves (Campen, Bommes & Kobbelt 2015, 10.1145/2766892; Heistermann,
 Warnett & Bommes 2023, 10.1145/3592437). Halves are cleared by fixing one number in each of their
-connected pieces at a time.
+connected pieces at a time. How many quads there are is a sum of products of widths; near numbers
+that are known it is linear, and bounds on it are two more rows.
 """
 
 from __future__ import annotations
@@ -25,14 +26,32 @@ ARC_WEIGHT = 0.1
 LEAST_ACROSS, MOST_ACROSS = 0.5, 30.0
 # Unit steps up and down that have a cost of their own; farther ones cost like the last.
 STEPS = 4
-# Rounds of fixing before branch and bound takes over, and its nodes and gap.
-MOST_ROUNDS, BRANCHES, GAP = 60, 2000, 0.02
-NEARLY_WHOLE = 1e-6
+# Rounds of fixing before branch and bound takes over, its nodes, those for a number of quads that
+# is only wished for, and its gap.
+MOST_ROUNDS, BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 200, 0.02
+NEARLY_WHOLE, NEARLY_HALF = 1e-6, 1e-3
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many quads there shall be.
+
+    Attributes
+    ----------
+    near:
+        (a,) int64 quads along the arcs of a solution of which the one that is sought is not far.
+    least, most:
+        Bounds of the number of quads.
+    """
+
+    near: np.ndarray
+    least: float
+    most: float
 
 
 @dataclass(frozen=True)
 class _Program:
-    """min cost s for base + steps s, rows of it 0, some sums of arcs at least 1."""
+    """min cost s for base + steps s, rows of it 0."""
 
     base: np.ndarray
     quantity: np.ndarray  # of each step
@@ -42,6 +61,17 @@ class _Program:
     rows: sparse.csr_array
     weight: np.ndarray
     arcs: int
+
+
+@dataclass(frozen=True)
+class _Bounds:
+    """Sums of quantities that are at least so much."""
+
+    sums: sparse.csr_array
+    least: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.least)
 
 
 def whole_lengths(
@@ -62,21 +92,40 @@ def whole_lengths(
     least:
         What every arc has at least: 0 or 1.
     """
-    program = _program(layout, scale, least)
-    sums = _sums(cuts, program)
-    value = _dive(program, sums, progress)
+    program = _program(layout, _sides(layout), scale, least)
+    bounds = _lengths(cuts, program)
+    value = _dive(program, bounds, progress)
     if value is None:
-        value = _branched(program, sums)
+        value = _branched(program, bounds)
     return value[: program.arcs]
 
 
-def _program(layout: Layout, scale: float, least: int) -> _Program:
-    length = layout.length * scale
-    arcs, count = len(length), len(layout.rectangles)
+def lengths_of_count(
+    layout: Layout, scale: float, cuts: set[frozenset[int]], count: Count, progress: Progress
+) -> np.ndarray | None:
+    """As `whole_lengths` of least 0, with bounds of the number of quads; None where none were
+    found."""
+    sides = _sides(layout)
+    program = _program(layout, sides, scale, 0)
+    bounds = _counted(_lengths(cuts, program), count, sides)
+    value = _dive(program, bounds, progress)
+    if value is None:
+        value = _searched(program, bounds, FEW_BRANCHES)
+    return None if value is None else value[: program.arcs]
+
+
+def _sides(layout: Layout) -> sparse.csr_array:
+    """(4 r, a) the arcs in the sums of each rectangle's four sides."""
     every = [side for rectangle in layout.rectangles for side in rectangle]
     row = np.repeat(np.arange(len(every)), [len(side) for side in every])
     column = np.array([half // 2 for side in every for half in side])
-    sides = sparse.coo_array((np.ones(len(row)), (row, column)), shape=(4 * count, arcs)).tocsr()
+    shape = (len(every), len(layout.arc_track))
+    return sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
+
+
+def _program(layout: Layout, sides: sparse.csr_array, scale: float, least: int) -> _Program:
+    length = layout.length * scale
+    arcs, count = len(length), len(layout.rectangles)
     # Width and height of each rectangle, by the first two of its sides.
     extent = (sides @ length).reshape(-1, 4)[:, :2]
     owner = np.arange(4 * count)
@@ -118,19 +167,34 @@ def _program(layout: Layout, scale: float, least: int) -> _Program:
     )
 
 
-def _sums(cuts: set[frozenset[int]], program: _Program) -> sparse.csr_array:
+def _lengths(cuts: set[frozenset[int]], program: _Program) -> _Bounds:
+    """At least 1 for each of the cuts."""
     ordered = sorted(sorted(cut) for cut in cuts)
     row = np.repeat(np.arange(len(ordered)), [len(cut) for cut in ordered]).astype(np.int64)
     column = np.array([arc for cut in ordered for arc in cut], np.int64)
     shape = (len(ordered), len(program.base))
-    return sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
+    sums = sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
+    return _Bounds(sums, np.ones(len(ordered)))
 
 
-def _dive(program: _Program, sums: sparse.csr_array, progress: Progress) -> np.ndarray | None:
+def _counted(bounds: _Bounds, count: Count, sides: sparse.csr_array) -> _Bounds:
+    """The bounds and those of the number of quads, sum w h = sum w h0 + w0 h - w0 h0 nearly."""
+    extent = (sides @ count.near).reshape(-1, 4)[:, :2]
+    row = np.concatenate([np.zeros(len(count.near)), extent[:, ::-1].ravel()])
+    row = row / max(count.most, 1.0)
+    known = float((extent[:, 0] * extent[:, 1]).sum())
+    least, most = ((bound + known) / max(count.most, 1.0) for bound in (count.least, count.most))
+    both = sparse.csr_array(np.stack([row, -row]))
+    return _Bounds(
+        sparse.vstack([bounds.sums, both]).tocsr(), np.concatenate([bounds.least, [least, -most]])
+    )
+
+
+def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray | None:
     """Whole numbers by linear programs, None where fixing has led to none."""
     low = np.full(len(program.base), -np.inf)
     high = np.full(len(program.base), np.inf)
-    value = _relaxed(program, sums, low, high)
+    value = _relaxed(program, bounds, low, high)
     share = 1.0
     for _ in range(MOST_ROUNDS):
         progress.step(0.5)
@@ -142,12 +206,16 @@ def _dive(program: _Program, sums: sparse.csr_array, progress: Progress) -> np.n
         chosen = _one_of_each_piece(program, half)
         chosen = chosen[: max(1, int(share * len(chosen)))]
         down = np.floor(value[chosen])
-        wanted = _wanted(program, chosen)
+        # A half lies between two that are as good; where the number of quads has made it another
+        # part, the nearer is what that needs.
+        part = value[chosen] - down
+        even = np.abs(part - 0.5) < NEARLY_HALF
+        wanted = np.where(even, _wanted(program, chosen), value[chosen])
         up = np.abs(down + 1.0 - wanted) < np.abs(down - wanted)
         next_low, next_high = low.copy(), high.copy()
         next_low[chosen[up]] = down[up] + 1.0
         next_high[chosen[~up]] = down[~up]
-        found = _relaxed(program, sums, next_low, next_high)
+        found = _relaxed(program, bounds, next_low, next_high)
         if found is None and len(chosen) > 1:
             share *= 0.5
             continue
@@ -155,7 +223,7 @@ def _dive(program: _Program, sums: sparse.csr_array, progress: Progress) -> np.n
             next_low, next_high = low.copy(), high.copy()
             next_low[chosen[~up]] = down[~up] + 1.0
             next_high[chosen[up]] = down[up]
-            found = _relaxed(program, sums, next_low, next_high)
+            found = _relaxed(program, bounds, next_low, next_high)
         low, high, value = next_low, next_high, found
     return None
 
@@ -177,7 +245,7 @@ def _one_of_each_piece(program: _Program, half: np.ndarray) -> np.ndarray:
     return chosen[np.argsort(-program.weight[chosen], kind="stable")]
 
 
-def _bounds(program: _Program, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _reach(program: _Program, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of the steps for quantities within low and high."""
     least, most = np.zeros(len(program.cost)), program.upper.copy()
     touched = np.flatnonzero((np.isfinite(low) | np.isfinite(high))[program.quantity])
@@ -199,17 +267,17 @@ def _bounds(program: _Program, low: np.ndarray, high: np.ndarray) -> tuple[np.nd
 
 
 def _relaxed(
-    program: _Program, sums: sparse.csr_array, low: np.ndarray, high: np.ndarray
+    program: _Program, bounds: _Bounds, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray | None:
     """The quantities of the linear program, None where the bounds leave none."""
-    least, most = _bounds(program, low, high)
+    least, most = _reach(program, low, high)
     steps = _steps(program)
     solution = linprog(
         program.cost,
         A_eq=program.rows @ steps,
         b_eq=-program.rows @ program.base,
-        A_ub=-(sums @ steps) if sums.shape[0] else None,
-        b_ub=sums @ program.base - 1.0 if sums.shape[0] else None,
+        A_ub=-(bounds.sums @ steps) if len(bounds) else None,
+        b_ub=bounds.sums @ program.base - bounds.least if len(bounds) else None,
         bounds=np.column_stack([least, most]),
         method="highs",
     )
@@ -224,21 +292,28 @@ def _steps(program: _Program) -> sparse.csr_array:
     return sparse.coo_array((program.sign, place), shape=shape).tocsr()
 
 
-def _branched(program: _Program, sums: sparse.csr_array) -> np.ndarray:
+def _branched(program: _Program, bounds: _Bounds) -> np.ndarray:
     """Whole numbers by branch and bound; a solution exists whatever the cuts."""
+    nodes = BRANCHES
+    while (found := _searched(program, bounds, nodes)) is None:
+        nodes *= 4
+    return found
+
+
+def _searched(program: _Program, bounds: _Bounds, nodes: int) -> np.ndarray | None:
+    """Whole numbers by branch and bound with so many nodes, None where they do not do."""
     steps = _steps(program)
     conditions = [LinearConstraint(program.rows @ steps, *([-program.rows @ program.base] * 2))]
-    if sums.shape[0]:
-        conditions.append(LinearConstraint(sums @ steps, 1.0 - sums @ program.base, np.inf))
-    nodes = BRANCHES
-    while True:
-        solution = milp(
-            program.cost,
-            constraints=conditions,
-            bounds=Bounds(np.zeros(len(program.cost)), program.upper),
-            integrality=np.ones(len(program.cost)),
-            options={"node_limit": nodes, "mip_rel_gap": GAP},
-        )
-        if solution.x is not None:
-            return np.rint(program.base + steps @ solution.x).astype(np.int64)
-        nodes *= 4
+    if len(bounds):
+        lacking = bounds.least - bounds.sums @ program.base
+        conditions.append(LinearConstraint(bounds.sums @ steps, lacking, np.inf))
+    solution = milp(
+        program.cost,
+        constraints=conditions,
+        bounds=Bounds(np.zeros(len(program.cost)), program.upper),
+        integrality=np.ones(len(program.cost)),
+        options={"node_limit": nodes, "mip_rel_gap": GAP},
+    )
+    if solution.x is None:
+        return None
+    return np.rint(program.base + steps @ solution.x).astype(np.int64)

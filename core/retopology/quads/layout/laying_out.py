@@ -165,6 +165,31 @@ def gentler(
     return fewer
 
 
+def without_open_creases(working: WorkingSurface, wishes: Wishes, near: np.ndarray) -> Wishes:
+    """Without the creases at the vertices `near` (n,) bool that end somewhere in the open: of all
+    features these are the least sure."""
+    surface = working.surface
+    corners = surface.triangles.ravel()
+    edges = np.flatnonzero(wishes.feature)
+    edges = edges[edges < surface.twin[edges]]
+    if not len(edges):
+        return wishes
+    tail, head = corners[edges], corners[following(edges)]
+    degree = np.bincount(np.concatenate([tail, head]), minlength=len(near))
+    open_ = (degree == 1) & ~surface.border
+    chain, _ = chains(surface, edges)
+    count = int(chain.max()) + 1
+    gone = np.bincount(chain, weights=open_[tail] | open_[head], minlength=count) > 0
+    gone &= np.bincount(chain, weights=near[tail] | near[head], minlength=count) > 0
+    gone &= np.bincount(chain, weights=wishes.feature[edges] & MARK, minlength=count) == 0
+    for number in np.flatnonzero(gone).tolist():
+        chosen = np.zeros(len(wishes.feature), bool)
+        mine = edges[chain == number]
+        chosen[mine] = chosen[surface.twin[mine]] = True
+        wishes = wishes.without(chosen)
+    return wishes
+
+
 def _without_creases(
     working: WorkingSurface,
     wishes: Wishes,

@@ -36,12 +36,17 @@ def chains(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.nda
     return label, np.bincount(label, weights=length, minlength=number)
 
 
-def long_chains(surface: Surface, half_edges: np.ndarray, least: float) -> np.ndarray:
-    """Those of the edges (e,) in chains that are `least` long, or join others at both ends.
+def long_chains(
+    surface: Surface, half_edges: np.ndarray, least: float, strong: float = 0.0
+) -> np.ndarray:
+    """Those of the edges (e,) in chains that are `least` long and bend by `strong` degrees as a
+    mean, or join others at both ends.
 
     Lone short edges of a noisy or coarse surface are no creases, nor are the stubs that are left
-    of a crease where it fades.
+    of a crease where it fades. Along a thin tube of few triangles around, whose edges bend about
+    as far as creases must, chains come and go by chance.
     """
+    normal, _ = surface.face_normal_area
     corners = surface.triangles.ravel().astype(np.int64)
     while len(half_edges):
         tail, head = corners[half_edges], corners[following(half_edges)]
@@ -56,6 +61,10 @@ def long_chains(surface: Surface, half_edges: np.ndarray, least: float) -> np.nd
         longest = np.zeros(n)
         np.maximum.at(longest, label[tail], length[chain])
         short = (length[chain] < least) & ((ends[chain] > 0) | (longest[label[tail]] < least))
+        one, two = normal[half_edges // 3], normal[surface.twin[half_edges] // 3]
+        bend = np.degrees(np.arccos(np.einsum("ec,ec->e", one, two).clip(-1.0, 1.0)))
+        mean = np.bincount(chain, weights=bend) / np.bincount(chain)
+        short |= (ends[chain] > 0) & (mean[chain] < strong)
         if not short.any():
             break
         half_edges = half_edges[~short]

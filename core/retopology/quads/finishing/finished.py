@@ -1,0 +1,132 @@
+"""The quads of one piece in their places: laid out in the map, evened out, on the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ....base.errors import RemeshError
+from ....base.progress import Progress
+from ....mesh.surface import Surface
+from ..conformity import conformity
+from ..layout.counting import characteristic, counted
+from ..layout.grids import Grids
+from ..layout.laying_out import LaidOut, gentler, laid_out, without_open_creases
+from .directions import guiding_directions
+from .guides import Guides, vertex_normals
+from .mending import mend, oriented_quality
+from .placement import Placement, place
+from .projection import ClosestPoints
+from .relaxation import relaxed
+
+# How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
+ATTEMPTS, BAD = 3, 0.3
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The quads of a piece in their places, and how many of them are folded and bad."""
+
+    laid: LaidOut
+    grid: Grids
+    placed: Placement
+    position: np.ndarray
+    triangle: np.ndarray
+    folded: int
+    bad: int
+
+
+def filled(
+    parts: list[LaidOut], grids: list[Grids], steps: int, progress: Progress
+) -> list[Finished]:
+    """All pieces, evened out in so many steps."""
+    done = []
+    for number, (laid, grid) in enumerate(zip(parts, grids, strict=True)):
+        share = number / len(parts), (number + 1) / len(parts)
+        done.append(finished(laid, grid, steps, progress.part("Evening out", *share)))
+    return done
+
+
+def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Finished:
+    """A piece evened out; where quads stay folded, or bad beside an unsure crease, it is laid
+    out anew with fewer wishes."""
+    tries: list[Finished] = []
+    for attempt in range(ATTEMPTS):
+        placed = place(laid.map_, laid.layout, grid)
+        _check(placed, laid)
+        guides = _guides(placed, laid)
+        position, triangle = relaxed(placed.position, placed.quads, guides, steps, progress)
+        if laid.working.fine is not None:
+            position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
+        quality = oriented_quality(position, placed.quads, guides)
+        folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
+        tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
+        if not bad or attempt == ATTEMPTS - 1:
+            break
+        working = laid.working
+        wrong = quality <= (0.0 if folded else BAD)
+        corners = working.surface.triangles[triangle[placed.quads[wrong]]]
+        near = np.zeros(len(working.surface.vertices), bool)
+        near[corners.ravel()] = True
+        if folded:
+            wishes = gentler(working, laid.wishes, near, None, attempt)
+        else:
+            wishes = without_open_creases(working, laid.wishes, near)
+            if wishes is laid.wishes:
+                break
+        try:
+            laid = laid_out(working, wishes, progress, ATTEMPTS)
+        except RemeshError:
+            break
+        grid = counted([laid], len(grid.quads), progress)[0]
+    return min(tries, key=lambda one: (one.folded, one.bad))
+
+
+def _on_fine(
+    position: np.ndarray, quads: np.ndarray, guides: Guides, fine: Surface, progress: Progress
+) -> tuple[np.ndarray, Guides]:
+    """Positions (n, 3) on the surface that the mapped one was coarsened from."""
+    surface = ClosestPoints(fine.vertices, fine.triangles, fine.twin)
+    guides = replace(guides, surface=surface)
+    free = ~guides.fixed & (guides.curve < 0)
+    position = position.copy()
+    position[free] = surface(position[free], vertex_normals(position, quads)[free])[1]
+    mend(position, quads, guides, progress)
+    return position, guides
+
+
+def _check(placed: Placement, laid: LaidOut) -> None:
+    """Nothing torn is ever returned."""
+    found = conformity(placed.quads, len(placed.position))
+    if not found.manifold or found.characteristic != characteristic(laid):
+        raise RemeshError(
+            "The quads do not join up on a piece of the mesh. Change the number of quads or the "
+            "smoothness a little."
+        )
+
+
+def _guides(placed: Placement, laid: LaidOut) -> Guides:
+    """What holds the quads of a piece: poles are free, ends and corners of features are not."""
+    surface = laid.working.surface
+    crossed = laid.map_.crosses
+    held = placed.vertex >= 0
+    on = held & crossed.on_feature[np.maximum(placed.vertex, 0)]
+    curves = {
+        number: (
+            surface.vertices[crossed.tail[track.chain]],
+            surface.vertices[crossed.head[track.chain]],
+        )
+        for number, track in enumerate(laid.layout.tracks)
+        if track.feature
+    }
+    return Guides(
+        ClosestPoints(surface.vertices, surface.triangles, surface.twin),
+        guiding_directions(laid),
+        crossed.size,
+        # Poles that were moved out of a zone do not slide back, those that a user placed stay.
+        on | (held & (laid.wishes.avoided.any() or laid.wishes.wanted is not None)),
+        np.where(on, -1, placed.track),
+        placed.beside,
+        curves,
+    )
