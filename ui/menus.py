@@ -11,6 +11,8 @@ from ..operators.check_topology import UMBILICS_OT_check_topology
 from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
 from ..operators.compare import UMBILICS_OT_compare
+from ..operators.copy_coordinates import UMBILICS_OT_copy_coordinates
+from ..operators.delete_umbilic import UMBILICS_OT_delete_umbilic
 from ..operators.detect import UMBILICS_OT_detect
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
 from ..operators.export_field import UMBILICS_OT_export_field
@@ -18,7 +20,9 @@ from ..operators.frame_umbilic import UMBILICS_OT_frame_umbilic
 from ..operators.guide import UMBILICS_OT_guide
 from ..operators.hide_map import UMBILICS_OT_hide_map
 from ..operators.lines import UMBILICS_OT_lines
+from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
+from ..operators.pin import UMBILICS_OT_pin
 from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
 from ..operators.restore_deleted import UMBILICS_OT_restore_deleted
@@ -35,8 +39,13 @@ _DETECTION = (
         UMBILICS_OT_detect,
         UMBILICS_OT_compare,
         UMBILICS_OT_apply_filters,
-        UMBILICS_OT_restore_deleted,
+    ),
+    (
         UMBILICS_OT_frame_umbilic,
+        UMBILICS_OT_copy_coordinates,
+        UMBILICS_OT_pin,
+        UMBILICS_OT_delete_umbilic,
+        UMBILICS_OT_restore_deleted,
     ),
     (UMBILICS_OT_show_map, UMBILICS_OT_hide_map, UMBILICS_OT_add_arrows),
     (UMBILICS_OT_clear, UMBILICS_OT_clear_file),
@@ -53,6 +62,7 @@ _RETOPOLOGY = (
         UMBILICS_OT_separatrices,
         UMBILICS_OT_ridges,
         UMBILICS_OT_draw_guides,
+        UMBILICS_OT_mark_seams,
     ),
     (UMBILICS_OT_new_retopology, UMBILICS_OT_check_topology, UMBILICS_OT_show_check),
     (
@@ -90,12 +100,21 @@ def _fill(
         if number:
             layout.separator()
         for operator in group:
+            # From a menu a click is what a button is.
+            layout.operator_context = "INVOKE_DEFAULT"
             if operator is UMBILICS_OT_add_pole:
                 layout.operator_menu_enum(operator.bl_idname, "valence")
+            elif operator is UMBILICS_OT_mark_seams:
+                mark_menus(layout)
             else:
-                # From a menu a click is what a button is.
-                layout.operator_context = "INVOKE_DEFAULT"
                 layout.operator(operator.bl_idname)
+
+
+def mark_menus(layout: bpy.types.UILayout) -> None:
+    """What edges can be marked as, each with a menu of the lines."""
+    for mark, text in (("SEAM", "Mark Seams"), ("SHARP", "Mark Sharp"), ("CREASE", "Crease")):
+        name = UMBILICS_OT_mark_seams.bl_idname
+        layout.operator_menu_enum(name, "lines", text=text).mark = mark
 
 
 def draw_entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -13,7 +13,6 @@ from ..operators.export_field import UMBILICS_OT_export_field
 from ..operators.guide import UMBILICS_OT_guide
 from ..operators.jobs import worker
 from ..operators.lines import UMBILICS_OT_lines
-from ..operators.mark_seams import UMBILICS_OT_mark_seams
 from ..operators.new_retopology import UMBILICS_OT_new_retopology
 from ..operators.preview_layout import UMBILICS_OT_preview_layout
 from ..operators.remesh_to_quads import UMBILICS_OT_remesh_to_quads
@@ -24,6 +23,7 @@ from ..operators.scene.retopology import by_hand, guidance_objects
 from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.symmetry import UMBILICS_OT_symmetry
+from .menus import mark_menus
 from .parts import Part, Tab, automatic, paragraph, split
 
 _STATE_ICON = ("CHECKMARK", "ADD", "CANCEL")
@@ -169,9 +169,7 @@ class UMBILICS_PT_lines(Tab, bpy.types.Panel):
         layout.operator(UMBILICS_OT_separatrices.bl_idname, icon="CURVE_PATH")
         layout.operator(UMBILICS_OT_draw_guides.bl_idname, icon="OUTLINER_OB_GREASEPENCIL")
         marks = layout.row(align=True)
-        for mark, text in (("SEAM", "Mark Seams"), ("SHARP", "Mark Sharp"), ("CREASE", "Crease")):
-            menu = marks.operator_menu_enum(UMBILICS_OT_mark_seams.bl_idname, "lines", text=text)
-            menu.mark = mark
+        mark_menus(marks)
 
 
 class UMBILICS_PT_ridges(Tab, bpy.types.Panel):

@@ -15,7 +15,7 @@ from bpy.app.handlers import persistent
 
 from ... import core
 from ..base import app_handlers, caches
-from ..data import plans, properties, record, topology
+from ..data import plans, properties, reading, record, topology
 from ..mesh import fingerprint
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.read import fingerprint_of
@@ -35,9 +35,8 @@ def reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str]:
         return [record.UNREADABLE] if obj.umbilics.detected else []
     found = [fingerprint.WORDS[part] for part in _changed_parts(context, obj, kept)]
     changed = _changed_settings(context.scene.umbilics, kept)
-    source = context.scene.umbilics_display.source
-    if obj.umbilics.source and source != obj.umbilics.source:
-        changed.append(context.scene.umbilics_display.bl_rna.properties["source"].name)
+    made = obj.umbilics
+    changed += _changed_reading(context, made.source, scope_in_file(made.scope, made.group))
     if changed:
         labels = ", ".join(changed)
         found.append(f"Changed since: {labels}.")
@@ -91,6 +90,9 @@ def _plan_reasons(
     if by_hand.digest_of(context.scene) != made.strokes:
         found.append("The guide strokes are others.")
     changed = plans.changed_settings(context.scene.umbilics_guidance, made)
+    if not obj.umbilics.detected:
+        # Else it is the detection that says what of the object counts.
+        changed += _changed_reading(context, source, made.scope)
     if changed:
         labels = ", ".join(changed)
         found.append(f"Changed since: {labels}.")
@@ -121,6 +123,18 @@ def plan_is_edited(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
 
 def _is_edited(changed: Collection[str]) -> bool:
     return any(part in fingerprint.GEOMETRY for part in changed)
+
+
+def _changed_reading(context: bpy.types.Context, source: str, scope: Scope) -> list[str]:
+    """Labels of what else of the object would be read now."""
+    display = context.scene.umbilics_display
+    wanted = reading.scope_of(display)
+    differs = {
+        # Files of earlier versions do not tell.
+        "source": bool(source) and source != display.source,
+        "scope": bool(source) and (scope.kind, scope.group) != (wanted.kind, wanted.group),
+    }
+    return [display.bl_rna.properties[name].name for name in differs if differs[name]]
 
 
 def _changed_settings(group: bpy.types.PropertyGroup, kept: record.Record) -> list[str]:

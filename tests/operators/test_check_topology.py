@@ -157,20 +157,20 @@ def delete(surface, _quads):
     bpy.data.objects.remove(surface)
 
 
-@pytest.mark.parametrize(
-    ("work", "words"),
-    [
-        (edit, "Ellipsoid: The mesh was edited or deformed: vertices were moved."),
-        (keep_others, "Ellipsoid: Other umbilics are kept."),
-        (move_a_pole, "Poles were moved, added or deleted by hand."),
-        (set_otherwise, "Ellipsoid: Changed since: Smoothness."),
-        (move_apart, "The mesh and the surface were moved apart."),
-        (delete, "Ellipsoid was deleted or renamed."),
-        (move_both, ""),
-        (select_it, ""),
-    ],
+# What is done one after the other, with a new check after each that makes the last one old.
+WORKS = (
+    (select_it, ""),
+    (move_both, ""),
+    (edit, "Ellipsoid: The mesh was edited or deformed: vertices were moved."),
+    (keep_others, "Ellipsoid: Other umbilics are kept."),
+    (move_a_pole, "Poles were moved, added or deleted by hand."),
+    (set_otherwise, "Ellipsoid: Changed since: Smoothness."),
+    (move_apart, "The mesh and the surface were moved apart."),
+    (delete, "Ellipsoid was deleted or renamed."),
 )
-def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair, work, words):
+
+
+def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair):
     surface, quads = pair
 
     def reasons():
@@ -178,12 +178,13 @@ def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair, wor
         return " ".join(addon.operators.scene.staleness.check_reasons(bpy.context, quads))
 
     assert reasons() == ""
-    work(surface, quads)
-    assert reasons() == words
-    if words and work is not delete:
-        bpy.context.view_layer.objects.active = quads
-        assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
-        assert reasons() == ""
+    for work, words in WORKS:
+        work(surface, quads)
+        assert reasons() == words, work
+        if words and work is not delete:
+            bpy.context.view_layer.objects.active = quads
+            assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+            assert reasons() == "", work
 
 
 def test_marks_stand_where_they_belong_however_the_object_is_turned(addon, monkeypatch):

@@ -139,6 +139,7 @@ def test_what_was_selected_stays_the_part_until_the_next_detection(addon, obj, k
     bpy.context.view_layer.update()
     assert addon.operators.scene.staleness.reasons(bpy.context, obj) == []
     scope("WHOLE")
+    assert addon.operators.scene.staleness.reasons(bpy.context, obj) == ["Changed since: Scope."]
     assert bpy.ops.umbilics.guide() == {"FINISHED"}
     assert reasons(bpy.context, obj) == []
     home = obj.umbilics_plan.mesh or obj.data
@@ -154,6 +155,19 @@ def test_what_was_selected_stays_the_part_until_the_next_detection(addon, obj, k
     scope("WHOLE")
     bpy.ops.umbilics.detect()
     assert "umbilics_scope" not in (obj.umbilics.mesh or obj.data).attributes
+
+
+def test_a_plan_without_a_detection_says_when_another_part_is_wanted(addon):
+    obj = add_ellipsoid(subdivisions=3)
+    obj.vertex_groups.new(name="all").add(range(len(obj.data.vertices)), 1.0, "REPLACE")
+    assert bpy.ops.umbilics.guide() == {"FINISHED"}
+    reasons = addon.operators.scene.staleness.plan_reasons
+    assert reasons(bpy.context, obj) == []
+    scope("GROUP", "all")
+    bpy.context.scene.umbilics_display.source = "BASE"
+    assert reasons(bpy.context, obj) == ["Changed since: Source, Scope."]
+    assert bpy.ops.umbilics.guide() == {"FINISHED"}
+    assert reasons(bpy.context, obj) == []
 
 
 def test_the_part_that_was_selected_goes_with_edits(obj):

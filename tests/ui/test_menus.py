@@ -7,8 +7,7 @@ import pytest
 
 # What belongs to one row, to a file browser or to the mouse is no menu's.
 NOT_IN_MENUS = {
-    "add_preset", "apply_filters", "cancel", "copy_coordinates", "delete_umbilic", "explain",
-    "mark_seams", "mend", "pick", "pin", "write_files",
+    "add_preset", "cancel", "explain", "mend", "pick", "write_files",
 }  # fmt: skip
 
 
@@ -26,6 +25,7 @@ class Menu:
 
     def operator_menu_enum(self, name, _property, **_):
         self.operator(name)
+        return SimpleNamespace()
 
     def menu(self, name):
         self.menus.append(name)
