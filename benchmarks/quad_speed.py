@@ -30,9 +30,10 @@ PEERS_UP_TO = 400_000
 
 _TEXT = """{title}
 
-Written by `benchmarks/quads --speed` on {machine}. {quads:,} quads asked for, the detection included.
-Stages are seconds by the clock and depend on the load; *processor* is what all threads took
-together. *Memory* is what the process takes at most less what it takes with the input alone, in MB.
+Written by `benchmarks/quads --speed` on {machine}.
+{quads:,} quads asked for, the detection included. Stages are seconds by the clock and depend on
+the load; *processor* is what all threads took together. *Memory* is what the process takes at most
+less what it takes with the input alone, in MB.
 {words}
 {table}
 """
@@ -68,9 +69,9 @@ def speed_section(
                 f"{figures['peak_mb'] - figures['input_mb']:,.0f}",
             ]
         rows.append([name, count, f"{figures.get('quads', 0):,}", *cells, *last, *beside])
-    return _TEXT.format(
-        title=TITLE, machine=where, quads=quads, words=words and f"{words}\n", table=table(head, rows)
-    )
+    words = words and f"{words}\n"
+    made = table(head, rows)
+    return _TEXT.format(title=TITLE, machine=where, quads=quads, words=words, table=made)
 
 
 def with_speed(page: str, section: str) -> str:
@@ -80,7 +81,7 @@ def with_speed(page: str, section: str) -> str:
 
 def speed_of(page: str) -> str:
     """The section of a page, nothing where it has none."""
-    before, title, after = page.partition(TITLE)
+    _, title, after = page.partition(TITLE)
     return title + after
 
 

@@ -31,8 +31,8 @@ from core.retopology.quads.finishing.projection import ClosestPoints
 
 from . import ROOT
 from .pages import machine, table
-from .quad_speed import speed_of, speed_section, with_speed
 from .peers.quad_meshers import PeerError, instant_meshes, quadriflow, run
+from .quad_speed import speed_of, speed_section, with_speed
 from .random_surfaces import random_surface
 
 # Real surfaces: organic, scans, CAD, open, of genus 1 and 2.
