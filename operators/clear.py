@@ -3,7 +3,8 @@
 import bpy
 
 from .base.translation import reported
-from .jobs import detect, worker
+from .jobs import detect
+from .jobs.modal import possible
 from .scene import old_copies, orphans, selection
 from .scene.modes import finished
 
@@ -20,12 +21,7 @@ class UMBILICS_OT_clear(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         whys = [detect.why_not(obj, to_clear=True) for obj in selection.wanted(context)]
-        reason = "" if "" in whys else whys[0]
-        if worker.current() is not None:
-            reason = "A detection is running. Wait for it, or press Esc."
-        if reason:
-            cls.poll_message_set(reported(reason))
-        return not reason
+        return possible(cls, "" if "" in whys else whys[0])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         wanted = selection.wanted(context)

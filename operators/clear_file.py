@@ -4,7 +4,8 @@ import bpy
 
 from .base.translation import reported
 from .clear import clear
-from .jobs import detect, worker
+from .jobs import detect
+from .jobs.modal import possible
 from .scene import orphans
 from .scene.display_objects import source_of
 from .scene.modes import finished
@@ -21,10 +22,7 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if worker.current() is not None:
-            cls.poll_message_set(reported("A detection is running. Wait for it, or press Esc."))
-            return False
-        return True
+        return possible(cls)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         # An object of ours goes with the one that it shows the results of.

@@ -6,11 +6,10 @@ import bpy
 from bpy.props import BoolProperty
 
 from .. import core
-from .base.translation import reported
 from .base.words import outcome, pins_lost
 from .data import properties, reading
-from .jobs import detect, worker
-from .jobs.modal import RUNNING, BackgroundOperator, Message
+from .jobs import detect
+from .jobs.modal import BackgroundOperator, Message, possible
 from .mesh.scope import Scope
 from .scene import selection
 
@@ -35,12 +34,7 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         modified = _with_modifiers(context)
         wanted = selection.wanted(context)
         whys = [detect.why_not(obj, with_modifiers=modified) for obj in wanted]
-        reason = "" if "" in whys else whys[0]
-        if worker.current() is not None:
-            reason = RUNNING
-        if reason:
-            cls.poll_message_set(reported(reason))
-        return not reason
+        return possible(cls, "" if "" in whys else whys[0])
 
     def jobs(
         self, context: bpy.types.Context

@@ -9,9 +9,9 @@ from bpy.props import EnumProperty
 
 from .. import core
 from .base import verdict
-from .base.translation import reported
 from .data import record
-from .jobs import detect, worker
+from .jobs import detect
+from .jobs.modal import possible
 from .mesh.read import positions
 from .scene import homes, selection, targets
 from .scene.modes import object_mode
@@ -45,11 +45,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
         reason = detect.why_not(obj, with_modifiers=True)
         if not reason and not targets.is_own(obj):
             reason = f"{obj.name} is linked from another file: change it there."
-        if worker.current() is not None:
-            reason = "A detection is running. Wait for it, or press Esc."
-        if reason:
-            cls.poll_message_set(reported(reason))
-        return not reason
+        return possible(cls, reason)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = selection.active(context)

@@ -3,8 +3,8 @@
 import bpy
 
 from .base.translation import reported
-from .jobs import worker
 from .jobs.detect import SCULPTED
+from .jobs.modal import possible
 from .scene import filters
 from .scene.modes import object_mode
 from .scene.view import maps, view_shading
@@ -26,11 +26,7 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
             reason = "Detect umbilics first: the map shows what the detection measured."
         elif any(obj.mode == "SCULPT" for obj in filters.with_results(context)):
             reason = SCULPTED
-        if worker.current() is not None:
-            reason = "A detection is running. Wait for it, or press Esc."
-        if reason:
-            cls.poll_message_set(reported(reason))
-        return not reason
+        return possible(cls, reason)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = filters.with_results(context)

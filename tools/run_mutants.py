@@ -30,10 +30,10 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 MODULES = {
     "core/curvature/scale.py": ("test_scale.py",),
     "core/curvature/noise.py": ("test_noise.py",),
-    "core/umbilics/pairing/persistence.py": ("test_persistence.py",),
+    "core/umbilics/pairing/persistence.py": ("test_persistence.py", "test_importance.py"),
     "core/umbilics/pairing/cancelling.py": ("test_cancelling.py", "test_persistence.py"),
     "core/umbilics/filters.py": ("test_filters.py", "test_opening.py"),
-    "core/umbilics/regions.py": ("test_regions.py",),
+    "core/umbilics/regions.py": ("test_regions.py", "test_tessellated.py", "test_curves.py"),
     "core/umbilics/refine.py": ("test_refine.py",),
     "core/curvature/closer.py": ("test_refine.py",),
     "core/retopology/poles.py": ("test_poles.py",),

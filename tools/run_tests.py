@@ -23,6 +23,7 @@ Other arguments are pytest's. Paths among them choose the suites too.
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -130,9 +131,11 @@ class Tests:
         self.folder = folder
         self.given = given
         self.options = options
+        self.reports = folder
         self.counts = Counter()
         self.failed = []
-        self._installed = None
+        self._installed: dict[str, str] = {}
+        self._parts = 0
         self._installing = threading.Lock()
         self._counting = threading.Lock()
         self._taking = threading.Lock()
@@ -198,7 +201,8 @@ class Tests:
         print(path.read_text(errors="replace"), end="", flush=True)
 
     def _counted(self, name: str, run: Callable[[list[str]], int], paths: list[str]) -> None:
-        report = self.folder / f"{name}.xml"
+        report = self.reports / f"{name}.xml"
+        report.unlink(missing_ok=True)
         start = time.monotonic()
         code = run([f"--junitxml={report}", *self.options, *paths])
         counts = counts_in(report)
@@ -230,24 +234,26 @@ class Tests:
         return self._pytest([test_python(), "-m", "pytest"], arguments, environment)
 
     def _environment(self) -> dict[str, str]:
-        """Preferences in which the extension is installed and enabled, for these tests only."""
+        """Preferences of a part's own in which the extension is installed and enabled."""
         with self._installing:
-            return self._install()
+            if not self._installed:
+                self._installed = self._install()
+            self._parts += 1
+            own = self.folder / f"blender-{self._parts}"
+            shutil.copytree(self.folder / "blender", own, symlinks=True)
+        return isolated_blender.environment(own) | self._installed
 
     def _install(self) -> dict[str, str]:
-        if not self._installed:
-            start = time.monotonic()
-            zip_file = build_extension.build_for_this_blender(self.folder)
-            built = time.monotonic()
-            resources = self.folder / "blender"
-            isolated_blender.install(zip_file, resources)
-            self._installed = isolated_blender.environment(resources)
-            self._installed["UMBILICS_ZIP"] = str(zip_file)
-            say(
-                f"built {zip_file.name} in {built - start:.0f} s, "
-                f"installed it in {time.monotonic() - built:.0f} s"
-            )
-        return self._installed
+        """Build the zip and install it; what tells the tests where it lies."""
+        start = time.monotonic()
+        zip_file = build_extension.build_for_this_blender(self.folder)
+        built = time.monotonic()
+        isolated_blender.install(zip_file, self.folder / "blender")
+        say(
+            f"built {zip_file.name} in {built - start:.0f} s, "
+            f"installed it in {time.monotonic() - built:.0f} s"
+        )
+        return {"UMBILICS_ZIP": str(zip_file)}
 
     def _pytest(self, command: list, arguments: list[str], environment: dict) -> int:
         sys.stdout.flush()
@@ -277,6 +283,9 @@ def main() -> None:
         "--quick", action="store_true", help="core's tests that take no more than a moment"
     )
     parser.add_argument("--summary", type=Path, help="write the closing line to this file too")
+    parser.add_argument(
+        "--reports", type=Path, help="a folder for what JUnit would say, durations too"
+    )
     chosen, rest = parser.parse_known_args()
     paths, options = split_arguments(rest)
     if chosen.quick:
@@ -286,6 +295,9 @@ def main() -> None:
     scratch.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         tests = Tests(Path(folder), paths, options)
+        if chosen.reports:
+            chosen.reports.mkdir(parents=True, exist_ok=True)
+            tests.reports = chosen.reports.resolve()
         if chosen.quick:
             tests.run(["core"])
         else:

@@ -20,6 +20,17 @@ from . import detect, retopology, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
 
+
+def possible(operator: type[bpy.types.Operator], reason: str = "") -> bool:
+    """Whether there is no reason against an operator and nothing is computed; for its `poll`,
+    which tells the user why not."""
+    if worker.current() is not None:
+        reason = RUNNING
+    if reason:
+        operator.poll_message_set(reported(reason))
+    return not reason
+
+
 # A level of Blender's reports, and a sentence.
 Message = tuple[str, str]
 
@@ -150,18 +161,11 @@ class BackgroundOperator:
 class NeedsMesh:
     """A mixin: possible where the active object can be guided and nothing else is computed."""
 
-    # `bpy.types.Operator` has it.
-    poll_message_set: Callable[[str], None]
-
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         evaluated = context.scene.umbilics_display.source == "EVALUATED"
         reason = detect.why_not(selection.active(context), with_modifiers=evaluated)
-        if worker.current() is not None:
-            reason = RUNNING
-        if reason:
-            cls.poll_message_set(reported(reason))
-        return not reason
+        return possible(cls, reason)
 
 
 class GuidanceOperator(NeedsMesh, BackgroundOperator):

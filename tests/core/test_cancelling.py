@@ -10,18 +10,19 @@ from hypothesis import strategies as st
 from core.umbilics.pairing.cancelling import cancel
 
 
-def _pairs(units, centres, low, high, saddle) -> list[tuple[int, int, float]]:
+def _pairs(units, centres, low, high, saddle, firm=None) -> list[tuple[int, int, float]]:
     """What `cancel` finds, sorted: row of the positive one, row of the negative one, level."""
-    first, second, level = cancel(units, centres, low, high, saddle)
+    first, second, level = cancel(units, centres, low, high, saddle, firm)
     positive = np.where(units[first] > 0, first, second)
     negative = np.where(units[first] > 0, second, first)
     return sorted(zip(positive.tolist(), negative.tolist(), level.tolist(), strict=True))
 
 
-def _edge_by_edge(units, centres, low, high, saddle) -> list[tuple[int, int, float]]:
+def _edge_by_edge(units, centres, low, high, saddle, firm=None) -> list[tuple[int, int, float]]:
     """The same by the rule itself: where two components of charges of opposite sign meet, the
-    closest two cancel until one sign is left."""
+    closest two cancel until one sign is left; firm ones only where no others are left."""
     units = units.copy()
+    firm = np.zeros(len(units)) if firm is None else firm.astype(float)
     group = np.arange(len(units))
     pairs = []
     for one, two, level in zip(low, high, saddle, strict=True):
@@ -33,6 +34,7 @@ def _edge_by_edge(units, centres, low, high, saddle) -> list[tuple[int, int, flo
             if (units[held[0][0]] > 0) == (units[held[1][0]] > 0):
                 break
             away = np.linalg.norm(centres[held[0]][:, None] - centres[held[1]][None], axis=2)
+            away = away**2 + 1e3 * (firm[held[0]][:, None] + firm[held[1]][None])
             i, j = np.unravel_index(away.argmin(), away.shape)
             first, second = held[0][i], held[1][j]
             positive, negative = (first, second) if units[first] > 0 else (second, first)
@@ -92,6 +94,38 @@ def test_long_lists_meet(positive):
     found = _pairs(units, centres, low, high, saddle)
     assert [pair[2] for pair in found] == [saddle[-1]] * min(positive, 40)
     assert found == _edge_by_edge(units, centres, low, high, saddle)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("firm", [False, True])
+def test_a_long_list_that_was_met_grows_and_is_met_again(firm, seed):
+    """Crowds in a chain, each gathered before it meets what is left of those before it, which are
+    always the longer list."""
+    random = np.random.default_rng(seed)
+    crowds = [(40, 1), (5, -1), (20, 1), (30, -1), (25, 1), (10, -1)]
+    units = np.concatenate([np.full(count, sign) for count, sign in crowds])
+    centres = random.uniform(-1, 1, (len(units), 3))
+    ends = np.cumsum([count for count, _ in crowds])[:-1]
+    inside = np.setdiff1d(np.arange(1, len(units)), ends)
+    high = np.concatenate([inside, ends])
+    saddle = np.arange(len(high)) / 7.0
+    chosen = random.random(len(units)) < 0.4 if firm else None
+    found = _pairs(units, centres, high - 1, high, saddle, chosen)
+    assert found == _edge_by_edge(units, centres, high - 1, high, saddle, chosen)
+    assert len(found) == 45
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_firm_ones_stay_where_others_can_go(seed):
+    random = np.random.default_rng(seed)
+    units = random.choice([-1, 1], 60)
+    centres = random.uniform(-1, 1, (60, 3))
+    low, high = _tree(random, 60, "bushy")
+    saddle = np.sort(random.integers(0, 9, len(low)) / 3.0)
+    firm = random.random(60) < 0.5
+    found = _pairs(units, centres, low, high, saddle, firm)
+    assert found == _edge_by_edge(units, centres, low, high, saddle, firm)
+    assert found != _pairs(units, centres, low, high, saddle)
 
 
 def test_nothing_meets():

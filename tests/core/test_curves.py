@@ -106,7 +106,9 @@ def _strip(index, long=True, beside=False, missed=0.5):
     if beside:
         near = np.where((middle[:, 0] > 0.04) & (middle[:, 0] < 0.3), 0, -1).astype(np.int32)
         regions = RegionMap(near, 1)
-    return with_curves(surface, regions, sets, turning)
+    found = with_curves(surface, regions, sets, turning)
+    assert sorted(set(found.label.tolist())) == list(range(-1, found.count))
+    return found
 
 
 def test_a_curve_is_long_has_no_index_and_touches_no_region():

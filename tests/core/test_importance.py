@@ -33,6 +33,8 @@ def test_importance_is_persistence_in_errors(detection):
     gap = np.array([1.0, 2.0, 6.0])
     values = importance(np.array([np.inf]), np.array([-1]), np.array([np.nan]), gap)
     assert values.tolist() == [3.0]
+    unknown = np.full(3, np.nan)
+    assert importance(np.array([np.inf]), np.array([-1]), np.ones(1), unknown).tolist() == [0.0]
 
 
 @given(st.integers(1, 60))

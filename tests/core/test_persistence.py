@@ -196,6 +196,7 @@ def test_gaps_that_are_not_finite_count_as_the_largest():
 def test_trust_ratio():
     gap = np.array([0.5, 1.0, np.nan, 2.0])
     assert trust_ratio(np.full(4, 0.2), gap) == pytest.approx(0.6)
+    assert trust_ratio(np.full(4, 0.2), 2.0 * gap) == pytest.approx(0.3)
     assert trust_ratio(np.array([0.2, 90.0, 0.1, 0.2]), gap) == pytest.approx(0.6)
     assert trust_ratio(np.full(4, np.nan), gap) == 0.0
     # A sphere or a plane: nothing but regions, no survivor to be trusted.

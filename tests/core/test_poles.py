@@ -217,3 +217,33 @@ def test_an_umbilic_in_the_first_triangle_has_its_poles_and_one_on_nothing_none(
     assert (claimed.umbilic.tolist(), claimed.triangle.tolist()) == ([0], [0])
     # The sum wants two more, which nothing places.
     assert (poles.umbilic == -1).sum() == 2 and poles.total == 8
+
+
+def test_a_region_of_an_open_surface_gets_the_poles_of_its_index_where_the_field_is_weakest():
+    guide = guide_of("cylinder")
+    surface = guide.surface
+    cross = without_singularities(surface, 0.01)
+    weak = [surface.triangles[5, 0], surface.triangles[400, 0]]
+    cross.strength[weak] = 0.1
+    region = SimpleNamespace(triangles=np.arange(40), index=0.5)
+    nobody = guide.detection.umbilics
+    assert not len(nobody)
+    planes = guide.planes(Progress())
+    poles = plan_poles(surface, planes, cross, nobody, [region], plan="umbilics")
+    assert poles.valence.tolist() == [3, 3]
+    assert np.isin(weak, surface.triangles[poles.triangle]).any()
+    assert np.allclose(poles.barycentric, 1.0 / 3.0)
+    corner = MESHES["cylinder"].vertices[MESHES["cylinder"].triangles[poles.triangle]]
+    assert np.allclose(corner.mean(axis=1), poles.position)
+    assert not len(plan_poles(surface, planes, cross, nobody, [], plan="umbilics"))
+
+
+def test_of_singularities_that_nothing_claims_those_far_from_opposite_ones_are_planned():
+    guide = guide_of("cylinder")
+    cross = without_singularities(guide.surface, 0.01)
+    cross.triangle_index[[0, 2, 400]] = [0.25, -0.25, 0.25]
+    # The region wants one: not the one beside an opposite one.
+    region = SimpleNamespace(triangles=np.arange(4), index=0.25)
+    planes, nobody = guide.planes(Progress()), guide.detection.umbilics
+    poles = plan_poles(guide.surface, planes, cross, nobody, [region], plan="umbilics")
+    assert poles.triangle.tolist() == [400]

@@ -25,7 +25,15 @@ from core.curvature.noise import field_noise
 from core.curvature.tolerances import REGION_SIZE
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
-from core.umbilics.regions import PLANAR, SPHERICAL, RegionMap, describe_regions, find_regions
+from core.mesh.tessellated import Tessellation
+from core.umbilics.regions import (
+    PLANAR,
+    SPHERICAL,
+    RegionMap,
+    describe_regions,
+    find_regions,
+    with_faces,
+)
 
 
 def _surface(surface) -> Surface:
@@ -374,3 +382,28 @@ def test_the_ends_of_a_capsule_keep_to_themselves(noise):
         along = np.ptp(vertices[triangles[region.triangles]][:, :, 2], axis=1)
         assert (along < 1.0).all()
         assert region.area == pytest.approx(2 * np.pi * 0.902, rel=0.05)
+
+
+def test_two_triangles_are_one_set_whichever_sides_they_share():
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    for turn in range(3):
+        for other in range(3):
+            pair = [np.roll([0, 1, 2], turn), np.roll([2, 1, 3], other)]
+            surface = clean(corners, np.array(pair))[0]
+            found = find_regions(surface, *np.zeros((2, 4)), np.full(4, 0.01))
+            assert found.count == 1
+            assert found.label.tolist() == [0, 0]
+            none = RegionMap.none(surface)
+            assert (none.label.tolist(), none.count) == ([-1, -1], 0)
+
+
+def test_beside_exact_faces_what_is_left_of_the_regions_stays():
+    face = np.array([0, 0, -1, -1, -1, 1], np.int32)
+    nothing = np.zeros(2)
+    faces = Tessellation(30.0, face, (PLANAR, SPHERICAL), nothing, np.zeros((2, 3)))
+    # The first region lies on a face alone; the second and third beside.
+    found = RegionMap(np.array([0, -1, 1, 2, -1, 2], np.int32), 3)
+    both = with_faces(faces, found)
+    assert both.label.tolist() == [0, 0, 2, 3, -1, 1]
+    assert both.count == 4
+    assert with_faces(faces, RegionMap(np.full(6, -1, np.int32), 0)).label.tolist() == face.tolist()

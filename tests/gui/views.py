@@ -27,7 +27,7 @@ from hands import (
     write,
 )
 from mathutils import Euler, Vector
-from stage import DETECT, Report, clear_scene, part
+from stage import DETECT, Report, clear_scene, part, settled
 
 # The code of the key: its name is taken for another one with Ctrl and Alt.
 F3 = "69"
@@ -127,9 +127,8 @@ def scenario():
 
 def keys(*names):
     point(*view.middle())
-    yield 0.5
     press(*names)
-    yield 2.0
+    yield from settled()
 
 
 def shadings():
@@ -170,14 +169,14 @@ def searched():
     obj = bpy.data.objects["First"]
     yield from keys(F3)
     write("umbilic")
-    yield 3.0
+    yield 1.0
     report.picture("search")
     press("Escape", "Escape")
     yield 1.0
     before = obj.umbilics.stamp
     yield from keys(F3)
     write("detect umbilics")
-    yield 3.0
+    yield 1.0
     press("Return")
     yield from until(lambda: obj.umbilics.stamp != before)
     found["search_detects"] = obj.umbilics.stamp != before
@@ -191,10 +190,10 @@ def manual():
     yield from open_tab(view)
     place = view.in_sidebar(0.5, DETECT)
     click(*place, button=3)
-    yield 2.0
+    yield 1.0
     report.picture("menu")
     click(place[0] + MANUAL[0], place[1] + MANUAL[1])
-    yield 2.0
+    yield from until(lambda: bool(opened), 10.0)
     found["manual"] = list(opened)
     opened.clear()
     with view.inside():

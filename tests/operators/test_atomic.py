@@ -1,5 +1,7 @@
 """A failure at any point of writing leaves everything as it was: all or nothing."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -224,7 +226,8 @@ def assert_all_or_nothing(addon, monkeypatch, points, prepared):
 def test_a_detection_that_cannot_be_written(addon, monkeypatch, state, kind):
     def prepared():
         scene(state, kind)
-        jobs, _ = addon.operators.detect.UMBILICS_OT_detect.jobs(None, bpy.context)
+        detect = addon.operators.detect.UMBILICS_OT_detect
+        jobs, _ = detect.jobs(SimpleNamespace(again=False), bpy.context)
         found = jobs[0].compute()
         return lambda: addon.operators.jobs.detect.write(bpy.context, jobs[0], found)
 

@@ -2,7 +2,7 @@
 
 import bpy
 import pytest
-from scene_building import add_ellipsoid, census, empties, result_names
+from scene_building import add_ellipsoid, census, empties, empty_scene, result_names
 
 
 def ours():
@@ -25,9 +25,10 @@ def select(*objects):
     bpy.context.view_layer.objects.active = objects[0]
 
 
-@pytest.fixture
-def two():
-    """Two objects with umbilics, poles and lines each."""
+@pytest.fixture(scope="module")
+def file_of_two(tmp_path_factory):
+    """A file with two objects that have umbilics, poles and lines each."""
+    empty_scene()
     objects = [add_ellipsoid(subdivisions=3, name=name) for name in ("First", "Second")]
     objects[1].location.x = 10.0
     for obj in objects:
@@ -35,7 +36,16 @@ def two():
         bpy.ops.umbilics.detect()
         bpy.ops.umbilics.guide()
         bpy.ops.umbilics.lines()
-    return objects
+    path = str(tmp_path_factory.mktemp("two") / "two.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    return path
+
+
+@pytest.fixture
+def two(file_of_two):
+    """The objects of the file."""
+    bpy.ops.wm.open_mainfile(filepath=file_of_two)
+    return [bpy.data.objects[name] for name in ("First", "Second")]
 
 
 def test_the_selection_is_cleared(two):

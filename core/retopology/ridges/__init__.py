@@ -1,0 +1,1 @@
+"""Ridges and ravines: where the larger curvature is extremal along its own direction."""

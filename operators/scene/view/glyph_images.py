@@ -62,9 +62,10 @@ def _coverage(outline: np.ndarray) -> np.ndarray:
     count = _PIXELS * _SAMPLES
     line = ((np.arange(count) + 0.5) / count - 0.5) / UNIT
     x, y = np.meshgrid(line, line)
-    inside = np.zeros((count, count), dtype=bool)
-    for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        sector = (a[0] * y - a[1] * x >= 0.0) & (b[0] * y - b[1] * x < 0.0)
-        beyond = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) < 0.0
-        inside |= sector & ~beyond
-    return inside.reshape(_PIXELS, _SAMPLES, _PIXELS, _SAMPLES).mean(axis=(1, 3))
+    angle = np.arctan2(outline[:, 1], outline[:, 0])
+    order = np.argsort(angle)
+    # The side of the outline that each sample looks out through from 0.
+    side = np.searchsorted(angle[order], np.arctan2(y, x), side="right") - 1
+    (ax, ay), (bx, by) = outline[order].T, np.roll(outline, -1, axis=0)[order].T
+    beyond = (bx - ax)[side] * (y - ay[side]) - (by - ay)[side] * (x - ax[side]) < 0.0
+    return (~beyond).reshape(_PIXELS, _SAMPLES, _PIXELS, _SAMPLES).mean(axis=(1, 3))
