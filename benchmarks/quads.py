@@ -4,9 +4,10 @@
     benchmarks/quads --speed [--quads N] [--only NAME ...]
     benchmarks/quads --random FIRST LAST
 
-The second writes only the page's section on speed: seconds by stage and memory, up to more than a
-million triangles. The third remeshes random closed surfaces, numbered from 0, and prints every
-guarantee that is not held; its exit status is how many surfaces have one.
+The tables of other numbers of quads stay in the page. The second writes only the page's section on
+speed: seconds by stage and memory, up to more than a million triangles. The third remeshes random
+closed surfaces, numbered from 0, and prints every guarantee that is not held; its exit status is
+how many surfaces have one.
 
 Analytic and random surfaces are always there; real ones are read from the folder where it exists.
 """
@@ -14,6 +15,8 @@ Analytic and random surfaces are always there; real ones are read from the folde
 from __future__ import annotations
 
 import argparse
+import itertools
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -26,7 +29,7 @@ from surfaces import cylinder, ellipsoid, quartic, sphere, torus
 import core
 from core.base.progress import Progress
 from core.mesh.repair import clean
-from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.projection import ClosestPoints
 
 from . import ROOT
@@ -53,14 +56,13 @@ OURS = "Umbilics"
 
 PAGE = """# Quads beside those of other programs
 
-Written by `benchmarks/quads` on {machine}.
-
-{words}
+Written by `benchmarks/quads`, each table by a run of its own.
 
 *Angle*: degrees between the quads' directions and the principal directions of the input, weighed
 with area and with the gap of the curvatures (the largest twentieth of it counting like the next).
-*Jacobian*: least and mean scaled Jacobian. *Off*: root mean square distance of the vertices from
-the surface, in thousandths of its size. *Whole*: all quads, manifold, with the Euler
+*Jacobian*: least and mean scaled Jacobian, and the mean that the irregular vertices leave at most:
+where n sides meet the corners have 360°/n as a mean. *Off*: root mean square distance of the
+vertices from the surface, in thousandths of its size. *Whole*: all quads, manifold, with the Euler
 characteristic and the number of borders of the input. *Seconds* are by the clock, ours with the
 detection.
 
@@ -146,7 +148,7 @@ class Judge:
             f"{len(quads):,}",
             f"{np.count_nonzero(irregular)}",
             f"{self.angle(place, quads):.1f}",
-            f"{jacobian.min():.2f} / {jacobian.mean():.3f}",
+            f"{jacobian.min():.2f} / {jacobian.mean():.3f} of {most_jacobian(quads, topology):.3f}",
             f"{1000 * off / np.ptp(surface.vertices, axis=0).max():.2f}",
             "yes" if whole else "no",
         ]
@@ -173,6 +175,16 @@ class Judge:
         gap = np.minimum(np.abs(deviator), np.quantile(np.abs(deviator), 0.95))
         weight = np.linalg.norm(normal, axis=1) * gap
         return float((weight * off).sum() / weight.sum()) if weight.sum() > 0 else float("nan")
+
+
+def most_jacobian(quads: np.ndarray, topology: Conformity) -> float:
+    """The mean scaled Jacobian that quads could have but for their irregular vertices.
+
+    The sine is concave, so that equal corners have the largest sum of sines.
+    """
+    sine = np.sin(2.0 * np.pi / np.maximum(topology.valence, 3))
+    sine[topology.border | (topology.valence == 4)] = 1.0
+    return float(sine[quads].min(axis=1).mean())
 
 
 def ours(vertices: np.ndarray, triangles: np.ndarray, quads: int) -> tuple:
@@ -218,16 +230,26 @@ def guarantees(seeds: range) -> int:
         else:
             broken = broken_guarantees(vertices, triangles, made, quads)
             jacobian = scaled_jacobian(made.vertices, made.quads)
+            most = most_jacobian(made.quads, conformity(made.quads, len(made.vertices)))
             words = (
                 f"{len(triangles)} triangles, {len(made.quads)} of {quads} quads, "
                 f"{len(made.pole_valence)} poles, Jacobian {jacobian.min():.2f} / "
-                f"{jacobian.mean():.3f}, {np.nanmean(made.angle):.1f} degrees"
+                f"{jacobian.mean():.3f} of {most:.3f}, {np.nanmean(made.angle):.1f} degrees"
             )
         count += bool(broken)
         seconds = time.perf_counter() - start
         print(f"{seed}: {name}, {words}, {seconds:.1f} s", *broken, sep="\n    ", flush=True)
     print(f"{count} of {len(seeds)} surfaces break a guarantee")
     return min(count, 100)
+
+
+def kept_tables(page: Path) -> dict[int, str]:
+    """What stands in a page under each number of quads."""
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    text = text.removesuffix(speed_of(text))
+    found = re.split(r"^## ([\d,]+) quads asked for$", text, flags=re.MULTILINE)[1:]
+    pairs = zip(found[::2], found[1::2], strict=True)
+    return {int(count.replace(",", "")): words for count, words in pairs}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -258,21 +280,25 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = [
         item for item in surfaces(options.meshes) if not options.only or item[0] in options.only
     ]
-    tables = []
+    rows: dict[int, list[list[str]]] = {count: [] for count in options.quads}
+    for name, vertices, triangles in chosen:
+        judge = Judge(vertices, triangles)
+        for count, program in itertools.product(options.quads, known):
+            try:
+                made, quads, seconds = known[program](vertices, triangles, count)
+            except (PeerError, core.UmbilicsError) as error:
+                row = [name, program, str(error), *[""] * 6]
+            else:
+                row = [name, program, *judge.row(made, quads), f"{seconds:.1f}"]
+            rows[count].append(row)
+            print(" | ".join(row), flush=True)
+    tables = kept_tables(options.out)
     for count in options.quads:
-        rows = []
-        for name, vertices, triangles in chosen:
-            judge = Judge(vertices, triangles)
-            for program, make in known.items():
-                try:
-                    made, quads, seconds = make(vertices, triangles, count)
-                except (PeerError, core.UmbilicsError) as error:
-                    rows.append([name, program, str(error), *[""] * 6])
-                else:
-                    rows.append([name, program, *judge.row(made, quads), f"{seconds:.1f}"])
-                print(" | ".join(rows[-1]), flush=True)
-        tables.append(f"## {count:,} quads asked for\n\n{table(_COLUMNS, rows)}")
-    text = PAGE.format(machine=where, words=words, tables="\n\n".join(tables))
+        tables[count] = f"Taken on {where}.\n\n{words}\n\n{table(_COLUMNS, rows[count])}"
+    sections = [
+        f"## {count:,} quads asked for\n\n{tables[count].strip()}" for count in sorted(tables)
+    ]
+    text = PAGE.format(tables="\n\n".join(sections))
     if speed := speed_of(page):
         text = with_speed(text, speed)
     options.out.write_text(text, encoding="utf-8")

@@ -18,7 +18,8 @@ from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles
 from core.retopology.quads.finishing.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
-from core.retopology.quads.layout.counting import counted
+from core.retopology.quads.layout import laying_out
+from core.retopology.quads.layout.counting import counted, whole_grids
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
 from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
@@ -423,6 +424,32 @@ def test_as_many_quads_as_asked_for(mesh):
         assert abs(sum(len(grid.quads) for grid in made) / asked - 1.0) <= 0.03
         for part, grid in zip(laid, made, strict=True):
             assert not violations(part.layout, grid)
+
+
+def test_sides_are_long_enough_to_come_back_to_where_they_began():
+    mesh = torus()
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    given = Given(mesh.triangles, detection, None, None, None, None)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    laid = prepare(guide, given, core.RemeshSettings(quads=8), core.Progress()).parts[0]
+    made = whole_grids(laid, 1e-3, set(), core.Progress())
+    found = conformity(made.merged[made.quads], int(made.merged.max()) + 1)
+    assert found.manifold and found.characteristic == 0 and len(made.quads) < 40
+
+
+def test_few_quads_have_few_poles(monkeypatch):
+    """Where the curvature has more poles than there are quads for the directions get smoother."""
+    vertices, triangles = bumpy(3)
+    edge = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).mean()
+    random = np.random.default_rng(0)
+    rough = vertices + 0.15 * edge * random.normal(size=vertices.shape)
+    detection = core.detect(rough, triangles)
+    settings = core.RemeshSettings(quads=100)
+    few = core.quad_layout(rough, triangles, settings, detection=detection)
+    assert any("smoothed more than asked" in sentence for sentence in few.warnings)
+    monkeypatch.setattr(laying_out, "FEWEST_EACH", 0)
+    many = core.quad_layout(rough, triangles, settings, detection=detection)
+    assert len(few.pole_valence) < len(many.pole_valence)
 
 
 def test_chance_creases_are_no_features():

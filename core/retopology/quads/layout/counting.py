@@ -17,8 +17,10 @@ from .laying_out import LaidOut
 CLOSE, ROUNDS, CLOSEST = 0.025, 5, 1e-4
 # Rounds in which the number of quads is bounded, linear about the last numbers.
 LINEAR_ROUNDS = 4
-# Rounds of forbidding merges before every arc gets a length.
-MOST_CUTS = 12
+# Fewer quads than this part of those before are fewer.
+LESS = 0.98
+# Rounds of forbidding merges before every arc gets a length, and the most that each gets.
+MOST_CUTS, MOST_LEAST = 12, 3
 
 
 def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
@@ -27,7 +29,7 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]
     best: tuple[float, float, list[Grids]] = np.inf, scale, []
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
     # Scales that are known to make too few and too many.
-    low, high = 0.0, np.inf
+    low, high, fewest = 0.0, np.inf, np.inf
     for attempt in range(ROUNDS):
         progress.step(attempt / ROUNDS)
         made = [
@@ -37,8 +39,10 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]
         off = float(abs(np.log(max(total, 1) / asked)))
         if off < best[0]:
             best = off, scale, made
-        if off <= CLOSE:
+        if off <= CLOSE or (total > asked and total >= LESS * fewest):
+            # Smaller lengths no longer make fewer: what must stay apart needs so many.
             break
+        fewest = min(fewest, total) if total > asked else fewest
         if total < asked:
             low = max(low, scale)
         else:
@@ -95,9 +99,12 @@ def whole_grids(
     """Grids that merge nothing that must stay apart; `cuts` gathers what was forbidden."""
     layout = laid.layout
     found = _sound(laid, cuts, lambda: whole_lengths(layout, scale, cuts, 0, progress))
-    if found is None:
-        # Where every arc has a length nothing is merged.
-        found = grids(layout, whole_lengths(layout, scale, set(), 1, progress))
+    least = 0
+    while found is None or (least < MOST_LEAST and not _conforms(found, laid)):
+        # Where every arc has a length nothing is merged; sides of one quad may still come back to
+        # where they began, and those of two quads meet twice.
+        least += 1
+        found = grids(layout, whole_lengths(layout, scale, set(), least, progress))
     return found
 
 
@@ -105,7 +112,11 @@ def grids_of_count(
     laid: LaidOut, scale: float, cuts: set[frozenset[int]], count: Count, progress: Progress
 ) -> Grids | None:
     """As `whole_grids`, with about so many quads; None where none were found."""
-    return _sound(laid, cuts, lambda: lengths_of_count(laid.layout, scale, cuts, count, progress))
+    return _sound(
+        laid,
+        cuts,
+        lambda: lengths_of_count(laid.layout, scale, cuts, count, progress),
+    )
 
 
 def _sound(

@@ -29,6 +29,8 @@ STEPS = 4
 # Rounds of fixing before branch and bound takes over, its nodes, those for a number of quads that
 # is only wished for, and its gap.
 MOST_ROUNDS, BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 200, 0.02
+# Rectangles of a layout for which branch and bound is quick.
+SMALL = 60
 NEARLY_WHOLE, NEARLY_HALF = 1e-6, 1e-3
 
 
@@ -90,11 +92,14 @@ def whole_lengths(
     cuts:
         Sets of arcs that must not all be 0.
     least:
-        What every arc has at least: 0 or 1.
+        What every arc has at least.
     """
     program = _program(layout, _sides(layout), scale, least)
     bounds = _lengths(cuts, program)
     value = _dive(program, bounds, progress)
+    if value is None and least == 0 and len(layout.rectangles) > SMALL:
+        # Where every arc has a length none of the cuts is all 0.
+        return whole_lengths(layout, scale, set(), 1, progress)
     if value is None:
         value = _branched(program, bounds)
     return value[: program.arcs]
@@ -109,7 +114,7 @@ def lengths_of_count(
     program = _program(layout, sides, scale, 0)
     bounds = _counted(_lengths(cuts, program), count, sides)
     value = _dive(program, bounds, progress)
-    if value is None:
+    if value is None and len(layout.rectangles) <= SMALL:
         value = _searched(program, bounds, FEW_BRANCHES)
     return None if value is None else value[: program.arcs]
 

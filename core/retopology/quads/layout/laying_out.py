@@ -36,6 +36,8 @@ FAULT_RINGS, SMOOTHED_RINGS = 3, 3
 ATTEMPTS, ONE_EACH, LAST_CREASES, LAST_LOCAL = 12, 2, 4, 4
 # What the smoothness grows by then.
 SMOOTHER = 0.15
+# Quads for each pole: with fewer there is nothing between them to be regular.
+FEWEST_EACH = 8
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ def laid_out(
     """
     for attempt in range(attempts):
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
-        planned, crossed, wishes = _crossed(working, wishes, part)
+        planned, crossed, wishes = _affordable(working, wishes, part)
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
         if not faults.any():
@@ -129,6 +131,25 @@ def laid_out(
         "No layout of quads was found for a piece of the mesh. Raise the smoothness, leave "
         "creases out or repair the mesh around its folds and slivers."
     )
+
+
+def _affordable(
+    working: WorkingSurface, wishes: Wishes, progress: Progress
+) -> tuple[PlannedField, Crosses, Wishes]:
+    """As `_crossed`, the directions smoother while they have more poles than there are quads for,
+    if that makes fewer."""
+    _, area = working.surface.face_normal_area
+    quads = float((area / wishes.size**2).sum())
+    best: tuple[PlannedField, Crosses, Wishes] | None = None
+    fewest = 0
+    while True:
+        found = _crossed(working, wishes, progress)
+        poles = int(np.count_nonzero(found[1].singular))
+        if best is None or poles < fewest:
+            best, fewest = found, poles
+        if poles * FEWEST_EACH <= quads or wishes.wanted is not None or wishes.smoothness >= 1.0:
+            return best
+        wishes = replace(found[2], smoothness=min(wishes.smoothness + SMOOTHER, 1.0))
 
 
 def gentler(

@@ -112,10 +112,16 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
     crosses = problem.crosses
     boost = np.ones(len(crosses.triangles))
     target = problem.target.copy()
-    for _ in range(STIFFENINGS):
-        bad = _flipped(problem, x) & crosses.singular
-        bad[problem.wound_wrongly(x)] = True
-        if not bad.any():
+    best, least = x, (np.inf, np.inf)
+    for attempt in range(STIFFENINGS + 1):
+        flipped, wound = _flipped(problem, x), problem.wound_wrongly(x)
+        # Flips can be undone later, wrong turns hardly; targets that contradict make more of both.
+        found = (len(wound), np.count_nonzero(flipped))
+        if found < least:
+            best, least = x, found
+        bad = flipped & crosses.singular
+        bad[wound] = True
+        if attempt == STIFFENINGS or not bad.any():
             break
         first = bad[crosses.triangles].any(axis=1)
         second = _grown(problem, bad, 1)[crosses.triangles].any(axis=1)
@@ -126,7 +132,7 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
         basis, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
         weight = np.maximum(problem.weight, 0.1) * boost
         x = least_squares(problem, weight, x, basis, triangles, target)
-    return x
+    return best
 
 
 def _newton(
