@@ -116,7 +116,7 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
     for attempt in range(STIFFENINGS + 1):
         flipped, wound = _flipped(problem, x), problem.wound_wrongly(x)
         # Flips can be undone later, wrong turns hardly; targets that contradict make more of both.
-        found = (len(wound), np.count_nonzero(flipped))
+        found = float(len(wound)), float(np.count_nonzero(flipped))
         if found < least:
             best, least = x, found
         bad = flipped & crosses.singular
