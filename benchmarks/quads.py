@@ -1,11 +1,13 @@
 """Quad meshes beside those of other programs: docs/quads.md.
 
     benchmarks/quads [--quads N ...] [--meshes FOLDER] [--only NAME ...] [--out FILE]
+    benchmarks/quads --speed [--quads N] [--only NAME ...]
     benchmarks/quads --random FIRST LAST
 
-The tables of other numbers of quads stay in the page. The second remeshes random closed surfaces,
-numbered from 0, and prints every guarantee that is not held; its exit status is how many surfaces
-have one.
+The tables of other numbers of quads stay in the page. The second writes only the page's section on
+speed: seconds by stage and memory, up to more than a million triangles. The third remeshes random
+closed surfaces, numbered from 0, and prints every guarantee that is not held; its exit status is
+how many surfaces have one.
 
 Analytic and random surfaces are always there; real ones are read from the folder where it exists.
 """
@@ -33,6 +35,7 @@ from core.retopology.quads.finishing.projection import ClosestPoints
 from . import ROOT
 from .pages import machine, table
 from .peers.quad_meshers import PeerError, instant_meshes, quadriflow, run
+from .quad_speed import speed_of, speed_section, with_speed
 from .random_surfaces import random_surface
 
 # Real surfaces: organic, scans, CAD, open, of genus 1 and 2.
@@ -95,9 +98,17 @@ def surfaces(folder: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
     return found
 
 
-def bumpy(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """A random smooth closed surface of 20,480 triangles."""
-    mesh, random = sphere(), np.random.default_rng(seed)
+def large_surfaces(folder: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Name, vertices and triangles of what speed is measured on."""
+    names = ("spot_os.obj", "rocker-arm.obj", "bunny_hr_os.obj", "skull_os.obj")
+    found = [(name, *read_mesh(folder / name)) for name in names if (folder / name).exists()]
+    levels = {"bumps 0": 5, "bumps 0, finer": 6, "bumps 0, finest": 8}
+    return found + [(name, *bumpy(0, level)) for name, level in levels.items()]
+
+
+def bumpy(seed: int, subdivisions: int = 5) -> tuple[np.ndarray, np.ndarray]:
+    """A random smooth closed surface, of 20,480 triangles if not said otherwise."""
+    mesh, random = sphere(subdivisions=subdivisions), np.random.default_rng(seed)
     direction = random.normal(size=(14, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     height = sum(
@@ -235,6 +246,7 @@ def guarantees(seeds: range) -> int:
 def kept_tables(page: Path) -> dict[int, str]:
     """What stands in a page under each number of quads."""
     text = page.read_text(encoding="utf-8") if page.exists() else ""
+    text = text.removesuffix(speed_of(text))
     found = re.split(r"^## ([\d,]+) quads asked for$", text, flags=re.MULTILINE)[1:]
     pairs = zip(found[::2], found[1::2], strict=True)
     return {int(count.replace(",", "")): words for count, words in pairs}
@@ -247,12 +259,24 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", help="names of surfaces")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "quads.md")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "umbilics" / "peers")
+    parser.add_argument("--speed", action="store_true")
     parser.add_argument("--random", type=int, nargs=2, metavar=("FIRST", "LAST"))
     options = parser.parse_args(arguments)
     if options.random:
         return guarantees(range(*options.random))
     where = machine()
     known, words = programs(options.cache)
+    page = options.out.read_text(encoding="utf-8") if options.out.exists() else ""
+    if options.speed:
+        large = [
+            item
+            for item in large_surfaces(options.meshes)
+            if not options.only or item[0] in options.only
+        ]
+        others = {name: make for name, make in known.items() if name != OURS}
+        section = speed_section(large, others, options.quads[0], words)
+        options.out.write_text(with_speed(page, section), encoding="utf-8")
+        return 0
     chosen = [
         item for item in surfaces(options.meshes) if not options.only or item[0] in options.only
     ]
@@ -274,7 +298,10 @@ def main(arguments: list[str] | None = None) -> int:
     sections = [
         f"## {count:,} quads asked for\n\n{tables[count].strip()}" for count in sorted(tables)
     ]
-    options.out.write_text(PAGE.format(tables="\n\n".join(sections)), encoding="utf-8")
+    text = PAGE.format(tables="\n\n".join(sections))
+    if speed := speed_of(page):
+        text = with_speed(text, speed)
+    options.out.write_text(text, encoding="utf-8")
     return 0
 
 

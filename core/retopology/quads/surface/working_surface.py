@@ -22,8 +22,9 @@ from .subdivision import CREASE, MARK, Triangles, freed, refined
 LONGEST, FEWEST = 1.0, 3000
 # Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
 PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
-# Rounds of splitting: each halves the longest edges.
-ROUNDS = 12
+# Rounds of splitting: each halves the longest edges. Where too many triangles came of it edges may
+# be so many times longer.
+ROUNDS, LONGER = 12, 1.5
 # Features are at least this long, in lengths of quads.
 LEAST_FEATURE = 2.0
 # A crease that ends in the open bends so many times the angle that makes one. Chosen on rings of
@@ -108,11 +109,22 @@ def working_surface(
         mesh = coarsened(mesh, most, progress)
     coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
-    mesh = refined(mesh, longest, ROUNDS)
+    mesh = _refined(mesh, longest, int(SLACK * most))
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     bordered = np.where(surface.twin < 0, CREASE, mesh.feature).astype(np.int8)
     mesh = freed(replace(mesh, feature=bordered), surface.border)
     return _assembled(mesh, whole, fine)
+
+
+def _refined(mesh: Triangles, longest: float, most: int) -> Triangles:
+    """The mesh with edges of at most `longest`, or longer ones where that took too many triangles:
+    along thin rods and strips edges are many that are no longer than their quads."""
+    most = max(most, len(mesh.triangles))
+    while True:
+        finer = refined(mesh, longest, ROUNDS)
+        if len(finer.triangles) <= most:
+            return finer
+        longest *= LONGER
 
 
 def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> WorkingSurface:
