@@ -25,20 +25,32 @@ from core.fields.transport import carried
 from core.mesh.creases import bent_half_edges
 
 from . import ROOT
-from .pages import table
+from .loop_subdivision import loop_subdivided
+from .pages import machine, table
+from .random_surfaces import largest
 
 SHAPES = (
-    "spot_os", "hand_closed_os", "rocker-arm", "suzanne", "fandisk", "bunny_hr_os", "wingnut_os",
-    "double-torus_gpjs", "plane_holes_os", "beetle_bff",
+    "spot_os.obj", "hand_closed_os.obj", "rocker-arm.obj", "suzanne.obj", "bunny_hr_os.obj",
+    "skull_os.obj", "makehuman_hm08_base.obj", "fandisk.obj", "wingnut_os.obj",
+    "plane_holes_os.obj", "cad_tray_tm.stl", "beetle_bff.obj", "double-torus_gpjs.obj",
 )  # fmt: skip
+# Levels by which a cage is subdivided first, as it is meant to be; and files of many pieces, of
+# which the largest is the body.
+SUBDIVIDED = {"suzanne.obj": 2}
+BODIES = ("makehuman_hm08_base.obj",)
 QUADS = 2000
 """Poles are too near each other within an edge of a mesh of so many quads."""
 
 SMOOTHNESS = (0.3, 0.4, 0.5, 0.65)
+TENTH = 1.1
+# Degrees that can be seen.
+SEEN = 0.5
 
 PAGE = """# Features and smoothness
 
-Written by `benchmarks/features`. Features are what the cross field runs along: creases, borders,
+Written by `benchmarks/features` on {machine}.
+
+Features are what the cross field runs along: creases, borders,
 marks. A crease is a chain of edges that bend more than {angle:g} degrees, goes on and does not
 swerve; a single edge of a rounded or rough surface is none (`core/retopology/crease_chains.py`).
 
@@ -49,6 +61,10 @@ swerve; a single edge of a rounded or rough surface is none (`core/retopology/cr
   of opposite poles stand nearer than an edge of a mesh of {quads:,} quads.
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: smoothness {default:g}, with creases only; then the same creases at fixed smoothness.
+- **Beaten by**: fixed smoothness with no more poles and no larger angle than the default, and one
+  of them better by more than a tenth (the angle by more than half a degree, too).
+
+{subdivided}
 
 {table}
 """
@@ -64,6 +80,13 @@ class Figures:
 
     def __str__(self) -> str:
         return f"{self.poles} / {self.angle:.1f} / {self.near}"
+
+    def beats(self, other: Figures) -> bool:
+        """Whether this is better in one by more than a tenth, and in the other no worse."""
+        if self.poles > other.poles or self.angle > other.angle:
+            return False
+        by_angle = self.angle < other.angle / TENTH and other.angle - self.angle > SEEN
+        return self.poles < other.poles / TENTH or by_angle
 
 
 def figures(
@@ -105,8 +128,11 @@ def row_of(name: str, vertices: np.ndarray, triangles: np.ndarray) -> tuple[str,
     every = figures(guide, core.GuidanceSettings(smoothness=0.65, feature_angle=180.0), pairs)
     fixed = [figures(guide, core.GuidanceSettings(smoothness=value)) for value in SMOOTHNESS]
     count = len(guide.features(default).half_edge)
-    plans = (every, figures(guide, default), *fixed)
-    return (name, f"{len(triangles):,}", str(len(bent)), str(count), *map(str, plans))
+    usual = figures(guide, default)
+    beaten = [f"{at:g}" for at, one in zip(SMOOTHNESS, fixed, strict=True) if one.beats(usual)]
+    plans = (every, usual, *fixed)
+    cells = (name, f"{len(triangles):,}", str(len(bent)), str(count), *map(str, plans))
+    return (*cells, ", ".join(beaten))
 
 
 def shapes(named: list[Path]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
@@ -117,10 +143,15 @@ def shapes(named: list[Path]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
         return
     folder = Path(os.environ.get("UMBILICS_MESHES") or ROOT.parent / "shared" / "meshes")
     for name in SHAPES:
-        if (folder / f"{name}.obj").is_file():
-            yield name, *read_mesh(folder / f"{name}.obj")
+        if (folder / name).is_file():
+            mesh = read_mesh(folder / name)
+            if name in BODIES:
+                mesh = largest(*mesh)
+            for _ in range(SUBDIVIDED.get(name, 0)):
+                mesh = loop_subdivided(*mesh)
+            yield Path(name).stem, *mesh
         else:
-            print(f"{name}.obj is not in {folder}: left out.", file=sys.stderr)
+            print(f"{name} is not in {folder}: left out.", file=sys.stderr)
     made = {
         "ellipsoid 3 2 1": ellipsoid(),
         "ellipsoid 1.3 1 0.8, random": random_ellipsoid(5000, (1.3, 1.0, 0.8)),
@@ -142,11 +173,16 @@ def main(arguments: list[str] | None = None) -> int:
         rows.append(row_of(name, vertices, triangles))
     names = ("Shape", "Triangles", "Bent", "Features", "Every bent edge", "Default")
     default = core.GuidanceSettings()
+    levels = [f"{Path(name).stem} by {count}" for name, count in SUBDIVIDED.items()]
+    bodies = ", ".join(Path(name).stem for name in BODIES)
     text = PAGE.format(
+        subdivided=f"Levels of Loop's subdivision first: {', '.join(levels)}. The largest piece "
+        f"only: {bodies}.",
         angle=default.feature_angle,
         quads=QUADS,
         default=default.smoothness,
-        table=table((*names, *(f"{value:g}" for value in SMOOTHNESS)), rows),
+        machine=machine(),
+        table=table((*names, *(f"{value:g}" for value in SMOOTHNESS), "Beaten by"), rows),
     )
     options.out.write_text(text, encoding="utf-8")
     print(text)

@@ -19,20 +19,21 @@ from .curvature.surface_types import SURFACE_TYPES
 from .formats.export import Written, export_guidance
 from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
+from .formats.steering import Steering, read_steering
 from .formats.usd_up import up_axis
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .matching.align import Alignment, align
 from .matching.identify import identify
+from .matching.mirror import MirrorPlane
 from .matching.rotation import RotationSymmetry, find_rotation
 from .matching.shape import Shape
-from .retopology.by_hand import Strokes, WantedPoles
+from .retopology.by_hand import Strokes, StrokeSettings, WantedPoles
 from .retopology.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines
 from .retopology.lines.separatrices import Separatrices
-from .retopology.mirror import MirrorPlane
 from .retopology.planner import Guide
 from .retopology.poles import Poles
 from .retopology.quads.layout.lines import LINE_KINDS, QuadLayout
@@ -108,6 +109,8 @@ __all__ = [
     "Separatrices",
     "Settings",
     "Shape",
+    "Steering",
+    "StrokeSettings",
     "Strokes",
     "Suitability",
     "TopologyCheck",
@@ -138,6 +141,7 @@ __all__ = [
     "pack",
     "quad_layout",
     "read_off",
+    "read_steering",
     "remesh",
     "ridge_edges",
     "select",

@@ -53,7 +53,10 @@ def read_curves(path: Path | str) -> tuple[list[np.ndarray], np.ndarray, np.ndar
         elif word == "g":
             current = FAMILIES.index(rest.strip()) if rest.strip() in FAMILIES else 0
         elif word == "l":
-            lines.append(numbers_of(path, rest.split(), np.int64) - 1)
+            # A texture's point may follow a slash; negative numbers count from the last point.
+            words = [one.partition("/")[0] for one in rest.split()]
+            named = numbers_of(path, words, np.int64)
+            lines.append(np.where(named < 0, named + len(points) // 3, named - 1))
             family.append(current)
     position = numbers_of(path, points).reshape(-1, 3)
     if any(line.min() < 0 or line.max() >= len(position) for line in lines if len(line)):

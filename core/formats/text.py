@@ -39,7 +39,7 @@ def read_text(path: Path | str) -> str:
         The file cannot be read or is not text.
     """
     try:
-        with open(path, encoding="ascii") as file:
+        with open(path, encoding="utf-8-sig") as file:
             return file.read()
     except OSError as error:
         raise FormatError(f"{path}: cannot be read ({error.strerror}).") from error

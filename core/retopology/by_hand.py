@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.options import check, setting
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..umbilics.result import Region
@@ -22,6 +23,30 @@ HELD, ENOUGH, INNER = 15.0, 0.9, 0.5
 FAR = "too far from the surface to count"
 # Triangles tried for a wanted pole, so that no two of them are in one.
 NEAREST = 8
+
+
+@dataclass(frozen=True)
+class StrokeSettings:
+    """How guide strokes count; validated on construction.
+
+    Raises
+    ------
+    InvalidSettingsError
+        A value is of the wrong type or out of bounds.
+    """
+
+    influence: float = setting(
+        0.1,
+        label="Influence",
+        help="How far a guide stroke counts to both sides, in parts of the size of the mesh; 0 is "
+        "along the stroke alone",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import core
 from ..jobs import detect
-from . import topology
+from . import steering, topology
 from .arguments import values
 from .batch.names import result_name
 from .guard import Guard
@@ -98,6 +98,7 @@ def add_arguments(
         "the JSON; of a folder MESH the mesh that is called like FILE, and without FILE the "
         "object MESH of the open file",
     )
+    steering.add_arguments(group, add_setting)
     for name, option in core.options(core.GuidanceSettings).items():
         add_setting(group, name, option, core.defaults(core.GuidanceSettings)[name])
     group = parser.add_argument_group(
@@ -176,6 +177,7 @@ def write(
     stem: Path,
     inputs: detect.Inputs,
     guide: core.Guide,
+    by_hand: steering.ByHand,
     to_file: np.ndarray,
     progress: core.Progress,
 ) -> tuple[list[str], dict[str, Any]]:
@@ -195,6 +197,8 @@ def write(
         request.settings,
         mesh=(arrays.vertices, arrays.triangles),
         sharp=arrays.sharp,
+        strokes=by_hand.strokes,
+        wanted=by_hand.wanted,
         to_file=to_file,
         remeshing=request.remeshing,
         progress=progress,
@@ -207,7 +211,9 @@ def write(
         *found.left_out,
         *found.guidance.warnings,
     ]
+    facts = steering.facts(by_hand, found.guidance.warnings)
     if found.quads is None or found.check is None:
-        return said, {}
+        return said, facts
     said += [topology.in_words(found.check), *found.quads.warnings]
-    return said, {"quads": topology.of_quads(found.quads, found.check, request.remeshing)}
+    quads = topology.of_quads(found.quads, found.check, request.remeshing)
+    return said, facts | {"quads": quads}

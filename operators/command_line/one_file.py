@@ -19,7 +19,7 @@ from ..data import properties
 from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
-from . import frames, guidance, importers, matching, mesh_file, messages, report, topology
+from . import frames, guidance, importers, matching, mesh_file, messages, report, steering, topology
 from .arguments.request import Request
 from .guard import shown
 from .messages import complain
@@ -37,6 +37,7 @@ class _Frame:
     number: int | None
     done: list[tuple[detect.Inputs, core.Detection]] = dataclasses.field(default_factory=list)
     checked: topology.Checked | None = None
+    steering: core.Steering | None = None
     compared: list[tuple[detect.Inputs, tuple[core.MethodResult, ...]]] = dataclasses.field(
         default_factory=list
     )
@@ -65,6 +66,8 @@ def analyse(
     request.guard.reads(importers.files_read(file))
     wanted = [obj.name for obj in _wanted(opened.objects, request, file)]
     _claim_guidance(request, file, wanted)
+    steered = steering.read(request.steering, file)
+    steering.check(steered, wanted, file or "The scene")
     properties.from_settings(bpy.context.scene.umbilics, request.settings)
     display = bpy.context.scene.umbilics_display
     display.source, display.scope = request.source.reading.source, request.source.scope.kind
@@ -73,7 +76,7 @@ def analyse(
     for number in request.frames or (None,):
         if number is not None:
             bpy.context.scene.frame_set(number)
-        found = _Frame(number)
+        found = _Frame(number, steering=steered)
         if request.check is not None and file is None:
             checked = topology.from_object(request.check)
         found.checked = checked
@@ -115,7 +118,7 @@ def _one_object(
         stem = None
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
-        said, facts = _guided(request, stem, found.checked, inputs, detection, opened, rest)
+        said, facts = _guided(request, stem, found, inputs, detection, opened, rest)
         if request.matching is not None:
             part = progress.part("Matching", 0.9, 1.0)
             sentences, matches = matching.write(
@@ -171,7 +174,7 @@ def _detected(
 def _guided(
     request: Request,
     stem: Path | None,
-    checked: topology.Checked | None,
+    found: _Frame,
     inputs: detect.Inputs,
     detection: core.Detection,
     opened: importers.Opened,
@@ -181,17 +184,23 @@ def _guided(
     sentences on them and what the report says."""
     said: list[str] = []
     facts: dict[str, Any] = {}
+    checked = found.checked
     if request.guidance is None and checked is None:
         return said, facts
     arrays = inputs.arrays
+    by_hand = steering.for_mesh(
+        found.steering, request.steering, arrays.vertices, opened.to_file
+    )
     guide = core.Guide(arrays.vertices, arrays.triangles, detection)
     if request.guidance is not None and stem is not None:
         part = progress.part("Planning", 0.0, 0.6)
-        said, facts = guidance.write(request.guidance, stem, inputs, guide, opened.to_file, part)
+        said, facts = guidance.write(
+            request.guidance, stem, inputs, guide, by_hand, opened.to_file, part
+        )
     if checked is not None:
         part = progress.part("Checking", 0.6, 1.0)
         more, check = topology.check(
-            checked, guide, request.planning, arrays.sharp, opened.to_file, part
+            checked, guide, request.planning, arrays.sharp, by_hand, opened.to_file, part
         )
         said, facts = said + more, facts | check
     return said, facts

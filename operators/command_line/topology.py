@@ -4,7 +4,6 @@ of the quads that `--quads` makes."""
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -14,9 +13,10 @@ from ... import core
 from ..base.errors import FileError
 from ..base.words import topology_in_words
 from ..mesh.read import polygons_in_world
-from . import importers
+from . import companions, importers
 from .file_kinds import UPRIGHT
 from .guard import shown
+from .steering import ByHand
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,21 +39,6 @@ class Checked:
     start: np.ndarray
 
 
-def files_of(path: Path) -> list[Path]:
-    """The files that `--check-topology` may read: the file, or those of a folder."""
-    if path.is_dir():
-        return sorted(one for one in path.iterdir() if one.suffix.lower() in importers.SUFFIXES)
-    return [path]
-
-
-def identity_of(path: str | None) -> tuple[tuple[str, int, int], ...]:
-    """What tells the files from another state of them."""
-    if path is None:
-        return ()
-    known = [(one, one.stat()) for one in files_of(Path(path)) if one.is_file()]
-    return tuple((str(one), status.st_size, status.st_mtime_ns) for one, status in known)
-
-
 def from_file(path: str, file: str) -> Checked:
     """The meshes of a file, taken together, or of the one in a folder that is called like `file`.
 
@@ -64,15 +49,8 @@ def from_file(path: str, file: str) -> Checked:
     FileError
         There is no such file, or nothing with faces in it.
     """
-    chosen = Path(path)
-    if chosen.is_dir():
-        alike = [one for one in files_of(chosen) if one.stem == Path(file).stem]
-        if len(alike) != 1:
-            what = "several meshes are" if alike else "no mesh is"
-            raise FileError(
-                f"{shown(chosen)}: {what} called {Path(file).stem} there, for --check-topology."
-            )
-        chosen = alike[0]
+    words = "mesh", "meshes"
+    chosen = companions.companion_of(file, path, importers.SUFFIXES, "--check-topology", words)
     opened = importers.open_file(str(chosen), "")
     return _joined(shown(chosen), opened.objects, opened.to_file)
 
@@ -119,12 +97,19 @@ def check(
     guide: core.Guide,
     settings: core.GuidanceSettings,
     sharp: np.ndarray | None,
+    by_hand: ByHand,
     to_file: np.ndarray,
     progress: core.Progress,
 ) -> tuple[list[str], dict[str, Any]]:
     """Hold the mesh against a surface, whose world `to_file` (3, 3) turns into file coordinates;
     sentences on it, and what the report says."""
-    guidance = guide.guidance(settings, progress.part("Planning", 0.0, 0.7), sharp=sharp)
+    guidance = guide.guidance(
+        settings,
+        progress.part("Planning", 0.0, 0.7),
+        sharp=sharp,
+        strokes=by_hand.strokes,
+        wanted=by_hand.wanted,
+    )
     poles = guidance.poles
     # A turn back is its transpose.
     places = checked.vertices @ to_file

@@ -99,7 +99,9 @@ class UMBILICS_PG_guidance(bpy.types.PropertyGroup):
     """How to plan; one for each scene."""
 
 
-UMBILICS_PG_guidance.__annotations__ = annotations_of(core.GuidanceSettings) | {
+UMBILICS_PG_guidance.__annotations__ = {
+    **annotations_of(core.GuidanceSettings),
+    **annotations_of(core.StrokeSettings),
     "zone": StringProperty(
         name="Avoid",
         description="Vertex group that poles keep out of, for example where the mesh deforms",
@@ -110,15 +112,6 @@ UMBILICS_PG_guidance.__annotations__ = annotations_of(core.GuidanceSettings) | {
         name="Guide Strokes",
         description="Curves or Grease Pencil strokes on the surface that the field of the next "
         "plan and the edges of the quads are to run along",
-    ),
-    "influence": FloatProperty(
-        name="Influence",
-        description="How far a guide stroke counts to both sides, in parts of the size of the "
-        "mesh; 0 is along the stroke alone",
-        default=0.1,
-        min=0.0,
-        max=1.0,
-        subtype="FACTOR",
     ),
 }
 

@@ -5,7 +5,7 @@ import pytest
 from surfaces import ellipsoid
 
 import core
-from benchmarks.features import figures, row_of
+from benchmarks.features import Figures, figures, row_of
 from benchmarks.ridge_surfaces import meshed, surfaces
 from benchmarks.ridges import Score, sampled, scored
 
@@ -25,7 +25,8 @@ def test_a_line_is_near_missed_or_false():
     assert score.false == pytest.approx(0.2)
     nothing = scored([], truth, 1.0, 1.0)
     assert nothing.missed == 1.0 and nothing.false == 0.0
-    assert Score(np.nan, np.nan, scored([far], [], 1.0, 4.0).false).cells() == ("", "", "50.0")
+    no_truth = scored([far], [], 1.0, 4.0)
+    assert Score(np.nan, np.nan, np.nan, no_truth.false).cells() == ("", "", "", "50.0")
 
 
 def test_samples_stand_for_the_whole_length():
@@ -58,5 +59,10 @@ def test_figures_of_a_plan():
     guide = core.Guide(mesh.vertices, mesh.triangles, detection)
     found = figures(guide, core.GuidanceSettings(smoothness=0.3))
     assert found.poles == 8 and found.near == 0 and found.angle < 2.0
+    assert Figures(8, 1.0, 0).beats(Figures(9, 1.0, 0)) and Figures(8, 2.0, 0).beats(
+        Figures(8, 2.6, 0)
+    )
+    for other in (Figures(8, 1.4, 0), Figures(7, 9.0, 0), Figures(8, 0.9, 0)):
+        assert not Figures(8, 1.0, 0).beats(other)
     row = row_of("ellipsoid", mesh.vertices, mesh.triangles)
-    assert row[:4] == ("ellipsoid", "5,120", "0", "0") and len(row) == 10
+    assert row[:4] == ("ellipsoid", "5,120", "0", "0") and len(row) == 11 and row[-1] == ""

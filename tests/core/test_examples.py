@@ -8,7 +8,10 @@ from surfaces import ellipsoid
 import core
 
 # What a script begins with.
-FRONT_DOOR = ("detect", "select", "compare", "Guide", "remesh", "read_off", "export_guidance")
+FRONT_DOOR = (
+    "detect", "select", "compare", "Guide", "remesh", "read_off", "read_steering",
+    "export_guidance",
+)  # fmt: skip
 
 
 def examples_of(name):

@@ -419,6 +419,11 @@ def test_automatic_smoothness_goes_by_the_noise_of_the_directions():
     lines = core.Guide(mesh.vertices, mesh.triangles, blind).lines()
     assert np.array_equal(lines.position, clean.lines(exact).position)
     rough = noisy(mesh, 0.05)
+    # Operators that come without an error tell it by how neighbours differ.
+    by_normals = core.detect(rough.vertices, rough.triangles, core.Settings(curvature="normals"))
+    assert np.isnan(by_normals.curvature.noise).all()
+    guide = core.Guide(rough.vertices, rough.triangles, by_normals)
+    assert not np.array_equal(guide.lines().position, guide.lines(exact).position)
     # Fits over two rings follow the noise.
     detection = core.detect(rough.vertices, rough.triangles, core.Settings(scale=2.0))
     guide = core.Guide(rough.vertices, rough.triangles, detection)

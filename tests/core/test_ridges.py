@@ -7,6 +7,7 @@ import pytest
 from fields import exact_field, surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 from shapes import rounded_box
 from surfaces import (
     cylinder,
@@ -25,8 +26,11 @@ import core
 from core.base.progress import Progress
 from core.formats.points import read_points_csv
 from core.retopology.ridges.bend import bend_of, bending_of
-from core.retopology.ridges.find import measure_slopes
+from core.retopology.ridges.find import CERTAIN, WEAK, find_ridges, measure_slopes
 from core.retopology.ridges.paths import ordered_paths
+from core.retopology.ridges.reach import choose_fitting
+from core.retopology.ridges.slopes import fit_slopes
+from core.retopology.ridges.sought import sought_slopes
 
 AXES = np.array([3.0, 2.0, 1.0])
 
@@ -118,6 +122,31 @@ def test_all_ridges_of_an_ellipsoid_are_its_three_sections():
         rows = lines.kind == kind
         reached = np.concatenate([lines.source[rows], lines.target[rows]])
         assert sorted(reached[reached >= 0]) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "fitted"),
+    [
+        (noisy(ellipsoid(subdivisions=4), 0.05), 0.95),
+        (noisy(ellipsoid((1.3, 1.0, 0.8), 4), 0.05), 0.95),
+        (noisy(torus(2.0, 0.8, 150, 60), 0.02), 0.5),
+    ],
+    ids=["ellipsoid", "rounder", "torus"],
+)
+def test_crests_of_fits_near_them_are_those_of_all_fits(mesh, fitted):
+    guide = guided(mesh)
+    surface, field = guide.surface, guide.detection.curvature
+    axes = np.stack([field.d1.T, field.d2.T, field.normal.T])
+    fitting = choose_fitting(surface, axes, Progress())
+    everywhere = fit_slopes(surface, axes, fitting, Progress())
+    sought = sought_slopes(surface, axes, fitting, (WEAK, CERTAIN), Progress())
+    assert sought.determined.mean() < fitted
+    found, expected = (find_ridges(surface, slopes).chains for slopes in (sought, everywhere))
+    assert len(found) == len(expected)
+    # The same points; a chain that is closed may begin at another of them.
+    for one, two in ((found, expected), (expected, found)):
+        distance, _ = cKDTree(one.position).query(two.position) if len(two) else (0.0, None)
+        assert np.max(distance) < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import core
 from core.base.progress import Progress
 from core.fields.directions import DirectionField
 from core.fields.winding import certified_index, edge_turns
+from core.retopology.cross_field import cross_field
 from core.retopology.field.agreement import with_index
 
 
@@ -48,6 +49,32 @@ def random_field(surface, seed, symmetry=2, wild=False):
         some / np.linalg.norm(some, axis=1, keepdims=True) for some in (normal, direction)
     )
     return DirectionField(direction, normal, random.random(len(normal)), symmetry)
+
+
+def test_crosses_follow_what_was_measured_and_doubt_what_was_turned():
+    """Turned directions, packed into a few rings, are wild: the plan goes by the measured ones."""
+    mesh = noisy(quartic(4), 0.05)
+    detection, guide = guided(mesh.vertices, mesh.triangles)
+    surface = guide.surface
+    field = detection.curvature
+    simple, measured = guide.simplified(Progress()).curvature, guide.measured(Progress())
+    rows = surface.source_vertex
+    assert np.array_equal(measured.d1, field.d1[rows])
+    turned = (simple.d1 != measured.d1).any(axis=1)
+    known = field.noise[rows] * surface.unit
+    assert 0.2 < turned.mean() < 0.95
+    assert np.allclose(measured.noise[~turned], known[~turned], rtol=1e-6)
+    # By how far the deviator moves, its length being the gap.
+    angle = np.arccos(np.abs(np.einsum("nc,nc->n", simple.d1, measured.d1)).clip(0.0, 1.0))
+    moved = measured.gap * np.abs(np.exp(2j * angle) - 1.0)
+    assert np.allclose(measured.noise, np.hypot(known, moved), rtol=1e-6)
+    plan = core.GuidanceSettings(smoothness=0.2)
+    crosses = [
+        cross_field(surface, some, plan, Progress(), undirected=guide.undirected).direction
+        for some in (measured, simple)
+    ]
+    found = guide.guidance(plan).direction[rows]
+    assert np.allclose(found, crosses[0]) and not np.allclose(found, crosses[1])
 
 
 @pytest.mark.slow

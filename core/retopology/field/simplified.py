@@ -14,10 +14,11 @@ from scipy.spatial import cKDTree
 
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
+from ...curvature.noise import field_noise
 from ...fields.winding import certified_index
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
-from ..cross_field import NOISE_RATIO, WEAK_GAP
+from ..smoothing import NOISE_RATIO, WEAK_GAP
 from .agreement import with_index
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
@@ -93,6 +94,26 @@ def simplify_field(
     found = with_index(surface, field.lines, wanted, priority, stiffness, part)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
+
+
+def in_doubt(
+    surface: Surface, measured: CurvatureField, simplified: CurvatureField
+) -> CurvatureField:
+    """The measured directions with the errors that simplifying them tells of.
+
+    A direction that had to turn by an angle for dropped umbilics to leave was wrong by that at
+    least. What is smoothed afterwards goes by the measured ones, each weighed by its error: the
+    turned ones, packed into a few rings, would be as wild as what left.
+    """
+    noise = measured.noise
+    if not np.isfinite(noise).any():
+        noise, _ = field_noise(
+            surface, measured.k1, measured.k2, measured.d1, measured.normal
+        )
+    # Of the deviator: the chord between it before and after.
+    cosine = np.einsum("nc,nc->n", measured.d1, simplified.d1)
+    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+    return replace(measured, noise=np.hypot(noise, 2.0 * measured.gap * sine))
 
 
 def _least(index: np.ndarray) -> np.ndarray:

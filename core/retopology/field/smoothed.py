@@ -5,11 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import sparse
 
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
+from ...curvature.noise import field_noise
+from ...fields.connection import connection_laplacian, weights_and_areas
+from ...fields.directions import DirectionField
+from ...fields.frames import principal_directions
+from ...fields.multigrid import solve
+from ...fields.transport import tangents
+from ...fields.winding import certified_index
+from ...mesh.normals import vertex_normals
 from ...mesh.surface import Surface
-from ..cross_field import smoothed_lines, smoothness_of
+from ..smoothing import (
+    FIXED_WEIGHT,
+    LEAST_CONFIDENCE,
+    curvature_data,
+    smoothing_lengths,
+    smoothness_of,
+)
 from .agreement import Agreement, with_index
 from .simplified import STIFF, SimplifiedField
 
@@ -30,9 +45,14 @@ def smoothness_by_noise(surface: Surface, field: CurvatureField, scale: float) -
     field:
         Shape operators at the vertices of the surface, in its coordinates.
     scale:
-        Median radius of the fits, in these coordinates.
+        Median radius of the fits, in these coordinates; not used where the operators come without
+        an error, which is then estimated from how neighbours differ.
     """
     gap, noise = field.gap, field.noise
+    if not np.isfinite(noise).any():
+        # Of operators that were made of normals or given.
+        noise, radius = field_noise(surface, field.k1, field.k2, field.d1, field.normal)
+        scale = float(np.median(radius))
     known = np.isfinite(noise) & np.isfinite(gap) & (gap > 0.0)
     if not known.any() or not np.isfinite(scale):
         return 0.0
@@ -78,3 +98,40 @@ def smoothed_field(
         stiffness[held] = STIFF
     part = progress.part("Simplifying the field", 0.5, 1.0)
     return with_index(surface, smooth, wanted, np.zeros(len(wanted)), stiffness, part)
+
+
+def smoothed_lines(
+    surface: Surface,
+    field: CurvatureField,
+    smoothness: float,
+    progress: Progress,
+    undirected: np.ndarray | None = None,
+    held: np.ndarray | None = None,
+) -> tuple[DirectionField, np.ndarray]:
+    """The principal directions as a smooth line field, and its index (m,) in each triangle.
+
+    As `cross_field.cross_field`, with second powers: the families stay apart. Features play no
+    part, since either family may run along them. The magnitude of the result is the length of u.
+
+    Parameters
+    ----------
+    held:
+        (n,) bool vertices whose directions stay as they are.
+    """
+    normal = vertex_normals(surface)
+    e1, e2 = tangents(normal)
+    axis = np.ascontiguousarray((e1 + 1j * e2).T)
+    confidence, data = curvature_data(surface, field, normal, axis, undirected, 2)
+    weights, area = weights_and_areas(surface)
+    matrix, pull = connection_laplacian(surface, weights, axis, 2)
+    smoothing = smoothing_lengths(surface, area, smoothness)
+    weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
+    if held is not None:
+        weight = np.where(held, FIXED_WEIGHT * pull, weight)
+    system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
+    u = solve(system, weight * data, progress.part("Smoothing the lines", 0.0, 0.8))
+    gap = np.abs(u)
+    cosine, sine = principal_directions(u.real, u.imag, gap)
+    smooth = DirectionField(cosine[:, None] * e1 + sine[:, None] * e2, normal, gap)
+    part = progress.part("Counting", 0.8, 1.0)
+    return smooth, certified_index(surface, smooth.direction, smooth.across, part)

@@ -66,7 +66,7 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     whole, detection = guide.surface, given.detection
     warnings = list(guide.cleaning)
     size, asked = _size(whole, settings)
-    field = guide.simplified(progress.part("Simplifying the field", 0.0, 0.1)).curvature
+    field = guide.measured(progress.part("Simplifying the field", 0.0, 0.1))
     plane = wanted_plane(settings.symmetry, whole, detection, warnings)
     planning = GuidanceSettings(
         smoothness=settings.smoothness,

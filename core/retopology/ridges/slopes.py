@@ -81,6 +81,32 @@ class Slopes:
 _OF_FAMILIES = ("k", "e", "bending", "mixed", "error", "d")
 
 
+def unknown(count: int) -> Slopes:
+    """Slopes of `count` vertices of which nothing is determined."""
+    return Slopes(
+        k=np.zeros((2, count)),
+        e=np.zeros((2, count)),
+        bending=np.zeros((2, count)),
+        mixed=np.zeros((2, count)),
+        error=np.zeros((2, count)),
+        d=np.zeros((2, count, 3)),
+        normal=np.zeros((count, 3)),
+        gap_error=np.zeros(count),
+        radius=np.zeros(count),
+        determined=np.zeros(count, bool),
+    )
+
+
+def put(made: Slopes, rows: np.ndarray, into: Slopes) -> None:
+    """Write the slopes of some vertices into their rows (r,) among those of others."""
+    for item in fields(Slopes):
+        whole, part = getattr(into, item.name), getattr(made, item.name)
+        if item.name in _OF_FAMILIES:
+            whole[:, rows] = part
+        else:
+            whole[rows] = part
+
+
 @dataclass(frozen=True)
 class Fitting:
     """What is fitted around each vertex.
@@ -124,18 +150,7 @@ def fit_slopes(
     if centres is None:
         centres = np.arange(len(surface.vertices))
     c = len(centres)
-    slopes = Slopes(
-        k=np.zeros((2, c)),
-        e=np.zeros((2, c)),
-        bending=np.zeros((2, c)),
-        mixed=np.zeros((2, c)),
-        error=np.zeros((2, c)),
-        d=np.zeros((2, c, 3)),
-        normal=np.zeros((c, 3)),
-        gap_error=np.zeros(c),
-        radius=np.zeros(c),
-        determined=np.zeros(c, bool),
-    )
+    slopes = unknown(c)
     coordinates = np.ascontiguousarray(surface.vertices.T)
     spaces = threading.local()
 
@@ -183,12 +198,7 @@ def _fit_some(
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace, ENDS)
     made = _slopes_of(fit, radius[:end], axes.take(rows[order], axis=2))
-    for item in fields(Slopes):
-        whole, part = getattr(slopes, item.name), getattr(made, item.name)
-        if item.name in _OF_FAMILIES:
-            whole[:, slots[order]] = part
-        else:
-            whole[slots[order]] = part
+    put(made, slots[order], slopes)
 
 
 def _slopes_of(fit: HeightFit, radius: np.ndarray, axes: np.ndarray) -> Slopes:

@@ -10,7 +10,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance, matching, topology, version
+from .. import companions, frames, guidance, matching, steering, version
 from ..batch import Plan, PlanError
 from ..batch.plan import tasks_for
 from ..guard import Guard
@@ -128,7 +128,7 @@ def plan_of(
         out=found.out,
         kinds=kinds,
         worker_arguments=worker_arguments(found, settings, planning, guide),
-        key=repr((version.OURS, _base_key(), topology.identity_of(found.check_topology))),
+        key=repr((version.OURS, _base_key(), _companions(found))),
         jobs=found.jobs,
         part=found.part,
         report=found.report,
@@ -175,6 +175,7 @@ def worker_arguments(
         arguments += guidance.worker_arguments(guide, _settings)
     if found.check_topology is not None:
         arguments.append(f"--check-topology={found.check_topology}")
+    arguments += steering.worker_arguments(found)
     arguments += [f"--{name}={getattr(found, name)}" for name in GIVEN_NAMES]
     arguments += [f"--object={name}" for name in found.object]
     arguments += ["--per-vertex"] * found.per_vertex + ["--compare"] * found.compare
@@ -197,6 +198,12 @@ def _settings(
         else:
             arguments.append(f"--{flag}={value}")
     return arguments
+
+
+def _companions(found: argparse.Namespace) -> tuple[object, ...]:
+    """What tells files that go with the meshes from another state of them."""
+    checked = companions.identity_of(found.check_topology, SUFFIXES)
+    return checked, steering.identity_of(found)
 
 
 def _base_key() -> tuple[object, ...]:

@@ -12,7 +12,7 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import frames, guidance, matching, topology
+from .. import companions, frames, guidance, matching, steering
 from ..batch.names import result_name
 from ..guard import Guard, OverwriteError
 from ..importers import SUFFIXES
@@ -57,6 +57,8 @@ def parse(arguments: list[str]) -> Request:
     try:
         planning = guidance.settings_of(parser, found)
         guide = guidance.request_of(parser, found, planning)
+        steered = steering.request_of(parser, found)
+        steering.claim(steered, guard)
         match = matching.request_of(parser, found)
         guard.reads(match.files if match else ())
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
@@ -64,7 +66,7 @@ def parse(arguments: list[str]) -> Request:
             checked = Path(found.check_topology)
             if not checked.exists():
                 parser.error(f"--check-topology {found.check_topology}: there is no such file.")
-            guard.reads(topology.files_of(checked))
+            guard.reads(companions.files_of(checked, SUFFIXES))
         batch = batch_arguments.plan_of(parser, found, settings, planning, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
@@ -91,6 +93,7 @@ def parse(arguments: list[str]) -> Request:
         guidance=guide,
         matching=match,
         check=found.check_topology,
+        steering=steered,
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )

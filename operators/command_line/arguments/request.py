@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 
 from .... import core
-from .. import guidance, matching
+from .. import guidance, matching, steering
 from ..batch import Plan
 from ..guard import Guard
 from . import source as source_arguments
@@ -46,6 +46,8 @@ class Request:
     check:
         File or folder of the mesh that is held against the surface, or its name in the open
         scene; None without.
+    steering:
+        What plans are steered by, None without.
     events:
         Tell of the progress in JSON lines on standard output, instead of in sentences.
     limits:
@@ -82,5 +84,6 @@ class Request:
     guidance: guidance.GuidanceRequest | None = None
     matching: matching.MatchingRequest | None = None
     check: str | None = None
+    steering: steering.SteeringRequest | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from ....base.errors import GuidanceError, RemeshError
 from ....base.progress import Progress
+from ....matching.mirror import find_mirror_plane
 from ....mesh.surface import Surface
 from ....umbilics.result import Detection, Umbilics
-from ...mirror import find_mirror_plane
 from ..conformity import conformity
 from ..result import QuadMesh
 from ..surface.subdivision import Triangles, chosen, split_edges
