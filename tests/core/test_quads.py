@@ -437,6 +437,19 @@ def test_sides_are_long_enough_to_come_back_to_where_they_began():
     assert found.manifold and found.characteristic == 0 and len(made.quads) < 40
 
 
+def test_creases_end_where_quads_fit_around():
+    """Poles that moved had left a single right angle around the end of a crease."""
+    _, vertices, triangles, quads = random_surface(134)
+    detection = core.detect(vertices, triangles)
+    given = Given(triangles, detection, None, None, None, None)
+    guide = core.Guide(vertices, triangles, detection)
+    laid = prepare(guide, given, core.RemeshSettings(quads=quads), core.Progress()).parts
+    made = counted(laid, quads, core.Progress())
+    found = conformity(made[0].merged[made[0].quads], int(made[0].merged.max()) + 1)
+    assert found.manifold and found.characteristic == laid[0].working.surface.euler_characteristic
+    assert abs(len(made[0].quads) / quads - 1.0) < 0.03
+
+
 def test_few_quads_have_few_poles(monkeypatch):
     """Where the curvature has more poles than there are quads for the directions get smoother."""
     vertices, triangles = bumpy(3)

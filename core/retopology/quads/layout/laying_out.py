@@ -118,6 +118,11 @@ def laid_out(
     for attempt in range(attempts):
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
         planned, crossed, wishes = _affordable(working, wishes, part)
+        # Moves of poles can take too much from the end of a crease.
+        shut = shut_corners(crossed) | (crossed.singular & (crossed.quarter_turns < 2))
+        if shut.any():
+            wishes = gentler(working, wishes, shut, None, attempt)
+            continue
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
         if not faults.any():
