@@ -15,6 +15,7 @@ from ..by_hand import Strokes, WantedPoles, planned_by_hand
 from ..planner import Guide
 from ..settings import GuidanceSettings
 from .finishing.mirroring import ON, Plane, halved, wanted_plane
+from .finishing.unlaid import Unlaid
 from .layout.laying_out import LaidOut, Wishes, laid_out
 from .settings import RemeshSettings
 from .surface.sizes import sizes
@@ -43,10 +44,12 @@ class Prepared:
 
     Attributes
     ----------
+    unlaid:
+        The pieces that no layout was found for.
     size:
         Length of a quad's edge in the coordinates of the input.
     asked:
-        How many quads the pieces shall have together.
+        How many quads the pieces with a layout shall have together.
     wanted:
         The wanted poles that lie on them, None without any wishes.
     warnings:
@@ -54,6 +57,7 @@ class Prepared:
     """
 
     parts: list[LaidOut]
+    unlaid: list[Unlaid]
     plane: Plane | None
     size: float
     asked: int
@@ -88,7 +92,8 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     undirected[whole.source_triangle] = guide.undirected
     poles = None if given.wanted is None else _reachable(whole, given.wanted, plane, size)
     cut = pieces(mesh)
-    parts = []
+    parts: list[LaidOut] = []
+    unlaid: list[Unlaid] = []
     for number, piece in enumerate(cut):
         share = 0.1 + 0.9 * np.array([number, number + 1]) / len(cut)
         mine = progress.part("Mapping the surface", float(share[0]), float(share[1]))
@@ -107,8 +112,13 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             strokes=given.strokes,
             wanted=None if poles is None else _of_piece(poles, surface),
         )
-        parts.append(laid_out(working, wishes, mine))
-    return Prepared(parts, plane, size, asked, poles and poles[0], warnings)
+        laid = laid_out(working, wishes, mine)
+        if laid is None:
+            unlaid.append(Unlaid(working, wishes))
+        else:
+            parts.append(laid)
+    asked = max(asked - sum(one.asked for one in unlaid), 1)
+    return Prepared(parts, unlaid, plane, size, asked, poles and poles[0], warnings)
 
 
 def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:

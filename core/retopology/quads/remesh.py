@@ -23,9 +23,10 @@ from .finishing.finished import filled
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
 from .finishing.reporting import Report, reported
+from .finishing.unlaid import cut_in_three
 from .layout.counting import counted
 from .layout.lines import QuadLayout, layout_lines
-from .layout.words import words
+from .layout.words import words, words_of_unlaid
 from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
@@ -46,7 +47,8 @@ def remesh(
     """A quad mesh on the surface of a triangle mesh, along its curvature.
 
     It is closed where the surface is, all quads and manifold; its borders lie on borders, edges of
-    it run along creases, and every irregular vertex is a pole of the cross field.
+    it run along creases, and every irregular vertex is a pole of the cross field. A piece that no
+    such quads are found for gets triangles cut into three, and a warning says so.
 
     Parameters
     ----------
@@ -68,7 +70,7 @@ def remesh(
     InvalidMeshError
         As `detect`.
     RemeshError
-        A piece of the surface cannot be covered with quads.
+        There is no area to cover, or nothing on the chosen side of the plane of symmetry.
 
     Examples
     --------
@@ -89,11 +91,14 @@ def remesh(
     prepared = prepare(guide, given, settings, part)
     clock.lap("map and layout")
     parts, warnings = prepared.parts, prepared.warnings
-    whole_numbers = counted(parts, prepared.asked, progress.part("Whole numbers", 0.7, 0.75))
+    part = progress.part("Whole numbers", 0.7, 0.75)
+    whole_numbers = counted(parts, prepared.asked, part) if parts else []
     clock.lap("whole numbers")
-    part = progress.part("Evening out", 0.75, 0.98)
-    done = filled(parts, whole_numbers, settings.relaxation, part)
+    part = progress.part("Evening out", 0.75, 0.95)
+    done, torn = filled(parts, whole_numbers, settings.relaxation, part)
     clock.lap("evening out")
+    unlaid = prepared.unlaid + torn
+    warnings += words_of_unlaid(len(unlaid))
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     folded = sum(one.folded for one in done)
     if folded:
@@ -102,6 +107,7 @@ def remesh(
             f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
         )
     reports = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
+    reports += [cut_in_three(one, progress.part("Evening out", 0.95, 0.98)) for one in unlaid]
     clock.lap("report")
     progress.step(1.0)
     made = _parted(_joined(reports, warnings, clock.seconds), guide.surface, progress)
@@ -135,7 +141,8 @@ def quad_layout(
     part = progress.part("Mapping the surface", 0.2, 1.0)
     prepared = prepare(guide, given, settings, part)
     progress.step(1.0)
-    said = words(prepared.parts, settings.smoothness, prepared.wanted)
+    said = words_of_unlaid(len(prepared.unlaid))
+    said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
 
 

@@ -8,20 +8,21 @@ import numpy as np
 from ....base.progress import Progress
 from ....fields.planes import FaceFrames, lay_out
 from ..layout.laying_out import LaidOut
+from ..surface.working_surface import WorkingSurface
 
 
-def face_axes(laid: LaidOut) -> tuple[np.ndarray, np.ndarray]:
+def face_axes(working: WorkingSurface) -> tuple[np.ndarray, np.ndarray]:
     """(m, 3) axes x and y of the triangles' planes as `FaceFrames` has them."""
-    surface = laid.working.surface
+    surface = working.surface
     corner = surface.vertices[surface.triangles]
     x = corner[:, 1] - corner[:, 0]
     x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
     return x, np.cross(surface.face_normal_area[0], x)
 
 
-def deviators(laid: LaidOut) -> np.ndarray:
+def deviators(working: WorkingSurface) -> np.ndarray:
     """(m,) complex deviator of the curvature in the middle of each triangle."""
-    frames: FaceFrames = lay_out(laid.working.surface, laid.working.field.lines, Progress())
+    frames: FaceFrames = lay_out(working.surface, working.field.lines, Progress())
     row = np.arange(len(frames.corner))
     return frames.deviator(row, frames.corner.mean(axis=1))
 
@@ -32,11 +33,11 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     Fourth powers of both are added, that of the curvature weighed with the confidence in it.
     """
     crosses = laid.map_.crosses
-    x, y = face_axes(laid)
+    x, y = face_axes(laid.working)
     of_cross = np.einsum("mc,mc->m", crosses.direction, x) + 1j * np.einsum(
         "mc,mc->m", crosses.direction, y
     )
-    deviator = deviators(laid)
+    deviator = deviators(laid.working)
     size = np.abs(deviator)
     of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2
     sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)

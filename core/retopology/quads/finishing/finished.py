@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
@@ -19,6 +18,7 @@ from .mending import mend, oriented_quality
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed
+from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
@@ -39,22 +39,28 @@ class Finished:
 
 def filled(
     parts: list[LaidOut], grids: list[Grids], steps: int, progress: Progress
-) -> list[Finished]:
-    """All pieces, evened out in so many steps."""
-    done = []
+) -> tuple[list[Finished], list[Unlaid]]:
+    """All pieces, evened out in so many steps, and those whose quads do not join up."""
+    done, unlaid = [], []
     for number, (laid, grid) in enumerate(zip(parts, grids, strict=True)):
         share = number / len(parts), (number + 1) / len(parts)
-        done.append(finished(laid, grid, steps, progress.part("Evening out", *share)))
-    return done
+        part = progress.part("Evening out", *share)
+        found = finished(laid, grid, steps, part)
+        if found is None:
+            unlaid.append(Unlaid(laid.working, laid.wishes))
+        else:
+            done.append(found)
+    return done, unlaid
 
 
-def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Finished:
+def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Finished | None:
     """A piece evened out; where quads stay folded, or bad beside an unsure crease, it is laid
-    out anew with fewer wishes."""
+    out anew with fewer wishes. None where quads do not join up: nothing torn is ever returned."""
     tries: list[Finished] = []
     for attempt in range(ATTEMPTS):
         placed = place(laid.map_, laid.layout, grid)
-        _check(placed, laid)
+        if not _joins_up(placed, laid):
+            break
         guides = _guides(placed, laid)
         position, triangle = relaxed(placed.position, placed.quads, guides, steps, progress)
         if laid.working.fine is not None:
@@ -75,12 +81,12 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
             wishes = without_open_creases(working, laid.wishes, near)
             if wishes is laid.wishes:
                 break
-        try:
-            laid = laid_out(working, wishes, progress, ATTEMPTS)
-        except RemeshError:
+        again = laid_out(working, wishes, progress, ATTEMPTS)
+        if again is None:
             break
+        laid = again
         grid = counted([laid], len(grid.quads), progress)[0]
-    return min(tries, key=lambda one: (one.folded, one.bad))
+    return min(tries, key=lambda one: (one.folded, one.bad), default=None)
 
 
 def _on_fine(
@@ -96,14 +102,9 @@ def _on_fine(
     return position, guides
 
 
-def _check(placed: Placement, laid: LaidOut) -> None:
-    """Nothing torn is ever returned."""
+def _joins_up(placed: Placement, laid: LaidOut) -> bool:
     found = conformity(placed.quads, len(placed.position))
-    if not found.manifold or found.characteristic != characteristic(laid):
-        raise RemeshError(
-            "The quads do not join up on a piece of the mesh. Change the number of quads or the "
-            "smoothness a little."
-        )
+    return found.manifold and found.characteristic == characteristic(laid)
 
 
 def _guides(placed: Placement, laid: LaidOut) -> Guides:

@@ -12,6 +12,7 @@ from ..conformity import conformity
 from ..field.crosses import QUARTER
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut
+from ..surface.working_surface import WorkingSurface
 from .directions import deviators, face_axes
 from .placement import Placement
 from .projection import ClosestPoints
@@ -63,20 +64,22 @@ def reported(
         feature=(on_feature | (placed.track >= 0)) & ~topology.border,
         patch=grid.patch,
         patches=len(laid.layout.rectangles),
-        angle=angle_to_curvature(laid, position, placed.quads),
+        angle=angle_to_curvature(laid.working, position, placed.quads),
         source_triangle=surface.source_triangle[triangle],
     )
 
 
-def angle_to_curvature(laid: LaidOut, position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+def angle_to_curvature(
+    working: WorkingSurface, position: np.ndarray, quads: np.ndarray
+) -> np.ndarray:
     """(q,) degrees from the quads' directions to the principal directions; NaN without any."""
-    surface = laid.working.surface
+    surface = working.surface
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     triangle, _ = closest(at.mean(axis=1), normal)
-    deviator = deviators(laid)[triangle]
-    x, y = (axis[triangle] for axis in face_axes(laid))
+    deviator = deviators(working)[triangle]
+    x, y = (axis[triangle] for axis in face_axes(working))
     first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
     second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
     one = np.einsum("qc,qc->q", first, x) + 1j * np.einsum("qc,qc->q", first, y)

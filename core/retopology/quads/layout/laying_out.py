@@ -12,7 +12,6 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.half_edges import following
 from ....umbilics.result import Umbilics
@@ -107,14 +106,8 @@ class LaidOut:
 
 def laid_out(
     working: WorkingSurface, wishes: Wishes, progress: Progress, attempts: int = ATTEMPTS
-) -> LaidOut:
-    """A layout of the surface, in so many attempts at most.
-
-    Raises
-    ------
-    RemeshError
-        There is none.
-    """
+) -> LaidOut | None:
+    """A layout of the surface, in so many attempts at most; None where none was found."""
     for attempt in range(attempts):
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
         planned, crossed, wishes = _affordable(working, wishes, part)
@@ -132,10 +125,7 @@ def laid_out(
                 return LaidOut(working, wishes, planned, map_, layout)
         residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
         wishes = gentler(working, wishes, faults, residual, attempt)
-    raise RemeshError(
-        "No layout of quads was found for a piece of the mesh. Raise the smoothness, leave "
-        "creases out or repair the mesh around its folds and slivers."
-    )
+    return None
 
 
 def _affordable(

@@ -11,6 +11,17 @@ from .laying_out import LaidOut
 NEAR = 1.5
 
 
+def words_of_unlaid(count: int) -> list[str]:
+    """What is said of so many pieces without a layout."""
+    if not count:
+        return []
+    return [
+        f"No layout along the curvature was found for {count} piece{'' if count == 1 else 's'} of "
+        f"the mesh: {'its' if count == 1 else 'their'} triangles were cut into three quads each. "
+        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers."
+    ]
+
+
 def words(parts: list[LaidOut], smoothness: float, wanted: WantedPoles | None) -> list[str]:
     """Sentences about what gave way, over all pieces.
 

@@ -1,0 +1,84 @@
+"""Pieces that no layout is found for are covered all the same."""
+
+import numpy as np
+import pytest
+from surfaces import cylinder, ellipsoid, torus
+from surfaces.parts import plate
+
+import core
+from core.retopology.quads import preparation
+from core.retopology.quads.conformity import conformity
+from core.retopology.quads.finishing import finished
+
+
+@pytest.fixture
+def without_layout(monkeypatch):
+    """No layout is ever found."""
+    monkeypatch.setattr(preparation, "laid_out", lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    "mesh, characteristic, wanted",
+    [(ellipsoid(subdivisions=4), 2, 300), (torus(), 0, 600), (cylinder(), 0, 1200)],
+    ids=["ellipsoid", "torus", "open cylinder"],
+)
+def test_a_surface_without_a_layout_is_covered(without_layout, mesh, characteristic, wanted):
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=wanted))
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold
+    assert found.characteristic == characteristic
+    np.testing.assert_array_equal(found.border, made.border)
+    assert made.border.any() == (mesh.name == "cylinder")
+    irregular = (found.valence != 4) & ~found.border
+    np.testing.assert_array_equal(irregular, made.pole >= 0)
+    np.testing.assert_array_equal(found.valence[irregular], made.pole_valence)
+    assert not (made.pole_umbilic >= 0).any()
+    # Vertices of borders stay, so that there may be some more quads.
+    assert 0.9 * wanted < len(made.quads) < 1.3 * wanted
+    (said,) = (one for one in made.warnings if "cut into three" in one)
+    assert said.startswith("No layout along the curvature was found for 1 piece of the mesh")
+
+
+def test_quads_are_well_shaped_and_on_the_surface(without_layout):
+    mesh = ellipsoid(subdivisions=4)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
+    level = ((made.vertices / [3.0, 2.0, 1.0]) ** 2).sum(axis=1)
+    assert np.abs(level - 1.0).max() < 0.02
+    sides = made.vertices[made.quads]
+    normal = np.cross(sides[:, 2] - sides[:, 0], sides[:, 3] - sides[:, 1])
+    assert (np.einsum("qc,qc->q", normal, sides.mean(axis=1)) > 0).all()
+
+
+def test_creases_stay(without_layout):
+    vertices, triangles = plate(1, 24, radius=0.2)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=400))
+    top = np.abs(made.vertices[:, 2]) > 0.05 - 1e-6
+    wall = np.abs(np.hypot(*(made.vertices[:, :2] - 0.5).T) - 0.2) < 0.002
+    assert made.feature[top & wall].all()
+    assert (top & wall).sum() >= 48
+
+
+def test_the_other_pieces_follow_the_curvature(monkeypatch):
+    """Of two ellipsoids one has no layout."""
+    mesh = ellipsoid(subdivisions=3)
+    n = len(mesh.vertices)
+    laid_out = preparation.laid_out
+    results = iter([None])
+    monkeypatch.setattr(preparation, "laid_out", lambda *all_: next(results, laid_out(*all_)))
+    vertices = np.concatenate([mesh.vertices, mesh.vertices + (10.0, 0.0, 0.0)])
+    triangles = np.concatenate([mesh.triangles, mesh.triangles + n])
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
+    assert conformity(made.quads, len(made.vertices)).characteristic == 4
+    sides = [made.vertices[made.quads].mean(axis=1)[:, 0] < 5.0]
+    sides.append(~sides[0])
+    off = sorted(float(np.nanmean(made.angle[side])) for side in sides)
+    assert off[0] < 3.0 < off[1]
+    assert abs(len(made.quads) - 600) < 60
+
+
+def test_quads_that_do_not_join_up_are_not_returned(monkeypatch):
+    monkeypatch.setattr(finished, "_joins_up", lambda *_: False)
+    mesh = ellipsoid(subdivisions=3)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=200))
+    assert conformity(made.quads, len(made.vertices)).manifold
+    assert any("cut into three" in one for one in made.warnings)
