@@ -10,7 +10,6 @@ from quad_guarantees import broken_guarantees
 from surfaces import cylinder, ellipsoid, sphere, torus
 
 import core
-from benchmarks.random_surfaces import random_surface
 from core.mesh.half_edges import following
 from core.mesh.repair import clean
 from core.retopology.quads.conformity import conformity, scaled_jacobian
@@ -437,19 +436,6 @@ def test_sides_are_long_enough_to_come_back_to_where_they_began():
     assert found.manifold and found.characteristic == 0 and len(made.quads) < 40
 
 
-def test_creases_end_where_quads_fit_around():
-    """Poles that moved had left a single right angle around the end of a crease."""
-    _, vertices, triangles, quads = random_surface(134)
-    detection = core.detect(vertices, triangles)
-    given = Given(triangles, detection, None, None, None, None)
-    guide = core.Guide(vertices, triangles, detection)
-    laid = prepare(guide, given, core.RemeshSettings(quads=quads), core.Progress()).parts
-    made = counted(laid, quads, core.Progress())
-    found = conformity(made[0].merged[made[0].quads], int(made[0].merged.max()) + 1)
-    assert found.manifold and found.characteristic == laid[0].working.surface.euler_characteristic
-    assert abs(len(made[0].quads) / quads - 1.0) < 0.03
-
-
 def test_few_quads_have_few_poles(monkeypatch):
     """Where the curvature has more poles than there are quads for the directions get smoother."""
     vertices, triangles = bumpy(3)
@@ -463,15 +449,6 @@ def test_few_quads_have_few_poles(monkeypatch):
     monkeypatch.setattr(laying_out, "FEWEST_EACH", 0)
     many = core.quad_layout(rough, triangles, settings, detection=detection)
     assert len(few.pole_valence) < len(many.pole_valence)
-
-
-def test_chance_creases_are_no_features():
-    """Edges along tubes of few triangles around bend as far as creases do here and there."""
-    _, vertices, triangles, quads = random_surface(78)
-    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads))
-    holds(vertices, triangles, made, quads)
-    assert scaled_jacobian(made.vertices, made.quads).min() > 0.5
-    assert np.nanmean(made.angle) < 8.0
 
 
 # The steps ----------------------------------------------------------------------------------

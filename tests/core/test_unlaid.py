@@ -65,7 +65,7 @@ def test_the_other_pieces_follow_the_curvature(monkeypatch):
     laid_out = preparation.laid_out
     results = iter([None])
     monkeypatch.setattr(preparation, "laid_out", lambda *all_: next(results, laid_out(*all_)))
-    vertices = np.concatenate([mesh.vertices, mesh.vertices + (10.0, 0.0, 0.0)])
+    vertices = np.concatenate([mesh.vertices, mesh.vertices + np.array([10.0, 0.0, 0.0])])
     triangles = np.concatenate([mesh.triangles, mesh.triangles + n])
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
     assert conformity(made.quads, len(made.vertices)).characteristic == 4
