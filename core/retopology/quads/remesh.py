@@ -100,14 +100,16 @@ def remesh(
     unlaid = prepared.unlaid + torn
     warnings += words_of_unlaid(len(unlaid))
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
-    folded = sum(one.folded for one in done)
+    part = progress.part("Evening out", 0.95, 0.98)
+    cut = [cut_in_three(one, part) for one in unlaid]
+    folded = sum(one.folded for one in done) + sum(number for _, number in cut)
     if folded:
         warnings.append(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
             f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
         )
     reports = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
-    reports += [cut_in_three(one, progress.part("Evening out", 0.95, 0.98)) for one in unlaid]
+    reports += [report for report, _ in cut]
     clock.lap("report")
     progress.step(1.0)
     made = _parted(_joined(reports, warnings, clock.seconds), guide.surface, progress)

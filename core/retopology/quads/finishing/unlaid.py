@@ -19,12 +19,14 @@ from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
 from .directions import face_axes
 from .guides import Guides, vertex_normals
-from .mending import mend
+from .mending import mend, oriented_quality
 from .projection import ClosestPoints
 from .reporting import Report, angle_to_curvature
 
 # Quads that a triangle is cut into.
 EACH = 3
+# Vertices go to the surface if it is nearer than this part of the mean side.
+NEAR = 0.5
 # Quads of a tetrahedron: no closed surface has fewer triangles.
 FEWEST = 12
 
@@ -43,9 +45,9 @@ class Unlaid:
         return max(round(float((area / self.wishes.size**2).sum())), FEWEST)
 
 
-def cut_in_three(piece: Unlaid, progress: Progress) -> Report:
+def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
     """About as many quads as were asked for, fewer where the surface has fewer triangles and more
-    where features and borders have more vertices."""
+    where features and borders have more vertices; and how many of them are folded."""
     surface = piece.working.surface
     triangles = surface.triangles.astype(np.int64)
     mesh = Triangles(
@@ -58,8 +60,11 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> Report:
     mesh = coarsened(mesh, piece.asked // EACH, progress)
     position, quads, held, on_feature = _thirds(mesh)
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
-    free = ~held
-    position[free] = closest(position[free], vertex_normals(position, quads)[free])[1]
+    below = closest(position, vertex_normals(position, quads))[1]
+    # Between sheets that are near each other the closest point may be on the wrong one.
+    side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
+    near = ~held & (np.linalg.norm(below - position, axis=1) < NEAR * side)
+    position[near] = below[near]
     guides = Guides(
         surface=closest,
         direction=face_axes(piece.working)[0],
@@ -70,12 +75,13 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> Report:
         curves={},
     )
     mend(position, quads, guides, progress)
+    folded = int(np.count_nonzero(oriented_quality(position, quads, guides) <= 0.0))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
     pole = np.full(len(position), -1)
     pole[irregular] = np.arange(len(irregular))
-    return Report(
+    made = Report(
         vertices=position * surface.unit + surface.origin,
         quads=quads,
         pole=pole,
@@ -89,6 +95,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> Report:
         angle=angle_to_curvature(piece.working, position, quads),
         source_triangle=surface.source_triangle[triangle],
     )
+    return made, folded
 
 
 def _thirds(mesh: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
