@@ -222,6 +222,9 @@ def open_tab(view: View, name: str = "Umbilics") -> Iterator[float]:
     view.space.show_region_ui = True
     yield 0.5
     region = view.region("UI")
+    if region.active_panel_category == name:
+        # A click on the tab that is open would close the sidebar.
+        return
     # Add-ons come last.
     for y in sorted(range(20, 420, 22), key=lambda y: abs(y - 240)):
         click(*(view.in_sidebar(1.0, y)[0] + 10, view.in_sidebar(1.0, y)[1]))
