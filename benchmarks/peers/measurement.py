@@ -8,7 +8,7 @@ from statistics import median
 
 # Seconds that another program gets for all its rounds on a mesh: around a vertex with thousands of
 # neighbours some take hours.
-LIMIT = 300
+LIMIT = 120
 
 @dataclass(frozen=True)
 class Measurement:
