@@ -6,7 +6,7 @@ import numpy as np
 
 import core
 from core.mesh.repair import clean
-from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
 
@@ -95,3 +95,11 @@ def _off_edges(points: np.ndarray, surface, edges: np.ndarray) -> float:
         gap = block[:, None] - start - share[:, :, None] * along
         worst = max(worst, float(np.sqrt((gap**2).sum(axis=2).min(axis=1)).max(initial=0.0)))
     return worst
+
+
+def holds(
+    vertices: np.ndarray, triangles: np.ndarray, made: core.QuadMesh, quads: int | None = None
+) -> Conformity:
+    """Every guarantee of a quad mesh; the topology of it."""
+    assert broken_guarantees(vertices, triangles, made, quads) == []
+    return conformity(made.quads, len(made.vertices))

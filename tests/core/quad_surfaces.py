@@ -1,0 +1,36 @@
+"""Surfaces that tests of quads share."""
+
+import numpy as np
+from surfaces import sphere
+
+
+def cube(cuts=4):
+    """A closed cube of right-angled triangles, its sides in `cuts` parts."""
+    at = np.linspace(-1.0, 1.0, cuts + 1)
+    u, v = (x.ravel() for x in np.meshgrid(at, at, indexing="ij"))
+    rows = np.arange((cuts + 1) ** 2).reshape(cuts + 1, -1)
+    a, b, c, d = rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]
+    face = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
+    vertices, triangles = [], []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            points = np.zeros((len(u), 3))
+            points[:, axis], points[:, axis - 2], points[:, axis - 1] = side, u, v
+            corners = face if side > 0 else face[:, ::-1]
+            triangles.append(corners + len(vertices) * len(u))
+            vertices.append(points)
+    points, row = np.unique(np.concatenate(vertices).round(9), axis=0, return_inverse=True)
+    return points, row.ravel()[np.concatenate(triangles)]
+
+
+def bumpy(seed, level=4):
+    """A random smooth closed surface."""
+    mesh = sphere(subdivisions=level)
+    random = np.random.default_rng(seed)
+    direction = random.normal(size=(10, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    height = sum(
+        0.12 * random.normal() * np.cos(3.0 * mesh.vertices @ axis + random.uniform(0, 6))
+        for axis in direction
+    )
+    return mesh.vertices * np.maximum(1.0 + height, 0.3)[:, None], mesh.triangles
