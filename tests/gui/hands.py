@@ -29,7 +29,7 @@ PATIENCE = 300.0
 LOST = 3
 
 
-class Lost(Exception):
+class LostEventError(Exception):
     """The mouse or a key had no effect at several tries: a busy virtual screen loses events."""
 
 
@@ -66,7 +66,7 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
             return min(wanted, _TICK)
         except StopIteration:
             os._exit(0)
-        except Lost:
+        except LostEventError:
             traceback.print_exc()
             os._exit(LOST)
         except BaseException:  # noqa: BLE001 (whatever it is, Blender has to end)
@@ -140,7 +140,7 @@ def until(done: Callable[[], bool], limit: float = PATIENCE) -> Iterator[float]:
 def insist(done: Callable[[], bool], place: tuple[int, int], count: int = 1) -> Iterator[float]:
     """Click until it has the wanted effect.
 
-    Raises Lost if it never has.
+    Raises LostEventError if it never has.
     """
 
     def clicked() -> Iterator[float]:
@@ -156,7 +156,7 @@ def _repeat(act: Callable[[], Iterator[float]], done: Callable[[], bool]) -> Ite
         yield from until(done, 1.4)
         if done():
             return
-    raise Lost
+    raise LostEventError
 
 
 def drag(start: tuple[int, int], end: tuple[int, int], steps: int = 12) -> Iterator[float]:
@@ -273,7 +273,7 @@ def open_tab(view: View, name: str = "Umbilics") -> Iterator[float]:
             press("Escape")
             yield _TURNS * _TICK
             return
-    raise Lost(f"there is no tab {name}")
+    raise LostEventError(f"there is no tab {name}")
 
 
 def file_browsers() -> list[tuple[bpy.types.Window, bpy.types.Area]]:
@@ -310,7 +310,7 @@ def choose_file(path: Path) -> Iterator[float]:
         yield from until(lambda: not file_browsers(), 2.0)
         if not file_browsers():
             return
-    raise Lost(f"{path} was not taken")
+    raise LostEventError(f"{path} was not taken")
 
 
 def _inside(

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from hands import (
-    Lost,
+    LostEventError,
     View,
     arrange_windows,
     click,
@@ -196,7 +196,7 @@ def manual():
     click(place[0] + MANUAL[0], place[1] + MANUAL[1])
     yield from until(lambda: bool(opened), 10.0)
     if not opened:
-        raise Lost("Online Manual was not chosen")
+        raise LostEventError("Online Manual was not chosen")
     found["manual"] = list(opened)
     opened.clear()
     with view.inside():
