@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.unit import unit
 from ..mesh.samples import spread_points
 from .covariance import clustered_covariance
 from .mirror_planes import reflected
@@ -156,6 +157,5 @@ def vertex_samples(
         ],
         axis=1,
     )
-    total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
     step = max(1, len(vertices) // (4 * SAMPLES))
-    return vertices[::step], (cKDTree(vertices), total)
+    return vertices[::step], (cKDTree(vertices), unit(total))
