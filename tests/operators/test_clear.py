@@ -79,7 +79,7 @@ def test_collections_that_the_user_emptied_go_too(two):
 
 
 def test_what_was_cleared_is_said_as_it_is(two, capfd):
-    first, second = two
+    first, _ = two
 
     def said():
         assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
