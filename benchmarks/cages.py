@@ -3,9 +3,9 @@
 Recursively generated B-spline surfaces on arbitrary topological meshes (1978,
 https://doi.org/10.1016/0010-4485(78)90110-0). Beside a vertex where four quads meet the limit
 surface is a bicubic spline, whose place, normal and shape operator follow from the eight vertices
-around. At the extraordinary ones the curvature has no limit, or is zero where three quads meet,
-and around them the surface repeats itself, smaller and smaller: what umbilics there are come in
-endless sequences (Peters & Reif 2008, Subdivision Surfaces, ch. 5). Nothing is asked for there.
+around. At the extraordinary ones there is a tangent plane, but the curvature is not continuous
+(Peters & Reif 2008, Subdivision Surfaces); umbilics come in small groups around them, and nothing
+is asked for there.
 """
 
 from __future__ import annotations

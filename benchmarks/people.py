@@ -47,7 +47,7 @@ surface is exact, its umbilics are read off a mesh of a quarter of a million ver
   deviation of each coordinate in percent of the edges around the vertex; *coarse*: 640 and 1,500
   vertices; *marching cubes* (scikit-image) with so many cells along a side; *decimated* by quadrics
   (fast-simplification) to so many triangles; *cage*: subdivided so often, on the limit surface.
-  Within {blind:g} edges of its extraordinary vertices, where curvature has no limit or is zero,
+  Within {blind:g} edges of its extraordinary vertices, where curvature is not continuous,
   nothing counts.
 - **True**: umbilics that the mesh can resolve, {resolved:g} local edges or more from the next.
 - **Found**: with the right index within 2 edges; in brackets within 5. **False**: those that no
