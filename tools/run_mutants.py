@@ -35,6 +35,7 @@ MODULES = {
     "core/umbilics/filters.py": ("test_filters.py", "test_opening.py"),
     "core/umbilics/regions.py": ("test_regions.py", "test_tessellated.py", "test_curves.py"),
     "core/umbilics/refine.py": ("test_refine.py",),
+    "core/umbilics/judged.py": ("test_judged.py", "test_unseen_pairs.py"),
     "core/curvature/closer.py": ("test_refine.py",),
     "core/retopology/poles.py": ("test_poles.py",),
     "core/retopology/pole_places.py": ("test_poles.py",),
