@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..base.unit import unit
-from ..mesh.samples import spread_points
+from ..mesh.samples import mean_normals, spread_points
 from .covariance import clustered_covariance
 from .mirror_planes import reflected
 
@@ -147,15 +146,6 @@ def vertex_samples(
     vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Any, ...]:
     """Some vertices to reflect, and a tree of all of them with their normals."""
-    normal, area = face_normal_area
-    total: np.ndarray = np.stack(
-        [
-            np.bincount(
-                triangles.ravel(), np.repeat(normal[:, axis] * area, 3), minlength=len(vertices)
-            )
-            for axis in range(3)
-        ],
-        axis=1,
-    )
+    normals = mean_normals(triangles, face_normal_area, len(vertices))
     step = max(1, len(vertices) // (4 * SAMPLES))
-    return vertices[::step], (cKDTree(vertices), unit(total))
+    return vertices[::step], (cKDTree(vertices), normals)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.unit import unit
+
 # Cosine between a triangle and the mean about its corner from which on that is a crease.
 _SMOOTH = float(np.cos(np.radians(30.0)))
 
@@ -24,17 +26,23 @@ def spread_points(
     a, b = np.sqrt(random.random(count)), random.random(count)
     weights = np.stack([1.0 - a, a * (1.0 - b), a * b], axis=1)
     corners = triangles[row]
+    own = mean_normals(triangles, face_normal_area, len(vertices))[corners]
+    smooth = np.einsum("skc,sc->sk", own, normal[row]) > _SMOOTH
+    own = np.where(smooth[..., None], own, normal[row][:, None])
+    across = np.einsum("sk,skc->sc", weights, own)
+    return np.einsum("sk,skc->sc", weights, vertices[corners]), unit(across)
+
+
+def mean_normals(
+    triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray], count: int
+) -> np.ndarray:
+    """(count, 3) unit means of the normals of each vertex' triangles by area."""
+    normal, area = face_normal_area
     mean: np.ndarray = np.stack(
         [
-            np.bincount(triangles.ravel(), np.repeat(normal[:, k] * area, 3), len(vertices))
+            np.bincount(triangles.ravel(), np.repeat(normal[:, k] * area, 3), count)
             for k in range(3)
         ],
         axis=1,
     )
-    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), np.finfo(float).tiny)
-    own = mean[corners]
-    smooth = np.einsum("skc,sc->sk", own, normal[row]) > _SMOOTH
-    own = np.where(smooth[..., None], own, normal[row][:, None])
-    across = np.einsum("sk,skc->sc", weights, own)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
-    return np.einsum("sk,skc->sc", weights, vertices[corners]), across
+    return unit(mean)
