@@ -6,6 +6,7 @@ from fields import flat_surface
 
 from core.umbilics.judged import Evidence, judge
 from core.umbilics.located import Located
+from core.umbilics.pairing.persistence import measure_persistence
 
 RADIUS, NOISE = 0.3, 0.01
 # Fits are 1 and more: chances of one in 10^8 are clear of this.
@@ -72,16 +73,18 @@ def judged(surface, found, partner=None, persistence=None, **evidence):
     [
         # Within one ring whatever it is.
         (0, 0.001, True, CLEAR, False, True),
-        (0, 0.001, True, CLEAR, True, True),
+        (1, 0.001, True, CLEAR, True, True),
+        (2, 0.001, True, CLEAR, False, False),
         (3, 0.001, True, CLEAR, False, False),
         # As far in as fits reach, those that stand a tenth of the fits' radius from where they may.
         (3, 0.05, True, CLEAR, False, False),
         (3, 0.2, True, CLEAR, False, True),
+        (5, 0.2, True, CLEAR, False, True),
         (3, 0.001, False, CLEAR, False, True),
         (3, 0.2, True, CLEAR, True, False),
         (8, 0.2, True, CLEAR, False, False),
         # Twice as far in those that are not clear of the error besides.
-        (8, 0.2, True, 1.0, False, True),
+        (10, 0.2, True, 1.0, False, True),
         (8, 0.05, True, 1.0, False, False),
         (8, 0.2, True, 3.0, False, False),
         (13, 0.2, True, 1.0, False, False),
@@ -98,15 +101,18 @@ def test_what_a_border_may_have_made(square, rings, radii, seen, clarity, exact,
     assert judged(surface, found, exact=exact).at_border.tolist() == [at_border]
 
 
-@pytest.mark.parametrize("rings, follows", [(2, True), (8, False)])
-def test_what_cancels_with_one_of_a_border_goes_with_it(square, rings, follows):
+@pytest.mark.parametrize(
+    "rings, exact, follows",
+    [(3, False, True), (5, False, False), (2, True, True), (3, True, False)],
+)
+def test_what_cancels_with_one_of_a_border_goes_with_it(square, rings, exact, follows):
     surface, nearest = square
     x, y = rings_in(surface, 0)
     other = nearest(rings_in(surface, rings)[0], y + 0.3)
     found = located([nearest(x, y), other], index=[0.5, -0.5])
-    verdict = judged(surface, found, partner=[1, 0], persistence=[1.0, 1.0])
+    verdict = judged(surface, found, partner=[1, 0], persistence=[1.0, 1.0], exact=exact)
     assert verdict.at_border.tolist() == [True, follows]
-    assert not judged(surface, found).at_border[1]
+    assert not judged(surface, found, exact=exact).at_border[1]
 
 
 def test_beyond_doubt_is_what_nothing_speaks_against(square):
@@ -126,6 +132,48 @@ def test_beyond_doubt_is_what_nothing_speaks_against(square):
     # Of operators that are given a fit says nothing, and no border cuts one off.
     unknown = located([nearest(*rings_in(surface, 3))], clarity=[np.nan])
     assert judged(surface, unknown, exact=True).certain.all()
+
+
+@pytest.mark.parametrize("name, chance", [("present", 1e-2), ("certain", 1e-8)])
+def test_noise_alone_makes_one_on_the_whole_surface_by_a_known_chance(square, name, chance):
+    """Deviators of noise are longer than t errors by exp(-t^2), at each fit that shares no sample
+    with another: samples a root mean square distance away fill a disc of sqrt(2) of that."""
+    surface, nearest = square
+    fits = surface.face_normal_area[1].sum() / (2.0 * np.pi * RADIUS**2)
+    clear = np.sqrt(np.log(fits / chance))
+    for factor, stands in ((0.998, False), (1.002, True)):
+        found = located([nearest(0.0, 0.0)], clarity=[factor * clear])
+        assert getattr(judged(surface, found), name).tolist() == [stands]
+    # A fit over the whole surface is one.
+    clear = np.sqrt(np.log(1.0 / chance))
+    found = located([nearest(0.0, 0.0)], clarity=[1.002 * clear])
+    whole = np.full(len(surface.vertices), 2.0)
+    assert getattr(judged(surface, found, radius=whole), name).all()
+
+
+def test_of_two_that_could_cancel_a_third_the_one_that_is_shown_stays(square):
+    surface, nearest = square
+    place = [(-0.3, 0.0), (0.0, 0.0), (0.3, 0.0)]
+    rows, index = [nearest(*one) for one in place], [0.5, -0.5, 0.5]
+    away = [np.linalg.norm(surface.vertices[:, :2] - one, axis=1) for one in place]
+    # Both pairs meet at one gap.
+    gap = np.minimum(np.minimum.reduce(away), 0.1)
+    seen = np.array([True, True, False])
+    measured = measure_persistence(surface, gap, np.array(rows), np.array(index), [], seen)
+    assert measured[1].tolist() == [-1, 2, 1]
+    for jets, certified, again in ((True, True, True), (False, True, False), (True, False, False)):
+        found = located(rows, index=index, seen=seen)
+        verdict = judged(
+            surface, found, [1, 0, -1], [0.1, 0.1, np.inf], gap=gap, jets=jets, certified=certified
+        )
+        assert (verdict.partner.tolist() == [-1, 2, 1]) == again
+        assert np.array_equal(verdict.persistence, measured[0]) == again
+    # Those that no finer fit was made for do not ask for it.
+    found = located(rows, index=index, seen=seen, asked=seen)
+    verdict = judged(
+        surface, found, [1, 0, -1], [0.1, 0.1, np.inf], gap=gap, jets=True, certified=True
+    )
+    assert verdict.partner.tolist() == [1, 0, -1]
 
 
 @pytest.mark.parametrize(
