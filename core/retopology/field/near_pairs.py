@@ -18,6 +18,8 @@ from .simplified import STIFF
 
 # Once a pair is gone others are next to each other; after so many rounds the rest stays.
 ROUNDS = 4
+# Over the middles of triangles a way is up to so many times as long as it is straight.
+DETOUR = 1.5
 
 
 def without_near_pairs(
@@ -76,15 +78,17 @@ def _uncancelled(
             indices=source,
             min_only=True,
             return_predecessors=True,
-            limit=apart,
+            limit=DETOUR * apart,
         )
         # -9999 stands for none.
         one, two = owner[here], owner[there]
         bridge = np.flatnonzero((one >= 0) & (two >= 0))
         bridge = bridge[quarters[one[bridge]] * quarters[two[bridge]] < 0]
         total = distance[here[bridge]] + length[bridge] + distance[there[bridge]]
+        straight = np.linalg.norm(middle[one[bridge]] - middle[two[bridge]], axis=1)
+        near = (straight < apart) & (total < DETOUR * apart)
         order = np.argsort(total, kind="stable")
-        order = order[total[order] < apart]
+        order = order[near[order]]
         changed = False
         for row in bridge[order].tolist():
             first, second = int(one[row]), int(two[row])
