@@ -6,9 +6,8 @@ from typing import Any
 
 from ..base.options import AUTO, setting
 
-
-# Smooths over one and a half edges of a mesh of 2,000 quads: detail finer than that no quads follow,
-# and smoothing more only turns them from the curvature.
+# Smooths over one and a half edges of a mesh of 2,000 quads: detail finer than that no quads
+# follow, and smoothing more only turns them from the curvature.
 USUAL_SMOOTHNESS = 0.45
 _CLOSE_TO_SMOOTH = (
     "0 follows the principal directions closely, 1 is as smooth as the surface, its creases and "

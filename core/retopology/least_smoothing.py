@@ -1,8 +1,8 @@
 """How little a cross field need be smoothed: what saves no pole only turns it from the curvature.
 
 Smoothed over the usual length a field has the poles that quads have room for. Where it keeps to
-these with less smoothing, as on a machine part or an ellipsoid, less is better; where less smoothing
-brings poles, as on a scan, it is not.
+these with less smoothing, as on a machine part, less is better; where that brings poles, as on a scan,
+it is not.
 """
 
 from __future__ import annotations
@@ -105,7 +105,6 @@ def least_smoothed(
 def _load(surface: Surface, index: np.ndarray, edge: np.ndarray) -> np.ndarray:
     """How many poles each component has; those nearer than the edge (n,) of a quad to one of the
     other sign count twice."""
-    components = int(surface.component.max()) + 1
     single = np.flatnonzero(index)
     corner = surface.triangles[single]
     component = surface.component[corner[:, 0]]
@@ -118,4 +117,4 @@ def _load(surface: Surface, index: np.ndarray, edge: np.ndarray) -> np.ndarray:
         own, other = (np.flatnonzero(sign * side * index[single] > 0) for side in (1.0, -1.0))
         if len(own) and len(other):
             near[own] = cKDTree(place[other]).query(place[own])[0] < reach[own]
-    return np.bincount(component, 4.0 * np.abs(index[single]) * (1 + near), components)
+    return surface.by_component(single, 4.0 * np.abs(index[single]) * (1 + near))

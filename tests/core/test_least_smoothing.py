@@ -72,7 +72,7 @@ def test_strokes_change_the_smoothing_nowhere():
 def test_every_component_has_its_own_smoothing():
     one = ellipsoid(subdivisions=4)
     parts = 4
-    vertices = np.concatenate([one.vertices + (10.0 * k, 0, 0) for k in range(parts)])
+    vertices = np.concatenate([one.vertices + np.array([10.0 * k, 0.0, 0.0]) for k in range(parts)])
     triangles = np.concatenate([one.triangles + k * len(one.vertices) for k in range(parts)])
     surface, _ = clean(vertices, triangles)
     m, n = len(one.triangles), len(one.vertices)

@@ -36,7 +36,7 @@ class NestedFits:
         self._origin = self._coordinates[:, centres]
         self._axes = np.ascontiguousarray(axes[:, :, centres])
         self._degree, self._workspace = degree, Workspace()
-        self._unit = float(np.sqrt(surface.side_squares.mean()))
+        self._unit = surface.mean_side
         self._sums = np.zeros((sum_count(degree), len(centres)))
         self._count, self._squares = np.zeros((2, len(centres)))
         self._graph = adjacency(surface)
@@ -62,7 +62,7 @@ class NestedFits:
         self._add(ring)
 
     def _grow(self) -> None:
-        # On a surface a walk of exactly so many edges, two or more, reaches the nearer vertices too.
+        # A walk of exactly so many edges, two or more, reaches the nearer vertices too.
         self._reach = self._reach @ self._graph
         self._reach.data[:] = 1
 

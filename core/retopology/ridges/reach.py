@@ -60,7 +60,7 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     if not len(centres):
         return narrowest
-    edge = _edge_length(surface)
+    edge = surface.mean_side
     focused = fit_slopes(surface, axes, narrowest, Progress(), centres)
     if not focused.determined.any() or _misplaced(focused) <= FINE * edge:
         return narrowest
@@ -79,10 +79,6 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
             break
         fitting, smaller, last = fitting.wider(1), larger, change
     return narrowest if fitting.neighbourhood.rings == FEWEST_RINGS else fitting
-
-
-def _edge_length(surface: Surface) -> float:
-    return float(np.sqrt(surface.side_squares).mean())
 
 
 def _misplaced(slopes: Slopes) -> float:
