@@ -181,7 +181,7 @@ class _Problem:
         diagonal = (weight + 1e-12 * pull).astype(complex)
         system = (self.matrix + sparse.diags_array(diagonal)).tocsr()
         u = solve(system, right, progress.part("Solving", 0.0, 0.8))
-        u = _smoothest(surface, system, u, self.confidence, self.area, feature, progress)
+        u = _smoothest(surface, system, u, self.confidence, self.area, feature)
         e1, e2 = self.axis.real.T, self.axis.imag.T
         edge = smoothing_lengths(surface, self.area, QUAD_EDGE)
         apart = float(np.median(np.minimum(length, edge)))
@@ -227,7 +227,6 @@ def _smoothest(
     confidence: np.ndarray,
     area: np.ndarray,
     feature: np.ndarray,
-    progress: Progress,
 ) -> np.ndarray:
     """u, made the smoothest field on components that have no direction of their own."""
     mean = per_component(surface, confidence * area) / per_component(surface, area)

@@ -9,17 +9,14 @@ from ..base.options import AUTO, setting
 # Smooths over one and a half edges of a mesh of 2,000 quads: detail finer than that no quads
 # follow, and smoothing more only turns them from the curvature.
 USUAL_SMOOTHNESS = 0.45
-_CLOSE_TO_SMOOTH = (
-    "0 follows the principal directions closely, 1 is as smooth as the surface, its creases and "
-    "borders allow"
-)
 
 
 def smoothness() -> Any:
     return setting(
         USUAL_SMOOTHNESS,
         label="Smoothness",
-        help=_CLOSE_TO_SMOOTH,
+        help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
+        "creases and borders allow",
         kind="number",
         minimum=0.0,
         maximum=1.0,
@@ -30,8 +27,9 @@ def automatic_smoothness() -> Any:
     return setting(
         AUTO,
         label="Smoothness",
-        help=f"{_CLOSE_TO_SMOOTH}; automatic smooths over one and a half edges of a mesh of 2,000 "
-        "quads, and less where that has as few poles",
+        help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
+        "creases and borders allow; automatic smooths over one and a half edges of a mesh of 2,000 "
+        "quads, and less where that makes no more poles",
         kind="number",
         minimum=0.0,
         maximum=1.0,

@@ -1,8 +1,7 @@
 """How little a cross field need be smoothed: what saves no pole only turns it from the curvature.
 
-Smoothed over the usual length a field has the poles that quads have room for. Where it keeps to
-these with less smoothing, as on a machine part, less is better; where that brings poles, as on a scan,
-it is not.
+Smoothed over the usual length a field has the poles that quads have room for. Less is better where
+that brings no more of them, as on a machine part; where it does, as on a scan, it is not.
 """
 
 from __future__ import annotations
