@@ -63,9 +63,9 @@ not swerve; a single edge of a rounded or rough surface is none
   faces alone has no angle (nan).
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: automatic smoothness, with creases only; then the same creases at fixed smoothness.
-  Automatic is 0.45 or, of each connected part, the least of three below it (0.31, 0.36, 0.4) with no
-  more poles, those too near to an opposite one counted twice, within a tenth, and an angle that is
-  half a degree better (`core/retopology/least_smoothing.py`).
+  Automatic is 0.45 or, of each connected part, the least of three below it (0.31, 0.36, 0.4) that
+  has no more poles, within a tenth and those too near to an opposite one counted twice, and an
+  angle that is half a degree better (`core/retopology/least_smoothing.py`).
 - **Beaten by**: fixed smoothness with no more poles and no larger angle than the default, and one
   of them better by more than a tenth (the angle by more than half a degree, too).
 
