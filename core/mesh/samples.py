@@ -39,7 +39,10 @@ def mean_normals(
     """(count, 3) unit means of the normals of each vertex' triangles by area."""
     normal, area = face_normal_area
     mean: np.ndarray = np.stack(
-        [np.bincount(triangles.ravel(), np.repeat(normal[:, k] * area, 3), count) for k in range(3)],
+        [
+            np.bincount(triangles.ravel(), np.repeat(normal[:, k] * area, 3), count)
+            for k in range(3)
+        ],
         axis=1,
     )
     return unit(mean)
