@@ -1,7 +1,8 @@
 """From a working surface to a layout of rectangles, giving way where there is none.
 
-Not every cross field has an injective map. Where one fails the field is smoothed around the place
-first, then the features there are left out, then the whole field is smoothed.
+Not every cross field has an injective map. Where one fails the features there are left out one by
+one and the field is smoothed around the place; in the end all is begun anew without creases, more
+and more smoothly.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ from .rectangles import Layout
 
 # Rings around faults that make one place of them, and that are smoothed in each attempt more.
 FAULT_RINGS, SMOOTHED_RINGS = 3, 3
-# Attempts before giving up; those in which one crease goes in each place, in which creases go but
-# no marks, and in which the field is smoothed in places only.
-ATTEMPTS, ONE_EACH, LAST_CREASES, LAST_LOCAL = 12, 2, 4, 4
-# What the smoothness grows by then.
-SMOOTHER = 0.15
+# Attempts before giving up; those in which one crease goes in each place, and those in which only
+# places give way.
+ATTEMPTS, ONE_EACH, LAST_LOCAL = 12, 2, 4
+# What the smoothness grows by in each beginning anew, and where there are more poles than quads.
+SMOOTHER = 0.2
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
 
@@ -108,13 +109,14 @@ def laid_out(
     working: WorkingSurface, wishes: Wishes, progress: Progress, attempts: int = ATTEMPTS
 ) -> LaidOut | None:
     """A layout of the surface, in so many attempts at most; None where none was found."""
+    asked = wishes
     for attempt in range(attempts):
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
         planned, crossed, wishes = _affordable(working, wishes, part)
         # Moves of poles can take too much from the end of a crease.
         shut = shut_corners(crossed) | (crossed.singular & (crossed.quarter_turns < 2))
         if shut.any():
-            wishes = gentler(working, wishes, shut, None, attempt)
+            wishes = _next(working, asked, wishes, shut, None, attempt)
             continue
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
@@ -124,8 +126,42 @@ def laid_out(
             if layout is not None:
                 return LaidOut(working, wishes, planned, map_, layout)
         residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
-        wishes = gentler(working, wishes, faults, residual, attempt)
+        wishes = _next(working, asked, wishes, faults, residual, attempt)
     return None
+
+
+def _next(
+    working: WorkingSurface,
+    asked: Wishes,
+    wishes: Wishes,
+    faults: np.ndarray,
+    residual: np.ndarray | None,
+    attempt: int,
+) -> Wishes:
+    """What is wished for after an attempt that failed: places give way, and every second time
+    after that all is begun anew."""
+    if attempt < LAST_LOCAL or (attempt - LAST_LOCAL) % 2:
+        return gentler(working, wishes, faults, residual, attempt)
+    return _bare(working, asked, (attempt - LAST_LOCAL) // 2)
+
+
+def _bare(working: WorkingSurface, asked: Wishes, number: int) -> Wishes:
+    """What was asked for without any crease, in the first of such beginnings with all marks; the
+    directions as they were measured, the smoother the later. Creases that shut each other in bend
+    a map everywhere, and where the curvature is not heard at all nothing keeps its poles apart."""
+    kept = np.where(number == 0, asked.feature & MARK, 0).astype(np.int8)
+    left_out = np.flatnonzero((asked.feature > 0) & (kept == 0))
+    left_out = left_out[left_out < working.surface.twin[left_out]]
+    chain, _ = chains(working.surface, left_out)
+    _, first = np.unique(chain, return_index=True)
+    marked = int(np.count_nonzero(asked.feature[left_out[first]] & MARK))
+    return replace(
+        asked,
+        feature=kept,
+        smoothness=min(asked.smoothness + SMOOTHER * number, 1.0),
+        dropped=asked.dropped + len(first) - marked,
+        unmarked=asked.unmarked + marked,
+    )
 
 
 def _affordable(
@@ -157,12 +193,12 @@ def gentler(
     """Fewer wishes around the vertices `faults` (n,) bool where the last have failed.
 
     In each of the places the least crease goes, later every crease; where none is left, and in
-    every second attempt, the directions are smoothed; in the end everywhere.
+    every second attempt, the directions are smoothed.
     """
     surface = working.surface
     places = grown(surface.triangles, faults, FAULT_RINGS)
     # What a user has marked stays as long as anything else can go.
-    bits = CREASE if attempt < LAST_CREASES else CREASE | MARK
+    bits = CREASE if attempt < LAST_LOCAL else CREASE | MARK
     fewer, bare = _without_creases(
         working, wishes, places, bits, residual, every=attempt >= ONE_EACH
     )
@@ -172,12 +208,6 @@ def gentler(
     if (touched & ~fewer.undirected).any():
         undirected = fewer.undirected | touched
         fewer = replace(fewer, undirected=undirected, smoothed=fewer.smoothed + 1)
-    elif fewer is wishes:
-        attempt = max(attempt, LAST_LOCAL)
-    if attempt >= LAST_LOCAL:
-        fewer = replace(fewer, smoothness=min(fewer.smoothness + SMOOTHER, 1.0))
-    if attempt >= LAST_LOCAL and fewer.smoothness == 1.0 and fewer.feature.any():
-        fewer = fewer.without(fewer.feature > 0)
     return fewer
 
 
