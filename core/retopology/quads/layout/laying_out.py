@@ -36,6 +36,8 @@ FAULT_RINGS, SMOOTHED_RINGS = 3, 3
 ATTEMPTS, ONE_EACH, LAST_LOCAL = 12, 2, 4
 # What the smoothness grows by in each beginning anew, and where there are more poles than quads.
 SMOOTHER = 0.2
+# What the reach of poles that cancel grows by in each attempt, and in each beginning anew.
+FARTHER = 4.0
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
 
@@ -65,6 +67,8 @@ class Wishes:
         Lines that the field is to run along, None for none.
     wanted:
         All the poles that there are to be, None where the field tells them.
+    reach:
+        Opposite poles cancel that are nearer than so many times what they always do.
     smoothed, dropped, unmarked:
         How many places were smoothed, creases left out and marks left out so far.
     """
@@ -79,6 +83,7 @@ class Wishes:
     umbilic_row: np.ndarray
     strokes: Strokes | None = None
     wanted: WantedPoles | None = None
+    reach: float = 1.0
     smoothed: int = 0
     dropped: int = 0
     unmarked: int = 0
@@ -139,10 +144,12 @@ def _next(
     attempt: int,
 ) -> Wishes:
     """What is wished for after an attempt that failed: places give way, and every second time
-    after that all is begun anew."""
-    if attempt < LAST_LOCAL or (attempt - LAST_LOCAL) % 2:
-        return gentler(working, wishes, faults, residual, attempt)
-    return _bare(working, asked, (attempt - LAST_LOCAL) // 2)
+    after that all is begun anew. Opposite poles cancel that are ever farther apart."""
+    number, between = divmod(attempt - LAST_LOCAL, 2)
+    if attempt >= LAST_LOCAL and not between:
+        return replace(_bare(working, asked, number), reach=FARTHER**number)
+    farther = wishes.reach * FARTHER if attempt else wishes.reach
+    return replace(gentler(working, wishes, faults, residual, attempt), reach=farther)
 
 
 def _bare(working: WorkingSurface, asked: Wishes, number: int) -> Wishes:
@@ -313,7 +320,7 @@ def _crossed(
 
 
 def _bettered(crossed: Crosses, wishes: Wishes) -> Crosses:
-    return with_better_poles(crossed, wishes.avoided, wishes.mirror)
+    return with_better_poles(crossed, wishes.avoided, wishes.mirror, wishes.reach)
 
 
 def _least(

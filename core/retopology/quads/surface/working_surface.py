@@ -17,6 +17,7 @@ from ...features import MARK as KIND_MARK
 from ...features import Features
 from .chains import long_chains
 from .decimation import SHARE, coarsened
+from .flipping import flipped
 from .subdivision import CREASE, MARK, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted.
@@ -110,6 +111,7 @@ def working_surface(
     if len(mesh.triangles) > SLACK * most:
         fine = mesh
         mesh = coarsened(mesh, most, progress)
+    mesh = flipped(mesh)
     coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
     mesh = _refined(mesh, longest, int(SLACK * most))
