@@ -33,10 +33,10 @@ from .rectangles import Layout
 FAULT_RINGS, SMOOTHED_RINGS = 3, 3
 # Attempts before giving up; those in which one crease goes in each place, and those in which only
 # places give way.
-ATTEMPTS, ONE_EACH, LAST_LOCAL = 12, 2, 4
+ATTEMPTS, ONE_EACH, LAST_LOCAL = 9, 2, 3
 # What the smoothness grows by in each beginning anew, and where there are more poles than quads.
-SMOOTHER = 0.2
-# What the reach of poles that cancel grows by in each attempt, and in each beginning anew.
+SMOOTHER = 0.3
+# What the reach of poles that cancel grows by in each attempt.
 FARTHER = 4.0
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
@@ -147,7 +147,7 @@ def _next(
     after that all is begun anew. Opposite poles cancel that are ever farther apart."""
     number, between = divmod(attempt - LAST_LOCAL, 2)
     if attempt >= LAST_LOCAL and not between:
-        return replace(_bare(working, asked, number), reach=FARTHER**number)
+        return replace(_bare(working, asked, number), reach=FARTHER ** (2 * number))
     farther = wishes.reach * FARTHER if attempt else wishes.reach
     return replace(gentler(working, wishes, faults, residual, attempt), reach=farther)
 
