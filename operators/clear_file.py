@@ -36,9 +36,10 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         if not (any(cleared) or left):
             self.report({"INFO"}, reported("There is nothing of Umbilics in this file."))
             return {"CANCELLED"}
-        self.report(
-            {"INFO"}, reported(f"Cleared {sum(cleared)} objects, and {left} left of others.")
-        )
+        count = sum(cleared)
+        told = ["Cleared one object." if count == 1 else f"Cleared {count} objects."] * bool(count)
+        told += ["What was left of other objects is removed."] * bool(left)
+        self.report({"INFO"}, reported(" ".join(told)))
         return {"FINISHED"}
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -22,6 +22,9 @@ class UMBILICS_OT_preview_layout(Adjustable, bpy.types.Operator):
     panel = "umbilics_remesh"
     adjusted = tuple(remeshing.settings_properties())
 
+    def idle(self) -> frozenset[str]:
+        return remeshing.idle(self)
+
     def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 

@@ -36,6 +36,9 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
     panel = "umbilics_remesh"
     adjusted = tuple(remeshing.properties())
 
+    def idle(self) -> frozenset[str]:
+        return remeshing.idle(self)
+
     def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = remeshing.to_remesh_settings(self)
 

@@ -38,7 +38,9 @@ MODULES = {
     "core/curvature/closer.py": ("test_refine.py",),
     "core/retopology/poles.py": ("test_poles.py",),
     "core/retopology/pole_places.py": ("test_poles.py",),
-    "core/retopology/cross_field.py": ("test_cross_field.py",),
+    "core/retopology/cross_field.py": ("test_cross_field_minimum.py", "test_cross_field.py"),
+    "core/retopology/smoothing.py": ("test_cross_field_minimum.py", "test_cross_field.py"),
+    "core/retopology/dipoles.py": ("test_dipoles.py", "test_cross_field.py"),
 }
 # Loaded once: each mutant is run in a fork of this process.
 WARM = ("numpy", "scipy.sparse.linalg", "scipy.sparse.csgraph", "scipy.spatial", "hypothesis")

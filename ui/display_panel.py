@@ -2,11 +2,12 @@
 
 import bpy
 
+from ..operators.base.layouts import split
 from ..operators.hide_map import UMBILICS_OT_hide_map
 from ..operators.scene import selection
 from ..operators.scene.view import maps, view_shading
 from ..operators.show_map import UMBILICS_OT_show_map
-from .parts import Part, split
+from .parts import Part
 
 
 class UMBILICS_PT_map(Part, bpy.types.Panel):

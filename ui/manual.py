@@ -1,46 +1,83 @@
 """Right-click, Online Manual: where each setting and button is described.
 
-The manual is the guide of docs/, which comes with the extension as one page: it is there without
-a network, and always of the version that runs.
+The manual are two pages of docs/ that come with the extension: they are there without a network,
+and always of the version that runs.
 """
 
 from pathlib import Path
 
 import bpy
 
-_MANUAL = Path(__file__).parent / "help" / "guide.html"
+_MANUAL = Path(__file__).parent / "help"
 
-_RETOPOLOGY = (
-    "guide", "add_pole", "preview_layout", "remesh_to_quads", "lines", "separatrices", "ridges",
-    "draw_guides", "mark_seams", "new_retopology", "check_topology", "show_check", "symmetry",
-    "align_to_x", "align_to_other", "rotation_symmetry", "export_field",
-)  # fmt: skip
-
-# From what Blender calls it to the chapter of the guide; the first that fits is taken.
-_PAGES = (
-    ("bpy.types.umbilics_pg_settings.persistence*", "#thinning-out"),
-    ("bpy.types.umbilics_pg_settings.opening*", "#thinning-out"),
-    ("bpy.types.umbilics_pg_settings.*", "#settings"),
-    ("bpy.types.umbilics_pg_display.map*", "#maps"),
-    ("bpy.types.umbilics_pg_display.range*", "#maps"),
-    ("bpy.types.umbilics_pg_display.*", "#reading-the-picture"),
-    ("bpy.types.umbilics_pg_summary.active*", "#the-list"),
-    ("bpy.types.umbilics_pg_summary.noise_multiple*", "#thinning-out"),
-    ("bpy.types.umbilics_pg_summary.*", "#statistics"),
-    ("bpy.types.umbilics_pg_guidance.*", "#retopology"),
-    ("bpy.types.umbilics_pg_remesh.*", "#retopology"),
-    ("bpy.types.umbilics_pg_plan.*", "#retopology"),
-    ("bpy.types.umbilics_pg_check.*", "#retopology"),
-    *((f"bpy.ops.umbilics.{name}*", "#retopology") for name in _RETOPOLOGY),
-    ("bpy.ops.umbilics.show_map*", "#maps"),
-    ("bpy.ops.umbilics.hide_map*", "#maps"),
-    ("bpy.ops.umbilics.*", "#first-detection"),
-)
+# Of each page the chapters and what they are about: operators, and properties of a group, which is
+# named before the point; a star stands for all that no other chapter has.
+_CHAPTERS = {
+    "guide": {
+        "thinning-out": (
+            "apply_filters", "settings.persistence", "settings.persistence_auto",
+            "settings.opening", "settings.at_most", "settings.flatness", "display.strength",
+            "display.opened", "display.kinds", "display.empties", "display.dropped",
+            "summary.noise_multiple", "summary.candidates",
+        ),
+        "the-list": (
+            "frame_umbilic", "copy_coordinates", "pin", "delete_umbilic", "restore_deleted",
+            "summary.active", "display.sort", "display.descending",
+        ),
+        "maps": (
+            "show_map", "hide_map", "display.map", "display.percentile", "display.lock_range",
+            "display.range_low", "display.range_high", "display.legend",
+        ),
+        "first-detection": ("display.source", "display.scope", "display.scope_group"),
+        "reading-the-picture": ("add_arrows", "display.*"),
+        "statistics": ("summary.*",),
+        "choosing-in-the-view": ("pick",),
+        "settings": ("compare", "settings.*"),
+    },
+    "retopology": {
+        "by-hand": ("add_pole", "guidance.strokes", "guidance.influence"),
+        "plan-poles": ("guide", "plan.*", "guidance.*", "display.field", "display.crosses",
+                       "display.poles"),
+        "lines": (
+            "lines", "separatrices", "draw_guides", "mark_seams", "guidance.families",
+            "guidance.spacing", "guidance.spacing_auto", "guidance.closest", "guidance.shortest",
+            "guidance.line_smoothness", "guidance.line_smoothness_auto", "guidance.length_limit",
+            "guidance.length_limit_auto",
+        ),
+        "ridges": ("ridges", "guidance.least_bend", "guidance.ridge_kinds"),
+        "how-the-quads-are-made": ("remesh.adaptivity", "remesh.symmetry"),
+        "quads": ("preview_layout", "remesh_to_quads", "export_field", "write_files", "remesh.*"),
+        "check-topology": (
+            "new_retopology", "check_topology", "show_check", "check.*", "display.checks",
+        ),
+        "symmetry": ("symmetry", "align_to_x", "align_to_other", "rotation_symmetry"),
+    },
+}  # fmt: skip
+# Detect, Clear and what belongs to them.
+_OTHERS = tuple(f"bpy.{kind}.umbilics*" for kind in ("ops", "types"))
 
 
 def pages() -> tuple[str, tuple[tuple[str, str], ...]]:
-    """What Blender asks for."""
-    return _MANUAL.as_uri(), _PAGES
+    """What Blender asks for: the start of all addresses, and patterns with the rest of theirs, of
+    which the first that fits is taken."""
+    found = [
+        (pattern, f"/{page}.html#{chapter}")
+        for page, chapters in _CHAPTERS.items()
+        for chapter, names in chapters.items()
+        for name in names
+        for pattern in _patterns(name)
+    ]
+    found.sort(key=lambda entry: ".*" in entry[0])
+    others = [(pattern, "/guide.html#first-detection") for pattern in _OTHERS]
+    return _MANUAL.as_uri(), (*found, *others)
+
+
+def _patterns(name: str) -> tuple[str, ...]:
+    """What Blender calls an operator with its properties, or a property of a group."""
+    group, _, of_group = name.partition(".")
+    if of_group:
+        return (f"bpy.types.umbilics_pg_{group}.{of_group}",)
+    return f"bpy.ops.umbilics.{name}", f"bpy.ops.umbilics.{name}.*"
 
 
 def register() -> None:

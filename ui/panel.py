@@ -5,6 +5,7 @@ import bpy
 from .. import core
 from ..operators.apply_filters import UMBILICS_OT_apply_filters
 from ..operators.base import verdict
+from ..operators.base.layouts import automatic, split
 from ..operators.base.translation import translated
 from ..operators.cancel import UMBILICS_OT_cancel
 from ..operators.clear import UMBILICS_OT_clear
@@ -15,7 +16,7 @@ from ..operators.detect import UMBILICS_OT_detect
 from ..operators.jobs import worker
 from ..operators.mend import UMBILICS_OT_mend
 from ..operators.scene import filters, selection, staleness
-from .parts import Part, Tab, automatic, explained, paragraph, short, split
+from .parts import Part, Tab, explained, paragraph, short
 from .presets import UMBILICS_PT_presets
 
 

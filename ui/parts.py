@@ -27,21 +27,6 @@ class Part(Tab):
     bl_parent_id = "UMBILICS_PT_main"
 
 
-def split(layout: bpy.types.UILayout) -> bpy.types.UILayout:
-    """The layout with names left of values and without animation dots."""
-    layout.use_property_split = True
-    layout.use_property_decorate = False
-    return layout
-
-
-def automatic(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, name: str) -> None:
-    """A number beside the switch that leaves it to the add-on."""
-    row = layout.row(align=True, heading=settings.bl_rna.properties[name].name)
-    row.prop(settings, f"{name}_auto", text="Auto", toggle=True)
-    if not getattr(settings, f"{name}_auto"):
-        row.prop(settings, name, text="")
-
-
 def short(value: float) -> str:
     """A number in at most six letters: 0.0123, 1.23, 123, 1.2k, 3.4M."""
     size = abs(value)

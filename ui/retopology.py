@@ -5,9 +5,10 @@ import bpy
 from ..operators.add_pole import UMBILICS_OT_add_pole
 from ..operators.align_to_other import UMBILICS_OT_align_to_other
 from ..operators.align_to_x import UMBILICS_OT_align_to_x
+from ..operators.base.layouts import automatic, split
 from ..operators.base.translation import translated
 from ..operators.check_topology import UMBILICS_OT_check_topology
-from ..operators.data import plans, topology
+from ..operators.data import plans, remeshing, topology
 from ..operators.draw_guides import UMBILICS_OT_draw_guides
 from ..operators.export_field import UMBILICS_OT_export_field
 from ..operators.guide import UMBILICS_OT_guide
@@ -24,7 +25,7 @@ from ..operators.separatrices import UMBILICS_OT_separatrices
 from ..operators.show_check import UMBILICS_OT_show_check
 from ..operators.symmetry import UMBILICS_OT_symmetry
 from .menus import mark_menus
-from .parts import Part, Tab, automatic, paragraph, split
+from .parts import Part, Tab, paragraph
 
 _STATE_ICON = ("CHECKMARK", "ADD", "CANCEL")
 _ICON = {3: "MESH_ICOSPHERE", 5: "MESH_CUBE"}
@@ -123,7 +124,7 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_remesh
-        if group.edge_length_auto:
+        if "quads" not in remeshing.idle(group):
             layout.prop(group, "quads")
         automatic(layout, group, "edge_length")
         layout.prop(group, "symmetry")

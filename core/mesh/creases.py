@@ -66,5 +66,9 @@ def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:
     marked = np.sort(kept_vertices(surface, np.asarray(sharp, np.int64)), axis=1)
     marked = marked[(marked < count).all(axis=1)]
     chosen = once[np.isin(ends[:, 0] * count + ends[:, 1], marked[:, 0] * count + marked[:, 1])]
-    few = len(chosen) <= MOST_MARKED * 0.5 * len(twin) or len(twin) <= SMALL
-    return chosen if few else np.zeros(0, np.int64)
+    return chosen if are_few(len(chosen), len(twin)) else np.zeros(0, np.int64)
+
+
+def are_few(marked: int, half_edges: int) -> bool:
+    """Whether so many marked edges, of a mesh with so many half-edges, may be creases."""
+    return marked <= MOST_MARKED * 0.5 * half_edges or half_edges <= SMALL

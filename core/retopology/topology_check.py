@@ -23,6 +23,10 @@ from .quads.result import QuadMesh
 REACH = 3.0
 """Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
 that an artist has moved out of the way of a crease or a joint is still that pole."""
+SAMPLES = 20_000
+"""Places of the surface, each of as much area, that are looked for on the checked mesh."""
+# Fractions of the sequence of Roberts (2018), which fills a square evenly from any row on.
+_PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,9 @@ class TopologyCheck:
         or less for degenerate and folded ones; NaN for other faces.
     distance:
         (n,) float64 length from each vertex to the surface.
+    covered:
+        Share of the surface's area, 0 to 1, within a mean edge of the mesh: what is far from it is
+        missing, however near to the surface the vertices are.
     edge:
         Mean length of the edges.
     """
@@ -64,6 +71,7 @@ class TopologyCheck:
     mean_angle: float
     jacobian: np.ndarray
     distance: np.ndarray
+    covered: float
     edge: float
 
     @property
@@ -155,6 +163,7 @@ def check_topology(
         else float("nan"),
         jacobian=jacobian,
         distance=np.linalg.norm(there - own, axis=1) * whole.unit,
+        covered=_covered(whole, own, _fans(corners, start), edge / whole.unit),
         edge=edge,
     )
 
@@ -165,6 +174,38 @@ def check_quads(
     """Hold the quads that the remeshing made against their own surface; as `check_topology`."""
     start = np.arange(0, mesh.quads.size + 1, 4)
     return check_topology(mesh.vertices, mesh.quads.ravel(), start, guide, poles, progress)
+
+
+def _covered(
+    whole: Surface, vertices: np.ndarray, triangles: np.ndarray, reach: float
+) -> float:
+    """Share of a surface's area that is within reach of a mesh (n, 3), (t, 3), by `SAMPLES`.
+
+    Triangles are drawn by rows at equal steps of their summed area, so that each place stands for
+    as much of it.
+    """
+    corner = whole.vertices[whole.triangles]
+    side = corner[:, 1:] - corner[:, :1]
+    area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)
+    summed = np.cumsum(area)
+    row = np.arange(SAMPLES)
+    drawn = np.searchsorted(summed, (row + 0.5) * (summed[-1] / SAMPLES))
+    part = (row[:, None] * _PLASTIC) % 1.0
+    beyond = part.sum(axis=1) > 1.0
+    part[beyond] = 1.0 - part[beyond]
+    place = corner[drawn, 0] + np.einsum("sk,skc->sc", part, side[drawn])
+    # The mesh need not be a manifold: no triangle is told of those beside it.
+    closest = ClosestPoints(vertices, triangles, np.full(triangles.size, -1))
+    _, there = closest(place)
+    return float(np.mean(np.linalg.norm(there - place, axis=1) <= reach))
+
+
+def _fans(corners: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """(t, 3) triangles of faces, each a fan about its first corner."""
+    count = np.maximum(np.diff(start) - 2, 0)
+    first = np.repeat(start[:-1], count)
+    within = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
+    return corners[np.column_stack([first, first + within + 1, first + within + 2])]
 
 
 def _edges(

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..mesh.creases import are_few
 from .result import Detection
 
 # Turn of the surface within a neighbourhood, in radians, from which on it is coarse: see above.
@@ -39,17 +40,25 @@ class Suitability:
     edges, sharp, bent:
         Numbers of the edges between two triangles, of those at which they meet at more than 30°,
         and of those at 10° to 30°.
+    crossed:
+        How many of the sharp edges the detection fitted across.
     """
 
     turn: float
     edges: int
     sharp: int
     bent: int
+    crossed: int
 
     @property
     def is_hard(self) -> bool:
         are_flat = 2 * (self.sharp + self.bent) < self.edges
         return are_flat and self.sharp > self.bent
+
+    @property
+    def is_smeared(self) -> bool:
+        """Whether it is hard, and the detection did not heed its creases."""
+        return self.is_hard and self.crossed > self.bent
 
     @property
     def is_coarse(self) -> bool:
@@ -59,23 +68,37 @@ class Suitability:
         return self.turn >= COARSE or 2 * self.sharp > self.edges
 
 
-def suitability(vertices: np.ndarray, triangles: np.ndarray, detection: Detection) -> Suitability:
-    """How vertices (n, 3) and triangles (m, 3) suit the detection that was made on them."""
+def suitability(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    detection: Detection,
+    marked: np.ndarray | None = None,
+) -> Suitability:
+    """How vertices (n, 3) and triangles (m, 3) suit the detection that was made on them.
+
+    `marked` (s, 2) are the ends of edges that were marked as creases, if marks were heeded.
+    """
     field = detection.curvature
     used = np.zeros(len(vertices), bool)
     used[triangles] = True
     bending = np.maximum(np.abs(field.k1), np.abs(field.k2))[used]
     bending = bending[np.isfinite(bending)]
     turn = float(np.median(bending)) * detection.scale if len(bending) else np.nan
-    cosine = _edge_cosines(vertices, triangles)
+    edge, cosine = _edge_cosines(vertices, triangles)
     sharp = cosine < np.cos(np.radians(SHARP))
     bent = ~sharp & (cosine < np.cos(np.radians(_BENT)))
-    counts = (len(cosine), int(np.count_nonzero(sharp)), int(np.count_nonzero(bent)))
-    return Suitability(turn, *counts)
+    crossed = sharp & (cosine >= np.cos(np.radians(detection.crease_angle)))
+    if marked is not None and len(marked):
+        ends = np.sort(np.asarray(marked, np.int64), axis=1)
+        creases = np.isin(edge, ends[:, 0] * len(vertices) + ends[:, 1])
+        if are_few(int(np.count_nonzero(creases)), triangles.size):
+            crossed &= ~creases
+    return Suitability(turn, len(cosine), *(int(np.sum(one)) for one in (sharp, bent, crossed)))
 
 
-def _edge_cosines(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(e,) cosine between the normals at the edges of two triangles with area."""
+def _edge_cosines(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(e,) edges of two triangles with area, smaller end times n plus the other, and the cosine
+    between the normals there."""
     a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
@@ -91,7 +114,8 @@ def _edge_cosines(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         triangles, order[first[has_area] + 1]
     )
     sign = np.where(same, 1.0, -1.0)
-    return sign * np.sum(normal[one] * normal[other], axis=1) / (length[one] * length[other])
+    cosine = sign * np.sum(normal[one] * normal[other], axis=1) / (length[one] * length[other])
+    return edge[order[first[has_area]]], cosine
 
 
 def _runs_up(triangles: np.ndarray, corner: np.ndarray) -> np.ndarray:

@@ -5,6 +5,9 @@ import math
 from ... import core
 from ...core.base.words import counted
 
+# A surface is covered by a mesh above this share; a line says less in tenths of a percent.
+_WHOLE = 0.9995
+
 
 def counts_in_words(counts: dict[str, int]) -> str:
     """For example "4 lemons and 2 stars"; "no umbilics" if all are zero."""
@@ -55,11 +58,12 @@ def topology_in_words(
     angle: float,
     jacobian: float,
     edges: float,
+    covered: float,
 ) -> list[str]:
     """How well a mesh follows a surface and its plan, in lines.
 
-    `angle` is in degrees, `jacobian` the least scaled one, `edges` the largest distance in edges;
-    what there is not is NaN.
+    `angle` is in degrees, `jacobian` the least scaled one, `edges` the largest distance in edges,
+    `covered` the share of the surface near the mesh; what there is not is NaN.
     """
     lines = [f"{matched} of {matched + missing} planned poles, {missing} missing, {extra} extra"]
     if quads < faces:
@@ -69,4 +73,7 @@ def topology_in_words(
     if math.isfinite(jacobian):
         lines.append(f"Least scaled Jacobian {jacobian:.2f}")
     lines.append(f"Within {max(edges, 0.001):.2g} edges of the surface")
+    if covered < _WHOLE:
+        # Never rounded up to all of it.
+        lines.append(f"Covers {math.floor(1000.0 * covered) / 10.0:.1f} % of the surface")
     return lines

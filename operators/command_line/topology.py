@@ -176,6 +176,7 @@ def figures(check: core.TopologyCheck) -> dict[str, Any]:
             "mean": float(check.distance.mean()) if len(check.distance) else None,
             "largest": float(check.distance.max(initial=0.0)),
         },
+        "covered": check.covered,
         "edge": check.edge,
     }
 
@@ -191,5 +192,6 @@ def in_words(check: core.TopologyCheck) -> str:
         angle=check.mean_angle,
         jacobian=check.least_jacobian,
         edges=check.edges_away,
+        covered=check.covered,
     )
     return f"{'. '.join(lines)}."

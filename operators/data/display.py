@@ -86,6 +86,11 @@ def _get_strength(self: bpy.types.PropertyGroup) -> float:
     if settings.persistence_auto:
         kept = record.of(_active())
         level = kept.automatic_level if kept and top else 0.0
+    return strength_of(level, top)
+
+
+def strength_of(level: float, top: float) -> float:
+    """Where a persistence is on the slider, whose end is just above the largest one."""
     if top <= 0.0 or level <= 0.0:
         return 0.0
     return min(max(1.0 + math.log10(level / (1.001 * top)) / _DECADES, 0.0), 1.0)

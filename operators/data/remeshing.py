@@ -54,6 +54,11 @@ class UMBILICS_PG_remesh(bpy.types.PropertyGroup):
 UMBILICS_PG_remesh.__annotations__ = properties()
 
 
+def idle(values: bpy.types.PropertyGroup | bpy.types.Operator) -> frozenset[str]:
+    """Names of settings that change nothing as the others are: a length says how many quads."""
+    return frozenset() if values.edge_length_auto else frozenset({"quads"})
+
+
 def to_remesh_settings(values: bpy.types.PropertyGroup | bpy.types.Operator) -> core.RemeshSettings:
     """The core's settings with the values of the scene's group or of the operator.
 

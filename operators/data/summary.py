@@ -124,7 +124,9 @@ class UMBILICS_PG_summary(bpy.types.PropertyGroup):
         description="Median radius of the neighbourhoods that curvature was fitted over, in length",
     )
     is_coarse: BoolProperty(description="The mesh is too coarse for the fits, see core.suitability")
-    is_hard: BoolProperty(description="Smooth parts of the surface meet at creases, see there")
+    is_hard: BoolProperty(
+        description="Curvature was fitted across the creases of a hard surface, see there"
+    )
     warnings: CollectionProperty(type=UMBILICS_PG_warning)
     record: StringProperty(description="The detection itself, see data/record.py")
     stamp: StringProperty(description="Digest of the record, which tells it from all others")

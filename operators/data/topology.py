@@ -78,6 +78,9 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
     )
     distance: FloatProperty(description="Largest distance from a vertex to the surface")
     edges: FloatProperty(description="The same in mean edges")
+    covered: FloatProperty(
+        description="Share of the surface within a mean edge of the mesh, 0 to 1", default=1.0
+    )
     stamp: StringProperty(description="What tells the mesh that was checked from another")
     marks: CollectionProperty(type=UMBILICS_PG_mark)
     active: IntProperty(
@@ -144,7 +147,7 @@ def store(
     kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
     kept.jacobian = found.least_jacobian if found.quads else _NO_JACOBIAN
     kept.distance = float(found.distance.max(initial=0.0))
-    kept.edges = found.edges_away
+    kept.edges, kept.covered = found.edges_away, found.covered
     extra, matched = np.flatnonzero(found.pole < 0), np.flatnonzero(found.pole >= 0)
     rows = [(MISSING, *one) for one in zip(missing_valence, missing, strict=True)]
     for state, mine in ((EXTRA, extra), (MATCHED, matched)):
@@ -176,6 +179,7 @@ def sentences(kept: UMBILICS_PG_check) -> list[str]:
         angle=kept.angle if kept.angle >= 0.0 else math.nan,
         jacobian=kept.jacobian if kept.jacobian < _NO_JACOBIAN else math.nan,
         edges=kept.edges,
+        covered=kept.covered,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import bpy
 
 from ... import core
+from ..base import layouts
 from ..data import plans
 from ..data.properties import annotations_of
 from . import retopology
@@ -25,6 +26,7 @@ class Adjustable(GuidanceOperator):
     adjusted: ClassVar[tuple[str, ...]]
     # Blender's, of every operator.
     properties: ClassVar[Any]
+    layout: ClassVar[bpy.types.UILayout]
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._take(context)
@@ -33,6 +35,14 @@ class Adjustable(GuidanceOperator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         self._take(context)
         return super().execute(context)
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """What is adjusted; as in the panel, nothing that now has no effect."""
+        layouts.all_of(layouts.split(self.layout), self.properties, self.idle())
+
+    def idle(self) -> frozenset[str]:
+        """Names of settings that change nothing as the others are."""
+        return frozenset()
 
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
         told = super().put(context, job, found)

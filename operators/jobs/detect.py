@@ -128,7 +128,9 @@ def content(inputs: Inputs) -> str:
 def results_of(inputs: Inputs, detection: core.Detection) -> Results:
     """What `write` wants: packing takes seconds where umbilics are many, and any thread will do."""
     packed = record.pack(inputs.arrays, inputs.settings, detection)
-    suitability = core.suitability(inputs.arrays.vertices, inputs.arrays.triangles, detection)
+    arrays = inputs.arrays
+    marked = arrays.sharp if inputs.settings.crease_marks else None
+    suitability = core.suitability(arrays.vertices, arrays.triangles, detection, marked)
     return Results(detection, _attributes(detection, inputs.arrays), packed, suitability)
 
 
@@ -196,9 +198,8 @@ def _describe(
     kept.scope, kept.group = inputs.scope.kind, inputs.scope.group
     kept.analysed = inputs.analysed
     suits = results.suitability
-    # Creases that were not fitted across smear nothing.
+    kept.is_coarse, kept.is_hard = suits.is_coarse, suits.is_smeared
     angle = results.detection.crease_angle
-    kept.is_coarse, kept.is_hard = suits.is_coarse, suits.is_hard and angle > core.SHARP
     if inputs.settings.crease_angle == core.AUTO and angle < 180.0:
         kept.analysed = f"{inputs.analysed}; creases of more than {angle:.0f}\N{DEGREE SIGN}"
     record.store(obj, results.record)

@@ -53,6 +53,28 @@ def test_a_cube_of_eight_vertices_is_coarse_and_a_fine_one_is_hard():
     assert (found.sharp, found.bent) == (12 * 12, 0)
 
 
+def test_creases_that_were_heeded_smear_nothing():
+    """By any angle that reaches them, or by marks; a few that are left out do no harm."""
+    vertices, triangles = cube(12)
+    for settings, smeared in (
+        ({"regions": False}, True),
+        ({"crease_angle": 120.0}, True),
+        ({"crease_angle": 80.0}, False),
+        ({}, False),
+    ):
+        detection = core.detect(vertices, triangles, core.Settings(**settings))
+        found = core.suitability(vertices, triangles, detection)
+        assert found.is_hard and found.is_smeared == smeared, settings
+    detection = core.detect(vertices, triangles, core.Settings(regions=False))
+    edge = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    creases = edge[(abs(vertices[edge]) > 1.0 - 1e-9).all(axis=1).sum(axis=1) == 2]
+    assert len(np.unique(creases, axis=0)) == 12 * 12
+    marked = creases[:, ::-1]
+    assert not core.suitability(vertices, triangles, detection, marked).is_smeared
+    # As an importer leaves them, on all edges, marks are no creases and not heeded.
+    assert core.suitability(vertices, triangles, detection, edge).is_smeared
+
+
 def test_winding_makes_no_crease():
     vertices, triangles = cube(4)
     detection = core.detect(vertices, triangles)

@@ -76,6 +76,33 @@ def test_distance_is_that_of_an_offset(guide):
     assert found.distance == pytest.approx(0.03, rel=0.03)
 
 
+def test_what_has_no_quads_is_not_covered_however_near_the_others_are(guide):
+    vertices, quads = grid(40, 20, torus)
+    assert check(guide, vertices, quads).covered == 1.0
+    # A quarter of the turns of the tube, all around; an edge more on both sides counts as covered.
+    # In parts of the whole area their rows have, with angle v, the integral of 1 + 0.4 cos v.
+    v = np.tile(np.arange(20), 40)
+    found = check(guide, vertices, quads[(v < 5) | (v >= 10)])
+    assert found.distance.max() < 0.02 * found.edge
+    low, high = (2 * np.pi * at for at in (5 / 20, 10 / 20))
+    reach = found.edge / 0.4
+    low, high = low + reach, high - reach
+    gone = (high - low + 0.4 * (np.sin(high) - np.sin(low))) / (2 * np.pi)
+    assert found.covered == pytest.approx(1.0 - gone, abs=0.01)
+
+
+def test_faces_of_any_size_cover_all_that_they_span(guide):
+    vertices, quads = grid(40, 20, torus)
+    # The flat polygon of a ring of the tube lies inside it, farther than an edge from the surface.
+    ring = np.arange(20)
+    corners = np.concatenate([ring, quads.ravel()])
+    start = np.concatenate([[0], 20 + np.arange(0, quads.size + 1, 4)])
+    poles = guide.guidance().poles
+    assert core.check_topology(vertices, corners, start, guide, poles).covered == 1.0
+    alone = core.check_topology(vertices, ring, np.array([0, 20]), guide, poles)
+    assert 0.0 < alone.covered < 0.2
+
+
 def test_triangles_have_no_angle_and_all_valences_count(guide):
     vertices, quads = grid(40, 20, torus)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])

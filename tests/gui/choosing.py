@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 from bpy_extras import view3d_utils
-from hands import View, click, open_tab, play, point, until
+from hands import View, click, insist, open_tab, play, point
 from stage import Report, part, settled
 
 report = Report(Path(sys.argv[-1]))
@@ -61,8 +61,7 @@ def scenario():
     display.empties = False
     yield 1.0
     for row, place in shown(obj).items():
-        click(*on_screen(place))
-        yield from until(lambda row=row: obj.umbilics.active_row == row, 5.0)
+        yield from insist(lambda row=row: obj.umbilics.active_row == row, on_screen(place))
         active = obj.umbilics.active
         found.setdefault("picked", []).append([row, obj.umbilics.active_row, active])
         found.setdefault("kept_active", []).append(bpy.context.view_layer.objects.active == obj)
@@ -84,9 +83,8 @@ def scenario():
     report.picture("plan")
     poles = [child for child in obj.children if "umbilics_valence" in child]
     pole = next(one for one in poles if one.matrix_world.translation.z > 0.2)
-    click(*on_screen(pole.matrix_world.translation))
     plan = obj.umbilics_plan
-    yield from until(lambda: plan.active >= 0, 5.0)
+    yield from insist(lambda: plan.active >= 0, on_screen(pole.matrix_world.translation))
     chosen = plan.poles[plan.active].name if plan.active >= 0 else ""
     found["pole"] = [pole.name, chosen, pole.select_get()]
     with view.inside():

@@ -22,6 +22,7 @@ from hands import (
     play,
     point,
     press,
+    until,
 )
 from stage import (
     DETECT,
@@ -130,26 +131,29 @@ def slider():
     before = shown()
     left = in_tab(view, 0.45, STRENGTH)
     right = in_tab(view, 0.93, STRENGTH)
-    found["strength_before"] = bpy.context.scene.umbilics_display.strength
+    display = bpy.context.scene.umbilics_display
+    strength = found["strength_before"] = display.strength
     found["shown_before"] = before
-    yield from insist_on_drag(lambda: shown() < before, left, right)
+    yield from insist_on_drag(lambda: display.strength > strength, left, right)
+    yield from until(lambda: shown() < before, 30.0)
     report.picture("dragged")
-    found["strength_after"] = bpy.context.scene.umbilics_display.strength
+    found["strength_after"] = display.strength
     found["shown_after"] = shown()
 
 
 def undo_and_redo():
     point(*view.middle())
+    thinned = shown()
     press("ctrl+z")
-    yield 0.6
+    yield from until(lambda: shown() != thinned, 30.0)
     found["shown_after_undo"] = shown()
     press("ctrl+z")
-    yield 0.6
+    yield from until(lambda: not bpy.data.objects["Suzanne"].umbilics.detected, 30.0)
     found["detected_after_two_undos"] = bpy.data.objects["Suzanne"].umbilics.detected
     press("ctrl+shift+z")
-    yield 0.6
+    yield from until(lambda: shown() == found["shown_before"], 30.0)
     press("ctrl+shift+z")
-    yield 0.6
+    yield from until(lambda: shown() == thinned, 30.0)
     found["shown_after_redo"] = shown()
 
 

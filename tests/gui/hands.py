@@ -25,6 +25,12 @@ _TICK = 0.05
 _TURNS, _BETWEEN = 8, 3
 # Seconds after which what is waited for will not come, however busy the machine is.
 PATIENCE = 300.0
+# What the process ends with if the hand was not heard; conftest.py then plays once more.
+LOST = 3
+
+
+class LostEventError(Exception):
+    """The mouse or a key had no effect at several tries: a busy virtual screen loses events."""
 
 
 def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
@@ -60,6 +66,9 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
             return min(wanted, _TICK)
         except StopIteration:
             os._exit(0)
+        except LostEventError:
+            traceback.print_exc()
+            os._exit(LOST)
         except BaseException:  # noqa: BLE001 (whatever it is, Blender has to end)
             traceback.print_exc()
             os._exit(1)
@@ -129,13 +138,25 @@ def until(done: Callable[[], bool], limit: float = PATIENCE) -> Iterator[float]:
 
 
 def insist(done: Callable[[], bool], place: tuple[int, int], count: int = 1) -> Iterator[float]:
-    """Click until it has the wanted effect: a busy virtual screen loses a click now and then."""
-    for _ in range(4):
+    """Click until it has the wanted effect.
+
+    Raises LostEventError if it never has.
+    """
+
+    def clicked() -> Iterator[float]:
         click(*place, count=count)
         yield _TURNS * _TICK
+
+    yield from _repeat(clicked, done)
+
+
+def _repeat(act: Callable[[], Iterator[float]], done: Callable[[], bool]) -> Iterator[float]:
+    for _ in range(4):
+        yield from act()
         yield from until(done, 1.4)
         if done():
             return
+    raise LostEventError
 
 
 def drag(start: tuple[int, int], end: tuple[int, int], steps: int = 12) -> Iterator[float]:
@@ -152,12 +173,29 @@ def drag(start: tuple[int, int], end: tuple[int, int], steps: int = 12) -> Itera
 def insist_on_drag(
     done: Callable[[], bool], start: tuple[int, int], end: tuple[int, int]
 ) -> Iterator[float]:
-    """Drag until it has the wanted effect, as `insist` clicks."""
-    for _ in range(4):
-        yield from drag(start, end)
-        yield from until(done, 1.4)
-        if done():
-            return
+    """Drag until it has the wanted effect, as `insist` clicks.
+
+    `done` has to hold as soon as the drag is noticed: a second one would go further.
+    """
+    yield from _repeat(lambda: drag(start, end), done)
+
+
+def insist_on_value(
+    done: Callable[[], bool], place: tuple[int, int], value: float
+) -> Iterator[float]:
+    """Type a number into the field there, as `insist` clicks; Return opens the field."""
+
+    def typed() -> Iterator[float]:
+        point(place[0] - 3, place[1])
+        point(*place)
+        for key in ("Return", "ctrl+a"):
+            press(key)
+            yield _TURNS * _TICK
+        write(f"{value:.4f}")
+        press("Return")
+        yield _TURNS * _TICK
+
+    yield from _repeat(typed, done)
 
 
 def press(*keys: str) -> None:
@@ -235,7 +273,7 @@ def open_tab(view: View, name: str = "Umbilics") -> Iterator[float]:
             press("Escape")
             yield _TURNS * _TICK
             return
-    raise AssertionError(f"there is no tab {name}")
+    raise LostEventError(f"there is no tab {name}")
 
 
 def file_browsers() -> list[tuple[bpy.types.Window, bpy.types.Area]]:
@@ -272,7 +310,7 @@ def choose_file(path: Path) -> Iterator[float]:
         yield from until(lambda: not file_browsers(), 2.0)
         if not file_browsers():
             return
-    raise AssertionError(f"{path} was not taken")
+    raise LostEventError(f"{path} was not taken")
 
 
 def _inside(

@@ -16,13 +16,14 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
+import numpy as np
 from hands import (
     View,
     choose_file,
     click,
     focus,
     insist,
-    insist_on_drag,
+    insist_on_value,
     move_window,
     open_tab,
     place_in,
@@ -40,6 +41,7 @@ from stage import (
     Report,
     bring_in_sight,
     in_tab,
+    part,
     press_detect,
 )
 
@@ -136,11 +138,17 @@ class NewUser:
         self.found["detected"] = self.shown
         self.shot("detected")
 
-    def thin_out(self, far: float = 0.027) -> Iterator[float]:
-        """Drag Strength to the right, by a part of the sidebar's width."""
-        before = self.shown
-        places = in_tab(self.view, 0.6, STRENGTH), in_tab(self.view, 0.6 + far, STRENGTH)
-        yield from insist_on_drag(lambda: self.shown < before, *places)
+    def thin_out(self) -> Iterator[float]:
+        """Type the Strength that leaves about half of the umbilics."""
+        display = bpy.context.scene.umbilics_display
+        kept = part("operators.data.record").of(self.mesh)
+        # Sorted from the largest, those without one first.
+        levels = np.sort(kept.detection.candidates.persistence)[::-1]
+        level = float(levels[np.isnan(levels).sum() + self.shown // 2])
+        value = part("operators.data.display").strength_of(level, kept.top)
+        yield from insist_on_value(
+            lambda: abs(display.strength - value) < 1e-3, in_tab(self.view, 0.6, STRENGTH), value
+        )
         point(*self.view.middle())
         yield 1.0
         self.found["thinned"] = self.shown
@@ -186,8 +194,7 @@ def main(zip_file: Path, mesh: Path, report: Report) -> None:
         yield from user.install(zip_file)
         yield from user.import_mesh(mesh)
         yield from user.detect()
-        # Whatever the mesh is, some of its pairs cancel before that.
-        yield from user.thin_out(far=0.25)
+        yield from user.thin_out()
         yield from user.choose()
         yield from user.show_map()
         yield from user.undo_all()

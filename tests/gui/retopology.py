@@ -11,8 +11,24 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 import numpy as np
-from hands import View, file_browsers, open_tab, pixels, play, point, until
-from stage import Report, monkey, running, settled
+from hands import (
+    LostEventError,
+    View,
+    file_browsers,
+    insist_on_value,
+    open_tab,
+    pixels,
+    play,
+    point,
+    press,
+    until,
+)
+from stage import Report, clear_scene, monkey, part, running, settled
+
+# The code of the key, as names are taken for others with Ctrl and Alt.
+F9 = "75"
+# Where the first row of what it opens has its value, from where the mouse was.
+FIRST_VALUE = (215, 51)
 
 report = Report(Path(sys.argv[-1]))
 found = report.found
@@ -69,6 +85,71 @@ def scenario():
     found["guides"] = [child.type for child in obj.children if "umbilics_valence" not in child]
     display.overlay = True
     yield from files(obj)
+    yield from adjusted()
+
+
+def adjusted():
+    """Adjust Last Operation by F9 and a number, and then Ctrl Z, for a plan and for quads."""
+    clear_scene(view)
+    with view.inside():
+        bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
+        bpy.context.object.scale = (1.5, 1.2, 1.0)
+        bpy.ops.ed.undo_push(message="ellipsoid")
+
+    def ellipsoid():
+        return bpy.data.objects["Icosphere"]
+
+    def state():
+        names = sorted(obj.name for obj in bpy.data.objects if obj.type == "MESH")
+        sizes = [len(bpy.data.objects[name].data.polygons) for name in names]
+        plan = ellipsoid().umbilics_plan
+        stale = part("operators.scene.staleness").plan_reasons(bpy.context, ellipsoid())
+        faces = dict(zip(names, sizes, strict=True))
+        return {"faces": faces, "poles": len(plan.poles), "stale": stale}
+
+    def holds(group, name, value):
+        return abs(getattr(getattr(bpy.context.scene, group), name) - value) < 1e-6
+
+    for operator, *wanted in (
+        ("guide", "umbilics_guidance", "smoothness", 0.9),
+        ("remesh_to_quads", "umbilics_remesh", "quads", 300),
+    ):
+        start(operator)
+        yield from settled()
+        found[operator] = [state()]
+        yield from popup()
+        x, y = view.middle()
+        place = x + FIRST_VALUE[0], y + FIRST_VALUE[1]
+        yield from insist_on_value(lambda wanted=wanted: holds(*wanted), place, wanted[-1])
+        found[operator].append(state())
+        report.picture(f"adjusted_{operator}")
+        press("Escape")
+        yield from settled()
+        point(*view.middle())
+        press("ctrl+z")
+        yield from until(lambda before=found[operator][-1]: state() != before, 20.0)
+        found[operator].append(state())
+        # For the next one.
+        press("ctrl+shift+z")
+        yield from until(lambda after=found[operator][1]: state() == after, 20.0)
+
+
+def popup():
+    """Press F9 until there is something dark below the mouse."""
+    x, y = view.middle()
+
+    def is_open():
+        seen = pixels(report.picture("popup"))[y + 8 : y + 40, x + 20 : x + 120]
+        return float(np.median(seen)) < 0.15
+
+    for _ in range(4):
+        point(x, y)
+        press(F9)
+        yield 0.4
+        yield from until(is_open, 3.0)
+        if is_open():
+            return
+    raise LostEventError
 
 
 def confirm_the_file_browser():

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
-from hands import PATIENCE, View, click, insist, picture
+from hands import PATIENCE, LostEventError, View, click, insist, picture
 
 NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top, if the verdict under
@@ -54,7 +54,7 @@ def bring_in_sight(view: View, y: float) -> Iterator[float]:
         # Near the top: over the list, the wheel would turn the list.
         click(*view.in_sidebar(0.1, 60), button=5)
         yield 1.2
-    raise AssertionError("the tab does not scroll")
+    raise LostEventError("the tab does not scroll")
 
 
 def running():

@@ -28,14 +28,8 @@ def mesh_file(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def found(play, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("mesh")
-    own = tmp_path_factory.mktemp("blender")
-    return play(
-        "new_user",
-        os.environ["UMBILICS_ZIP"],
-        mesh_file(folder),
-        environment={"BLENDER_USER_RESOURCES": str(own)},
-    )
+    mesh = mesh_file(tmp_path_factory.mktemp("mesh"))
+    return play("new_user", os.environ["UMBILICS_ZIP"], mesh, new_user=True)
 
 
 def test_the_zip_is_installed_from_the_preferences(found):

@@ -25,3 +25,17 @@ def test_the_window_lives_while_files_are_written(found):
     endings = ("obj", "rawfield", "rosy", "sharp", "sing")
     assert found["files"] == [f"thing.{ending}" for ending in endings]
     assert found["ticks_while_exporting"] > 0
+
+
+def test_a_plan_and_quads_are_adjusted_by_a_key_and_undone_by_another(found):
+    made, adjusted, undone = found["guide"]
+    assert made["poles"] == adjusted["poles"] == 8
+    # What the panel shows then is what the plan was made with.
+    assert adjusted["stale"] == []
+    assert undone["poles"] == 0
+    made, adjusted, undone = found["remesh_to_quads"]
+    assert 1900 < made["faces"]["Icosphere Quads"] < 2100
+    assert 280 < adjusted["faces"]["Icosphere Quads"] < 320
+    assert made["faces"].keys() == adjusted["faces"].keys()
+    assert "Icosphere Quads" not in undone["faces"]
+    assert undone["poles"] == 8

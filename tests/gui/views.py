@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from hands import (
+    LostEventError,
     View,
     arrange_windows,
     click,
@@ -194,6 +195,8 @@ def manual():
     report.picture("menu")
     click(place[0] + MANUAL[0], place[1] + MANUAL[1])
     yield from until(lambda: bool(opened), 10.0)
+    if not opened:
+        raise LostEventError("Online Manual was not chosen")
     found["manual"] = list(opened)
     opened.clear()
     with view.inside():

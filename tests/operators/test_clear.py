@@ -78,6 +78,22 @@ def test_collections_that_the_user_emptied_go_too(two):
     assert bpy.ops.umbilics.clear_file() == {"CANCELLED"}
 
 
+def test_what_was_cleared_is_said_as_it_is(two, capfd):
+    first, _ = two
+
+    def said():
+        assert bpy.ops.umbilics.clear_file() == {"FINISHED"}
+        return capfd.readouterr().out
+
+    assert "Cleared 2 objects.\n" in said()
+    select(first)
+    bpy.ops.umbilics.detect()
+    assert "Cleared one object.\n" in said()
+    bpy.ops.umbilics.detect()
+    bpy.ops.object.delete()
+    assert "Info: What was left of other objects is removed.\n" in said()
+
+
 def test_joined_objects(two):
     first, second = two
     select(second, first)

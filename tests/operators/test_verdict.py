@@ -18,19 +18,23 @@ def test_a_fine_ellipsoid_is_trusted(judged):
     assert (found.found, found.trust, found.is_good) == ("4 umbilics", "trust good", True)
 
 
-@pytest.mark.parametrize("primitive", ["cube", "cone", "cylinder", "monkey"])
-def test_what_is_too_coarse_gets_a_subdivision(judged, primitive):
+@pytest.mark.parametrize(
+    ("primitive", "levels"), [("cube", 4), ("cone", 3), ("cylinder", 3), ("monkey", 2)]
+)
+def test_what_is_too_coarse_gets_a_subdivision(judged, primitive, levels):
+    """One click is enough."""
     getattr(bpy.ops.mesh, f"primitive_{primitive}_add")()
     obj = bpy.context.object
     bpy.ops.umbilics.detect()
     found = judged(obj)
     assert (found.remedy, found.is_good) == ("SUBDIVIDE", False)
-    for levels in (2, 3):
-        assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
-        assert obj.modifiers[-1].levels == levels
-    assert len(obj.modifiers) == 1
+    assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
+    assert [modifier.levels for modifier in obj.modifiers] == [levels]
     assert "Subdivision" in obj.umbilics.analysed
     assert judged(obj).remedy != "SUBDIVIDE"
+    # Another click adds a level to the modifier that is there.
+    assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
+    assert [modifier.levels for modifier in obj.modifiers] == [levels + 1]
 
 
 def box():
@@ -50,6 +54,22 @@ def test_a_box_is_a_hard_surface_until_creases_are_heeded(judged):
     assert bpy.ops.umbilics.mend(way="CREASES") == {"FINISHED"}
     assert np.degrees(bpy.context.scene.umbilics.crease_angle) == pytest.approx(30.0)
     assert judged(obj).remedy == ""
+
+
+def test_marked_edges_are_heeded_creases(judged):
+    obj = box()
+    bpy.context.scene.umbilics.regions = False
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "CREASES"
+    for edge in obj.data.edges:
+        ends = [obj.data.vertices[end].co for end in edge.vertices]
+        flush = [all(abs(abs(co[axis]) - 1.0) < 1e-6 for co in ends) for axis in range(3)]
+        edge.use_edge_sharp = sum(flush) >= 2
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == ""
+    bpy.context.scene.umbilics.crease_marks = False
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "CREASES"
 
 
 def test_no_tick_where_the_noise_is_unknown(judged):

@@ -1,6 +1,10 @@
 """Blender's menus have everything, and the manual and F9 know it."""
 
+from fnmatch import fnmatchcase
+from pathlib import Path
 from types import SimpleNamespace
+from urllib.parse import urlparse
+from urllib.request import url2pathname
 
 import bpy
 import pytest
@@ -64,12 +68,58 @@ def test_a_right_click_has_one_entry(addon, place):
         assert layout.menus == ["UMBILICS_MT_object"] and not layout.operators
 
 
-def test_the_manual_knows_the_retopology(addon):
-    _, pages = addon.ui.manual.pages()
-    known = dict(pages)
-    assert known["bpy.types.umbilics_pg_guidance.*"] == "#retopology"
-    for name in drawn(addon.ui.menus.UMBILICS_MT_retopology).operators:
-        assert known[f"bpy.ops.umbilics.{name}*"] == "#retopology"
+def page_of(addon, name):
+    """Where the manual leads from what Blender calls an operator or a property."""
+    start, pages = addon.ui.manual.pages()
+    return start + next(page for pattern, page in pages if fnmatchcase(name.lower(), pattern))
+
+
+def shown_properties():
+    """Names of all properties of the groups that scenes and objects have."""
+    groups = [
+        item.fixed_type
+        for owner in (bpy.types.Scene, bpy.types.Object)
+        for item in owner.bl_rna.properties
+        if item.identifier.startswith("umbilics") and item.type == "POINTER"
+    ]
+    assert len(groups) >= 6
+    return [
+        f"bpy.types.{group.identifier}.{item.identifier}"
+        for group in groups
+        for item in group.properties
+        if item.identifier not in ("rna_type", "name")
+    ]
+
+
+def test_every_operator_and_property_has_a_chapter_of_the_manual(addon):
+    names = [f"bpy.ops.umbilics.{name}" for name in operators()] + shown_properties()
+    names += [
+        f"bpy.ops.umbilics.{name}.{item.identifier}"
+        for name in operators()
+        for item in getattr(bpy.ops.umbilics, name).get_rna_type().properties
+    ]
+    for name in names:
+        url = urlparse(page_of(addon, name))
+        page = Path(url2pathname(url.path)).read_text("utf-8")
+        assert f'id="{url.fragment}"' in page, name
+
+
+def test_chapters_are_about_what_leads_to_them(addon):
+    for name, chapter in (
+        ("bpy.ops.umbilics.detect", "guide.html#first-detection"),
+        ("bpy.ops.umbilics.pin", "guide.html#the-list"),
+        ("bpy.ops.umbilics.guide", "retopology.html#plan-poles"),
+        ("bpy.ops.umbilics.guide.smoothness", "retopology.html#plan-poles"),
+        ("bpy.ops.umbilics.remesh_to_quads.quads", "retopology.html#quads"),
+        ("bpy.ops.umbilics.symmetry", "retopology.html#symmetry"),
+        ("bpy.types.UMBILICS_PG_guidance.smoothness", "retopology.html#plan-poles"),
+        ("bpy.types.UMBILICS_PG_guidance.spacing", "retopology.html#lines"),
+        ("bpy.types.UMBILICS_PG_remesh.adaptivity", "retopology.html#how-the-quads-are-made"),
+        ("bpy.types.UMBILICS_PG_check.surface", "retopology.html#check-topology"),
+        ("bpy.types.UMBILICS_PG_display.source", "guide.html#first-detection"),
+        ("bpy.types.UMBILICS_PG_settings.scale", "guide.html#settings"),
+    ):
+        assert page_of(addon, name).endswith(f"/{chapter}"), name
 
 
 def test_lengths_and_curvatures_have_the_units_of_the_scene(addon):

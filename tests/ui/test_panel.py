@@ -110,6 +110,34 @@ def draw(addon):
     return draw_all
 
 
+ADJUSTED = ("guide", "lines", "separatrices", "ridges", "preview_layout", "remesh_to_quads")
+
+
+@pytest.mark.parametrize("name", ADJUSTED)
+def test_adjusting_shows_what_has_an_effect(addon, name):
+    """As the panel does, a number only where it is not left to the add-on."""
+    operator = getattr(addon.operators, name)
+    cls = getattr(operator, f"UMBILICS_OT_{name}")
+    properties = bpy.context.window_manager.operator_properties_last(f"umbilics.{name}")
+    every = {item.identifier for item in properties.bl_rna.properties} - {"rna_type"}
+    switches = {item for item in every if item.endswith("_auto")}
+
+    def shown():
+        paper = Paper()
+        settings = {item: getattr(properties, item) for item in every}
+        idle = lambda: cls.idle(SimpleNamespace(**settings))  # noqa: E731
+        cls.draw(SimpleNamespace(layout=paper, properties=properties, idle=idle), bpy.context)
+        return paper.names("prop")
+
+    for switch in switches:
+        setattr(properties, switch, True)
+    assert sorted(shown()) == sorted(every - {item.removesuffix("_auto") for item in switches})
+    for switch in switches:
+        setattr(properties, switch, False)
+    # A length says how many quads there are.
+    assert set(shown()) == every - ({"quads"} if "edge_length" in every else set())
+
+
 def test_tab_is_where_users_look(addon):
     for panel in panels():
         assert (panel.bl_space_type, panel.bl_region_type) == ("VIEW_3D", "UI")

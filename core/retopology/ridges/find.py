@@ -14,6 +14,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.progress import Progress
+from ...base.unit import unit
 from ...curvature.field import CurvatureField
 from ...mesh.surface import Surface
 from .bend import ROUND, bend_of
@@ -231,8 +232,7 @@ def _across(
     one, two = slopes.d[family][tail], slopes.d[family][head]
     agree = np.where(np.einsum("pc,pc->p", one, two) < 0, -1.0, 1.0)
     t = found.along[point]
-    d = (1.0 - t)[:, None] * one + (t * agree)[:, None] * two
-    return d / np.maximum(np.linalg.norm(d, axis=1), np.finfo(float).tiny)[:, None]
+    return unit((1.0 - t)[:, None] * one + (t * agree)[:, None] * two)
 
 
 def _weights(

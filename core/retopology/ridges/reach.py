@@ -59,7 +59,7 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     if not len(centres):
         return narrowest
-    edge = _edge_length(surface)
+    edge = surface.mean_side
 
     def at(fitting: Fitting) -> Slopes:
         return fit_slopes(surface, axes, fitting, Progress(), centres)
@@ -80,10 +80,6 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
             break
         fitting, smaller, last = fitting.wider(1), larger, change
     return narrowest if fitting.neighbourhood.rings == FEWEST_RINGS else fitting
-
-
-def _edge_length(surface: Surface) -> float:
-    return float(np.sqrt(surface.side_squares).mean())
 
 
 def _misplaced(slopes: Slopes) -> float:

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....base.progress import Progress
+from ....base.subsets import places_in
+from ....fields.frames import side_axes
 from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..layout.laying_out import Wishes
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
-from .directions import face_axes
 from .guides import Guides, vertex_normals
 from .mending import mend, oriented_quality
 from .projection import ClosestPoints
@@ -67,7 +68,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
     position[near] = below[near]
     guides = Guides(
         surface=closest,
-        direction=face_axes(piece.working)[0],
+        direction=side_axes(surface)[0],
         size=piece.wishes.size,
         fixed=held,
         curve=np.full(len(position), -1),
@@ -78,13 +79,11 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
     folded = int(np.count_nonzero(oriented_quality(position, quads, guides) <= 0.0))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
-    irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
-    pole = np.full(len(position), -1)
-    pole[irregular] = np.arange(len(irregular))
+    irregular = topology.irregular
     made = Report(
         vertices=position * surface.unit + surface.origin,
         quads=quads,
-        pole=pole,
+        pole=places_in(irregular, len(position)),
         pole_valence=topology.valence[irregular],
         pole_umbilic=np.full(len(irregular), -1),
         pole_confidence=np.full(len(irregular), UNATTACHED),
