@@ -1,4 +1,4 @@
-"""Quads on shapes that a map is hard to find for: creases all around, few large faces, caps, sheets."""
+"""Quads on shapes that maps are hard to find for: creases all around, few large faces, caps."""
 
 import hypothesis
 import numpy as np
