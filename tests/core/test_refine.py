@@ -113,6 +113,7 @@ def test_errors_of_neighbours_that_are_shared_count():
         places(surface, dataclasses.replace(fit, closer=each, degree=4))
         for each in (scale, dataclasses.replace(scale, factor=3.0))
     )
+    assert one.slope_error[0] > 0.0
     for name, times in (("error", 3.0), ("slope_error", 3.0), ("clarity", 1.0 / 3.0)):
         np.testing.assert_allclose(getattr(three, name), times * getattr(one, name))
 
