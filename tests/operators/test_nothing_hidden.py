@@ -255,9 +255,9 @@ def test_a_plan_says_what_it_is_older_than(reasons):
     group.zone = "Zone"
     bpy.ops.umbilics.guide()
     assert reasons(obj, plan=True) == ""
-    group.smoothness = 0.1
+    group.smoothness_auto, group.smoothness = False, 0.1
     assert "Smoothness" in reasons(obj, plan=True)
-    group.property_unset("smoothness")
+    group.property_unset("smoothness_auto")
     group.spacing_auto = False
     assert reasons(obj, plan=True) == "", "that is for lines"
     obj.umbilics.active = 0
