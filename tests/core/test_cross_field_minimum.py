@@ -110,15 +110,16 @@ def test_it_is_the_minimum_of_its_energy(small, smoothness, held):
     cross = cross_field(
         surface, field, GuidanceSettings(smoothness=smoothness), watched(), features=features(edges)
     )
+    on = np.unique([tail[edges], head[edges]])
     normal = field.normal.copy()
-    normal[tail[edges]] = vertex_normals(surface)[tail[edges]]
+    normal[on] = vertex_normals(surface)[on]
     e1, e2 = tangents(normal)
     axis = np.ascontiguousarray((e1 + 1j * e2).T)
     confidence, data = curvature_data(surface, field, normal, axis, None, 4)
     length = smoothing_length(surface, smoothness)
     matrix = laplacian(surface, normal)
     weight = np.maximum(confidence, LEAST_CONFIDENCE) * areas(surface) / length**2
-    for vertex in tail[edges]:
+    for vertex in on:
         at = edges[(tail[edges] == vertex) | (head[edges] == vertex)]
         along = surface.vertices[head[at]] - surface.vertices[tail[at]]
         wanted = fourth(e1[vertex], e2[vertex], along).mean()
