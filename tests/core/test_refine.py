@@ -207,6 +207,37 @@ def test_noise_is_looked_at_by_degree_four_and_the_cubic_stays_elsewhere():
     assert (after.field.k1[fitted_anew] != before.field.k1[fitted_anew]).all()
 
 
+@pytest.mark.parametrize(
+    "change, factor, at_one",
+    [
+        ({}, 1.0, False),
+        ({"focused": True}, 1.0, True),
+        ({"stretch": 2.0}, 1.0, True),
+        ({}, 2.0 * closer.SHARED, True),
+    ],
+)
+def test_windows_are_compared_where_noise_is_even(monkeypatch, change, factor, at_one):
+    """On clean and on stretched meshes, and where errors are shared, one scale serves all."""
+    monkeypatch.setattr(closer, "_at_one_scale", lambda *_: "one scale")
+    surface, fit = fitted(*graph(LEMON, 0.05))
+    around = dataclasses.replace(fit.neighbourhood, **{"rings": 3, "focused": False} | change)
+    scale = Scale(around, fit.field.normal, factor)
+    found = look_closer(surface, fit.field, fit.radius, scale, Progress())
+    assert (found == "one scale") == at_one
+
+
+def test_a_place_is_refined_over_the_narrowest_window_around_it():
+    """And where cubics stayed over theirs, wider by as much as the degree asks for."""
+    surface, fit = fitted(*graph(LEMON, 0.05))
+    triangle, _ = beginning(surface, (0.0, 0.0))
+    rings = np.zeros(len(surface.vertices), np.int64)
+    scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4), fit.field.normal, 1.0)
+    fit = dataclasses.replace(fit, closer=scale, degree=4, rings=rings)
+    assert refining._rings(surface, triangle, fit).tolist() == [4 + refining.NOISY[1]]
+    rings[surface.triangles[triangle[0], :2]] = 7, 3
+    assert refining._rings(surface, triangle, fit).tolist() == [3]
+
+
 @pytest.mark.parametrize("cells, degree", [(24, 5), (5, 4), (4, 4), (3, 3)])
 def test_the_degree_is_what_the_samples_can_hold(monkeypatch, cells, degree):
     """One and a half samples for each of (d + 1)(d + 2) / 2 terms, but no less than a cubic."""
