@@ -17,6 +17,7 @@ from ...mesh.neighbourhoods import Neighbourhood
 from ...mesh.rings import adjacency
 from ...mesh.surface import Surface
 from .bend import ROUND, bending_of
+from .nested import NestedFits
 from .slopes import Fitting, Slopes, fit_slopes
 
 # Degree four. Its bias (one part in twenty of e where the mesh is clean) grows with e and leaves
@@ -60,19 +61,17 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
     if not len(centres):
         return narrowest
     edge = surface.mean_side
-
-    def at(fitting: Fitting) -> Slopes:
-        return fit_slopes(surface, axes, fitting, Progress(), centres)
-
-    focused = at(narrowest)
+    focused = fit_slopes(surface, axes, narrowest, Progress(), centres)
     if not focused.determined.any() or _misplaced(focused) <= FINE * edge:
         return narrowest
     fitting = replace(narrowest, focus=None)
-    smaller, last = at(fitting), np.inf
+    nested = NestedFits(surface, axes, centres, DEGREE, FEWEST_RINGS)
+    smaller, last = nested.slopes(), np.inf
     while fitting.neighbourhood.rings < MOST_RINGS:
         rings = fitting.neighbourhood.rings
         progress.step((rings - FEWEST_RINGS) / (MOST_RINGS - FEWEST_RINGS))
-        larger = at(fitting.wider(1))
+        nested.widen()
+        larger = nested.slopes()
         change, expected = _change(smaller, larger)
         shared = max(change / expected, 1.0) if expected > 0.0 else 1.0
         fine = shared * _misplaced(smaller) <= FINE * edge
