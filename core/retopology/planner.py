@@ -123,7 +123,7 @@ class Guide(Groundwork):
         )
         end = time.perf_counter()
         progress.step(1.0)
-        warnings = disagreements(surface, len(simple.stayed), cross.triangle_index, poles)
+        warnings = disagreements(surface, len(simple.stayed), cross, poles)
         if strokes is not None and pull is not None:
             warnings += strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
         timings = {"cross field": middle - begin, "poles": end - middle}
