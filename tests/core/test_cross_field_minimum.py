@@ -173,7 +173,7 @@ def test_crests_pull_and_yield_to_what_pulls_there():
     assert 1.0 < turned[1] < turned[2] < 10.0
 
 
-@pytest.mark.parametrize("confidence", [5e-3, 2e-4])
+@pytest.mark.parametrize("confidence", [5e-3, 2e-4, 0.0])
 def test_without_directions_it_is_the_smoothest(confidence):
     """A closed surface with hardly any direction takes the smoothest field, in the sense of the
     Laplacian's least eigenvalue; with a little more the directions decide."""
@@ -182,9 +182,14 @@ def test_without_directions_it_is_the_smoothest(confidence):
     x = np.cross(mesh.normal[surface.source_vertex], [0.3, 0.5, 0.8])
     d1 = x / np.linalg.norm(x, axis=1)[:, None]
     exact = exact_field(mesh, surface)
-    field = doubtful(replace(exact, d1=d1, d2=np.cross(exact.normal, d1)), confidence)
+    field = replace(exact, d1=d1, d2=np.cross(exact.normal, d1))
     cross = cross_field(
-        surface, field, GuidanceSettings(smoothness=0.0), watched(), features=features()
+        surface,
+        doubtful(field, confidence or 2e-4),
+        GuidanceSettings(smoothness=0.0),
+        watched(),
+        features=features(),
+        undirected=np.full(len(surface.triangles), confidence == 0.0),
     )
     assert np.allclose(cross.confidence, confidence)
     away = np.abs((cross.direction * d1).sum(axis=1))

@@ -223,6 +223,17 @@ def test_a_deletion_by_hand_does_not_outlive_clear():
     assert umbilics_of_poles(obj) == [0, 1, 2, 3]
 
 
+def test_a_plan_keeps_what_the_filters_keep():
+    obj = detected()
+    bpy.context.scene.umbilics_guidance.plan = "umbilics"
+    bpy.context.scene.umbilics.at_most = 2
+    bpy.ops.umbilics.guide()
+    assert len(umbilics_of_poles(obj)) == 2
+    bpy.context.scene.umbilics.at_most = 0
+    bpy.ops.umbilics.guide()
+    assert umbilics_of_poles(obj) == [0, 1, 2, 3]
+
+
 def test_a_deletion_by_hand_holds_in_a_plan_of_the_mesh_as_it_is_now():
     """The mesh was refined since: rows are others, and the umbilic is known by its place."""
     obj = detected()

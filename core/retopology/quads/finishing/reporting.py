@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -14,28 +12,11 @@ from ..conformity import conformity
 from ..field.crosses import QUARTER
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut
+from ..result import QuadMesh
 from ..surface.working_surface import WorkingSurface
 from .directions import deviators
 from .placement import Placement
 from .projection import ClosestPoints
-
-
-@dataclass(frozen=True)
-class Report:
-    """The quads of one piece; rows and coordinates as in `QuadMesh`, patches from 0."""
-
-    vertices: np.ndarray
-    quads: np.ndarray
-    pole: np.ndarray
-    pole_valence: np.ndarray
-    pole_umbilic: np.ndarray
-    pole_confidence: np.ndarray
-    border: np.ndarray
-    feature: np.ndarray
-    patch: np.ndarray
-    patches: int
-    angle: np.ndarray
-    source_triangle: np.ndarray
 
 
 def reported(
@@ -44,8 +25,8 @@ def reported(
     placed: Placement,
     position: np.ndarray,
     triangle: np.ndarray,
-) -> Report:
-    """The report of quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
+) -> QuadMesh:
+    """Quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
     surface = laid.working.surface
     topology = conformity(placed.quads, len(position))
     irregular = topology.irregular
@@ -53,7 +34,7 @@ def reported(
     on_feature = np.where(
         placed.vertex >= 0, laid.map_.crosses.on_feature[np.maximum(placed.vertex, 0)], False
     )
-    return Report(
+    return QuadMesh(
         vertices=position * surface.unit + surface.origin,
         quads=placed.quads,
         pole=places_in(irregular, len(position)),
@@ -63,7 +44,6 @@ def reported(
         border=topology.border,
         feature=(on_feature | (placed.track >= 0)) & ~topology.border,
         patch=grid.patch,
-        patches=len(laid.layout.rectangles),
         angle=angle_to_curvature(laid.working, position, placed.quads),
         source_triangle=surface.source_triangle[triangle],
     )

@@ -16,13 +16,14 @@ from ....fields.frames import side_axes
 from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..layout.laying_out import Wishes
+from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
 from .guides import Guides, vertex_normals
 from .mending import mend, oriented_quality
 from .projection import ClosestPoints
-from .reporting import Report, angle_to_curvature
+from .reporting import angle_to_curvature
 
 # Quads that a triangle is cut into.
 EACH = 3
@@ -46,7 +47,7 @@ class Unlaid:
         return max(round(float((area / self.wishes.size**2).sum())), FEWEST)
 
 
-def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
+def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
     """About as many quads as were asked for, fewer where the surface has fewer triangles and more
     where features and borders have more vertices; and how many of them are folded."""
     surface = piece.working.surface
@@ -80,7 +81,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular
-    made = Report(
+    made = QuadMesh(
         vertices=position * surface.unit + surface.origin,
         quads=quads,
         pole=places_in(irregular, len(position)),
@@ -90,7 +91,6 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
         border=topology.border,
         feature=on_feature & ~topology.border,
         patch=np.arange(len(quads)) // EACH,
-        patches=len(mesh.triangles),
         angle=angle_to_curvature(piece.working, position, quads),
         source_triangle=surface.source_triangle[triangle],
     )
