@@ -214,7 +214,8 @@ def first_said(sentences: Sequence[str]) -> tuple[str, ...]:
 def poles_off_surface(surface: Surface, wanted: WantedPoles, poles: Poles) -> tuple[str, ...]:
     """What is said of wanted poles that are not on the surface, beside where they were put."""
     size = float(np.ptp(surface.vertices, axis=0).max()) * surface.unit
-    away = np.linalg.norm(np.asarray(wanted.position, float).reshape(-1, 3) - poles.position, axis=1)
+    asked = np.asarray(wanted.position, float).reshape(-1, 3)
+    away = np.linalg.norm(asked - poles.position, axis=1)
     count = int(np.count_nonzero(away > OFF_SURFACE * size))
     if not count:
         return ()

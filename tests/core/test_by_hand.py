@@ -108,7 +108,8 @@ def test_strokes_that_count_for_nothing_say_why(plain):
     mesh, guide, before = plain
     stroke = stroke_over(mesh)
     # A dot, one of no numbers, and one that lies all along above another.
-    lines = [stroke.position[:1], np.full((3, 3), np.nan), stroke.position, stroke.position + np.array([0, 0, 0.1])]
+    above = stroke.position + np.array([0.0, 0.0, 0.1])
+    lines = [stroke.position[:1], np.full((3, 3), np.nan), stroke.position, above]
     start = np.cumsum([0, *map(len, lines)])
     strokes = core.Strokes(start, np.concatenate(lines), np.full(4, 0.3))
     said = guide.guidance(strokes=strokes).warnings
