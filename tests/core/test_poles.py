@@ -11,6 +11,7 @@ from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 import core
 from core.base.progress import Progress
 from core.retopology.cross_field import cross_field
+from core.retopology.features import find_features
 from core.retopology.field.planned import with_poles
 from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
@@ -271,10 +272,11 @@ def test_poles_that_share_a_vertex_of_the_faces_are_said():
     surface, planes = guide.surface, guide.planes(Progress())
     settings, measured = core.GuidanceSettings(), guide.measured(Progress())
     cross = cross_field(surface, measured, settings, Progress())
+    features = find_features(surface, settings)
     # Three corners have room for three, and cancelling poles for none.
     for sign, astray in ([1, -1], 0), ([1, -1, 1, -1], 1):
         triangle = np.full(len(sign), 100)
-        found = with_poles(surface, planes, cross, triangle, np.array(sign), Progress())
+        found = with_poles(surface, planes, cross, features, triangle, np.array(sign), Progress())
         assert found.astray == astray
         poles = plan_poles(surface, planes, cross, guide.detection.umbilics, [])
         said = disagreements(surface, 0, found, poles)
