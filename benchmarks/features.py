@@ -62,7 +62,10 @@ not swerve; a single edge of a rounded or rough surface is none
   of opposite poles stand nearer than an edge of a mesh of {quads:,} quads. A part of flat and round
   faces alone has no angle (nan).
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
-- **Default**: smoothness {default:g}, with creases only; then the same creases at fixed smoothness.
+- **Default**: automatic smoothness, with creases only; then the same creases at fixed smoothness.
+  Automatic is 0.45 or, of each connected part, the least of three below it (0.31, 0.36, 0.4) that
+  has no more poles, within a tenth and those too near to an opposite one counted twice, and an
+  angle that is half a degree better (`core/retopology/least_smoothing.py`).
 - **Beaten by**: fixed smoothness with no more poles and no larger angle than the default, and one
   of them better by more than a tenth (the angle by more than half a degree, too).
 
@@ -195,7 +198,6 @@ def main(arguments: list[str] | None = None) -> int:
         f"only: {bodies}.",
         angle=default.feature_angle,
         quads=QUADS,
-        default=default.smoothness,
         machine=machine(),
         pictures=PICTURES,
         table=table((*names, *(f"{value:g}" for value in SMOOTHNESS), "Beaten by"), rows),

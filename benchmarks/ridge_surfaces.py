@@ -113,6 +113,7 @@ def surfaces() -> list[Implicit]:
         _power("x⁶ + y⁶ + z⁶ = 1", 6),
         _power("x⁴ + y⁴ + z⁴ = 1", 4),
         _torus(),
+        _power("(x/2)⁴ + (y/1.5)⁴ + z⁴ = 1", 4, (2.0, 1.5, 1.0)),
     ]
 
 
@@ -209,13 +210,14 @@ def _skewed() -> Implicit:
     return Implicit("skewed ellipsoid", value, gradient, hessian, 1.3 * axes)
 
 
-def _power(name: str, power: int) -> Implicit:
+def _power(name: str, power: int, axes: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Implicit:
+    size = np.array(axes)
     return Implicit(
         name,
-        lambda x: (x**power).sum(axis=1) - 1.0,
-        lambda x: power * x ** (power - 1),
-        lambda x: _diagonal(power * (power - 1) * x ** (power - 2)),
-        np.full(3, 1.1),
+        lambda x: ((x / size) ** power).sum(axis=1) - 1.0,
+        lambda x: power * (x / size) ** (power - 1) / size,
+        lambda x: _diagonal(power * (power - 1) * (x / size) ** (power - 2) / size**2),
+        1.1 * size,
     )
 
 

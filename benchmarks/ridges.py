@@ -163,7 +163,7 @@ def measured(
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks.ridges", description=__doc__)
-    parser.add_argument("--surfaces", type=int, default=5, help="the first so many (5)")
+    parser.add_argument("--surfaces", type=int, default=6, help="the first so many (6)")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "ridges.md")
     options = parser.parse_args(arguments)
     where = machine()

@@ -8,7 +8,7 @@ import core
 from core.mesh.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.crossings import crossings
-from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
+from core.retopology.quads.finishing.projection import ClosestPoints
 
 # Vertices lie on the surface within this part of its size.
 ON_SURFACE = 1e-6
@@ -58,7 +58,7 @@ def broken_guarantees(
     corner = surface.vertices[surface.triangles]
     # What the quick search has missed is looked for everywhere.
     for row in far.tolist():
-        every = closest_on(np.broadcast_to(place[row], (len(corner), 3)), corner)
+        every = closest_in(corner, place[row])
         on[row] = every[((every - place[row]) ** 2).sum(axis=1).argmin()]
     off = float(np.abs(place - on).max())
     expect(off < ON_SURFACE, f"{off:.1e} off the surface")
@@ -103,3 +103,22 @@ def holds(
     """Every guarantee of a quad mesh; the topology of it."""
     assert broken_guarantees(vertices, triangles, made, quads) == []
     return conformity(made.quads, len(made.vertices))
+
+
+def closest_in(corner: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """(t, 3) the point of each triangle (t, 3, 3) that is closest to one point (3,): below it, or
+    on the nearest of the three sides."""
+    a, b = corner, np.roll(corner, -1, axis=1)
+    along = b - a
+    length = np.maximum((along**2).sum(axis=2), np.finfo(float).tiny)
+    share = np.clip(((point - a) * along).sum(axis=2) / length, 0.0, 1.0)
+    on_side = a + share[..., None] * along
+    nearest = ((on_side - point) ** 2).sum(axis=2).argmin(axis=1)
+    result = on_side[np.arange(len(corner)), nearest]
+    normal = np.cross(along[:, 0], along[:, 1])
+    square = np.maximum((normal**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    foot = point - ((point - a[:, 0]) * normal).sum(axis=1, keepdims=True) / square * normal
+    side = np.cross(along, foot[:, None] - a) * normal[:, None]
+    inside = (side.sum(axis=2) > 0.0).all(axis=1)
+    result[inside] = foot[inside]
+    return result

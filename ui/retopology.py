@@ -63,7 +63,7 @@ class UMBILICS_PT_retopology(Part, bpy.types.Panel):
         layout.active = worker.current() is None
         group, obj = context.scene.umbilics_guidance, selection.shown(context)
         column = layout.column()
-        column.prop(group, "smoothness", slider=True)
+        automatic(column, group, "smoothness")
         column.prop(group, "plan")
         if obj is not None and obj.type == "MESH":
             column.prop_search(group, "zone", obj, "vertex_groups")

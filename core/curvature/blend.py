@@ -27,7 +27,6 @@ class Blend:
     """A field and what is laid over it, vertex by vertex; see `add`."""
 
     under: CurvatureField
-    under_radius: np.ndarray
     share: np.ndarray
     weight: np.ndarray
     spread: np.ndarray
@@ -43,7 +42,6 @@ class Blend:
         n = len(radius)
         return cls(
             under=field,
-            under_radius=radius,
             share=np.zeros(n),
             weight=np.zeros(n),
             spread=np.zeros(n),

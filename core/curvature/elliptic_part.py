@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
+from ..mesh.rings import adjacency
 from ..mesh.surface import Surface
 from .surface_types import PEAK, PIT
 
@@ -20,15 +20,7 @@ def opened_elliptic_part(surface: Surface, types: np.ndarray, passes: int) -> np
     inside = (types == PEAK) | (types == PIT)
     if passes <= 0:
         return inside
-    n = len(surface.vertices)
-    ring = sparse.csr_array(
-        (
-            np.ones(len(surface.neighbours), dtype=np.int32),
-            surface.neighbours,
-            surface.neighbour_start,
-        ),
-        shape=(n, n),
-    )
+    ring = adjacency(surface)
     for _ in range(passes):
         inside = inside & (ring @ (~inside).astype(np.int32) == 0)
     for _ in range(passes):

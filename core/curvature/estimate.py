@@ -271,6 +271,4 @@ def _filled(field: CurvatureField, other: CurvatureField, keep: np.ndarray) -> C
 def _edge_length(surface: Surface) -> np.ndarray:
     """(n,) mean length of the edges at each vertex."""
     valence = np.diff(surface.neighbour_start)
-    owner = np.repeat(np.arange(len(valence)), valence)
-    offset = surface.vertices[surface.neighbours] - surface.vertices[owner]
-    return np.bincount(owner, weights=np.linalg.norm(offset, axis=1)) / valence
+    return np.bincount(surface.owner, weights=surface.ring_lengths) / valence

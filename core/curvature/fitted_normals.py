@@ -45,11 +45,9 @@ def _intercepts(surface: Surface, normals: np.ndarray) -> sparse.csr_array:
     """(n, n) matrix that takes values at the vertices to those of their linear fits."""
     n = len(surface.vertices)
     itself = np.arange(n)
-    centre = np.concatenate([itself, np.repeat(itself, np.diff(surface.neighbour_start))])
+    centre = np.concatenate([itself, surface.owner])
     other = np.concatenate([itself, surface.neighbours])
-    area = np.bincount(
-        surface.triangles.ravel(), np.repeat(surface.face_normal_area[1], 3), minlength=n
-    )
+    area = surface.vertex_area
     weight = np.maximum(area[other], 1e-12 * max(float(area.mean()), np.finfo(float).tiny))
 
     def summed(values: np.ndarray) -> np.ndarray:

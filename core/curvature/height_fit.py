@@ -68,13 +68,25 @@ def sum_count(degree: int) -> int:
     return len(_monomials(2 * degree)) + len(_monomials(degree)) + 1
 
 
+def _moments(degree: int) -> list[tuple[int, int]]:
+    """Exponents (a, b) of the sums of x^a y^b in the order of `sum_samples`: all by 1, the highest
+    by powers of x, the rest by y^degree."""
+    low, steps = _monomials(degree), range(1, degree + 1)
+    moments = low + [(degree + k - b, b) for k in steps for b in range(degree)]
+    return moments + [(a, degree + b) for a, b in low[1:]]
+
+
+@cache
+def sum_degrees(degree: int) -> np.ndarray:
+    """(r,) the power of the unit of length that each of the sums grows with, see `sum_samples`."""
+    lifted = [(a, b + 1) for a, b in _monomials(degree)]
+    return np.array([a + b for a, b in _moments(degree) + lifted] + [2])
+
+
 @cache
 def _system_rows(degree: int, last: Terms) -> np.ndarray:
     """(t, t + 1) rows of the sums that make up the normal equations of the t terms."""
-    low, steps = _monomials(degree), range(1, degree + 1)
-    # As `sum_samples` multiplies them: all by 1, the highest by powers of x, the rest by y^degree.
-    moments = low + [(degree + k - b, b) for k in steps for b in range(degree)]
-    moments += [(a, degree + b) for a, b in low[1:]]
+    low, moments = _monomials(degree), _moments(degree)
     moment = {exponents: row for row, exponents in enumerate(moments)}
     lifted = {exponents: row for row, exponents in enumerate(low, len(moments))}
     terms = _terms(degree, last)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.progress import Progress
+from ..base.unit import unit
 from ..fields.frames import frame
 from ..mesh.surface import Surface
 from .height_fit import fit_heights
@@ -76,8 +77,7 @@ def best_fits(surface: Surface, scale: Scale, triangles: np.ndarray, progress: P
     """The best of the ladder's fits around the middles of triangles (k,)."""
     corners = surface.triangles[triangles]
     centre = surface.vertices[corners].mean(axis=1)
-    normal = scale.normals[corners].sum(axis=1)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    normal = unit(scale.normals[corners].sum(axis=1))
     axes = np.stack([*frame(normal.T), normal.T])
     steps = [
         _window(surface, scale, corners, centre, axes, rings, progress)

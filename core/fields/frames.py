@@ -9,6 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.unit import unit
+from ..mesh.surface import Surface
+
+
+def side_axes(
+    surface: Surface, triangle: np.ndarray | slice = slice(None)
+) -> tuple[np.ndarray, np.ndarray]:
+    """(r, 3) unit axes in the planes of triangles (r,): along their first sides, and across."""
+    a, b = (surface.vertices[surface.triangles[triangle, k]] for k in range(2))
+    x = unit(b - a)
+    return x, np.cross(surface.face_normal_area[0][triangle], x)
+
 
 def frame(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit tangents (3, b) with e1 x e2 = normal, for unit normals (3, b).

@@ -16,6 +16,7 @@ from ..base.progress import Progress
 from ..base.unit import phase
 from ..mesh.surface import Surface
 from .directions import DirectionField
+from .frames import side_axes
 
 BLOCK = 1 << 15
 # Ratio of the singular values of the deviator's change below which it is taken for rank one. On
@@ -141,8 +142,5 @@ def second_and_third(
 
 def in_plane(surface: Surface, triangle: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """(r,) complex128 of modulus 1: vectors (r, 3) laid into the planes of their triangles."""
-    a, b, _ = (surface.vertices[surface.triangles[triangle, k]] for k in range(3))
-    x = b - a
-    x /= np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
-    y = np.cross(surface.face_normal_area[0][triangle], x)
+    x, y = side_axes(surface, triangle)
     return phase(np.einsum("rc,rc->r", vectors, x) + 1j * np.einsum("rc,rc->r", vectors, y))

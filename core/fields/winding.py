@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.subsets import places_in
 from ..base.unit import phase
 from ..mesh.half_edges import previous
 from ..mesh.surface import Surface
@@ -204,8 +205,7 @@ def _intrinsic_turns(
     holonomy (r,), by angles scaled to 2 pi around every vertex."""
     half_edges = (3 * rows[:, None] + np.arange(3)).ravel()
     tails = surface.triangles.ravel()[half_edges]
-    local = np.full(3 * len(surface.triangles), -1, np.int64)
-    local[half_edges] = np.arange(len(half_edges))
+    local = places_in(half_edges, 3 * len(surface.triangles))
     corner_angle = _corner_angles(surface, rows)
     total = np.bincount(tails, weights=corner_angle, minlength=len(d1))
     valence = np.bincount(tails, minlength=len(d1))

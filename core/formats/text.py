@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,9 @@ NUMBER = "%.17g"
 ROWS = 5000
 
 
-def write_text(path: Path | str, text: str) -> None:
-    """Write ASCII text with Unix line ends on every system; the file appears whole or not at all.
+def write_text(path: Path | str, text: str | Iterable[str], encoding: str = "ascii") -> None:
+    """Write text, or the pieces of one, with Unix line ends on every system; the file appears whole
+    or not at all.
 
     Raises
     ------
@@ -24,8 +26,8 @@ def write_text(path: Path | str, text: str) -> None:
         The file cannot be written.
     """
     try:
-        with whole_file(path) as place, open(place, "w", encoding="ascii", newline="\n") as file:
-            file.write(text)
+        with whole_file(path) as place, open(place, "w", encoding=encoding, newline="\n") as file:
+            file.writelines([text] if isinstance(text, str) else text)
     except OSError as error:
         raise FormatError(f"{path}: cannot be written ({error.strerror}).") from error
 

@@ -14,10 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import FormatError
 from ..umbilics.result import Detection, Umbilics
-from .text import ROWS
-from .whole import whole_file
+from .text import ROWS, write_text
 
 
 @dataclass(frozen=True)
@@ -56,11 +54,7 @@ def write_usda(path: Path | str, meshes: list[UsdMesh], up: str, frame: int | No
     FormatError
         The file cannot be written.
     """
-    try:
-        with whole_file(path) as place, open(place, "w", encoding="utf-8", newline="\n") as file:
-            file.writelines(_document(meshes, up, frame))
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be written ({error.strerror}).") from error
+    write_text(path, _document(meshes, up, frame), "utf-8")
 
 
 def _document(meshes: list[UsdMesh], up: str, frame: int | None) -> Iterator[str]:

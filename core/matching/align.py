@@ -41,8 +41,7 @@ class Alignment:
     overlap:
         Share of the shape's surface that lies on the other.
     rotation_error, shift_error:
-        Standard errors of the motion about the middle of the overlap, in degrees and in length,
-        as if the distances were independent at the vertices.
+        Standard errors of the motion about the middle of the overlap, in degrees and in length.
     score:
         0 to 1: the overlap, less where the error comes near what counts as another shape.
     pairs:
@@ -140,10 +139,7 @@ def limit(one: Shape, other: Shape, scale: float = 1.0) -> float:
 
 def _alignment(fit: Fit, one: Shape, other: Shape) -> Alignment:
     pairs, _ = matched(one, other, fit.motion)
-    # Samples of one triangle share its vertices, each of which is in two samples' worth of them.
-    known = min(fit.overlap * len(one.vertices), float(len(other.vertices)))
-    variance = fit.error**2 * max(1.0, 2.0 * fit.count / max(known, 1.0))
-    deviation = np.sqrt(variance * np.maximum(np.diag(fit.spread), 0.0))
+    deviation = np.sqrt(np.diag(fit.equations.covariance(fit.equations.image)))
     score = fit.overlap * max(1.0 - fit.error / limit(one, other, fit.motion.scale), 0.0)
     return Alignment(
         matrix=fit.motion.matrix,

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .covariance import clustered_covariance
 from .proposals import Similarity
 from .shape import ROUGH, Shape
 
@@ -42,22 +43,52 @@ class Fit:
         Root mean square distance to the second shape there, in its units.
     worth:
         error over overlap^1.3 in units of the first shape: the less the better.
-    spread:
-        (7, 7) inverse of the normal equations at the end: rotation about the middle in radians,
-        shift, logarithm of the scale (without the last row for rigid motions).
-    count:
-        How many samples they are made of.
-    middle:
-        (3,) about which the rotation is meant.
+    equations:
+        Those of the last step.
     """
 
     motion: Similarity
     overlap: float
     error: float
     worth: float
-    spread: np.ndarray
-    count: int
+    equations: Equations
+
+
+@dataclass(frozen=True)
+class Equations:
+    """What a small motion changes in the heights of samples over the planes that they meet.
+
+    Attributes
+    ----------
+    image:
+        (s, 3) where the samples are.
+    design:
+        (s, 7) derivatives of the heights by a rotation about the middle in radians, a shift and
+        the logarithm of the scale; (s, 6) without the last for rigid motions.
+    height:
+        (s,) signed, in length.
+    middle:
+        (3,) about which the rotation is meant.
+    """
+
+    image: np.ndarray
+    design: np.ndarray
+    height: np.ndarray
     middle: np.ndarray
+
+    def moved(self, motion: Similarity) -> Similarity:
+        """The motion followed by the small one that makes the heights least."""
+        matrix, right = self.design.T @ self.design, -self.design.T @ self.height
+        step = np.linalg.lstsq(matrix, right, rcond=1e-10)[0]
+        turn = rotation_by(step[:3])
+        grow = float(np.exp(np.clip(step[6], -0.2, 0.2))) if len(step) == 7 else 1.0
+        shift = grow * (turn @ (motion.shift - self.middle)) + self.middle + step[3:6]
+        return Similarity(turn @ motion.rotation, grow * motion.scale, shift)
+
+    def covariance(self, places: np.ndarray) -> np.ndarray:
+        """(7, 7) or (6, 6) of the small motion's parts; samples at neighbouring `places` (s, d)
+        may be wrong together."""
+        return clustered_covariance(self.design, self.height, places)
 
 
 def refined(
@@ -93,9 +124,7 @@ def refined(
             float(share[cut - 1]),
             float(rms[cut - 1]),
             float(worth[cut - 1]),
-            np.linalg.pinv(system.matrix),
-            len(rows),
-            system.middle,
+            system,
         )
         if best is not None and fit.worth >= best.worth * (1.0 - 1e-6):
             break
@@ -130,9 +159,7 @@ def polished(
             float(np.mean(met.usable & (np.abs(met.height) <= max(far, reach)))),
             error,
             fit.worth,
-            np.linalg.pinv(system.matrix),
-            len(rows),
-            system.middle,
+            system,
         )
         reach = _DEVIATIONS * max(error, 1e-6 * other.size)
         motion = system.moved(motion)
@@ -150,8 +177,15 @@ class _Met:
     height: np.ndarray
     usable: np.ndarray
 
-    def equations(self, rows: np.ndarray, scaled: bool) -> _Equations:
-        return _equations(self.image[rows], self.goal[rows], self.normal[rows], scaled)
+    def equations(self, rows: np.ndarray, scaled: bool) -> Equations:
+        """Of n . (x + w x (x - m) + v + s (x - m) - goal) over the rows."""
+        image, normal = self.image[rows], self.normal[rows]
+        middle = image.mean(axis=0)
+        arm = image - middle
+        columns = [np.cross(arm, normal), normal]
+        if scaled:
+            columns.append(np.einsum("sc,sc->s", arm, normal)[:, None])
+        return Equations(image, np.concatenate(columns, axis=1), self.height[rows], middle)
 
 
 def _met(
@@ -181,39 +215,6 @@ def _reach_aside(other: Shape, count: int) -> float:
     distance of samples."""
     area = float(other.face_normal_area[1].sum())
     return 3.0 * float(np.sqrt(area / count))
-
-
-@dataclass(frozen=True)
-class _Equations:
-    """Normal equations of a small motion about a middle; `right` (7,) or (6,)."""
-
-    matrix: np.ndarray
-    right: np.ndarray
-    middle: np.ndarray
-    size: float
-
-    def moved(self, motion: Similarity) -> Similarity:
-        """The motion followed by the small one."""
-        step = np.linalg.lstsq(self.matrix, self.right, rcond=1e-10)[0]
-        turn = rotation_by(step[:3])
-        grow = float(np.exp(np.clip(step[6], -0.2, 0.2))) if len(step) == 7 else 1.0
-        shift = grow * (turn @ (motion.shift - self.middle)) + self.middle + step[3:6]
-        return Similarity(turn @ motion.rotation, grow * motion.scale, shift)
-
-
-def _equations(
-    points: np.ndarray, goals: np.ndarray, normals: np.ndarray, scaled: bool
-) -> _Equations:
-    """Of |n . (x + w x (x - m) + v + s (x - m) - goal)|^2 least over the points."""
-    middle = points.mean(axis=0)
-    arm = points - middle
-    columns = [np.cross(arm, normals), normals]
-    if scaled:
-        columns.append(np.einsum("sc,sc->s", arm, normals)[:, None])
-    design = np.concatenate(columns, axis=1)
-    height = np.einsum("sc,sc->s", goals - points, normals)
-    size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    return _Equations(design.T @ design, design.T @ height, middle, size)
 
 
 def rotation_by(vector: np.ndarray) -> np.ndarray:

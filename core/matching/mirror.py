@@ -15,6 +15,7 @@ from ..base.progress import Progress
 from ..umbilics.result import Umbilics
 from .mirror_planes import MATCHED, mirrored_pairs, proposed_planes
 from .mirror_refinement import (
+    DEVIATIONS,
     polished_plane,
     refined_plane,
     spread_samples,
@@ -51,7 +52,7 @@ class MirrorPlane:
         (p, 2) int64 rows of the umbilics that are images of each other; equal on the plane.
     angle_error, offset_error:
         Standard errors of the plane's direction, in degrees, and of its distance from the middle
-        of the shape, in length, as if the distances were independent at the vertices.
+        of the shape, in length.
     """
 
     point: np.ndarray
@@ -114,9 +115,14 @@ def find_mirror_plane(
     exact, remaining = refined_plane(best, corners, tree, STEPS)
     if remaining < least:
         best, least = exact, remaining
+    # Of the nearest share of normal deviates the root mean square falls short; a little more is
+    # no matter, as what counts is chosen anew.
+    reach = 1.5 * DEVIATIONS * max(least, EXACT * size)
     if least > EXACT * size:
-        best = polished_plane(best, middle, samples, target)
-    angle_error, offset_error = standard_errors(tilt_of(best, middle, samples, target))
+        best, reach = polished_plane(best, middle, samples, target, reach)
+    else:
+        samples, target = corners, tree
+    angle_error, offset_error = standard_errors(tilt_of(best, middle, samples, target, reach))
     normal, offset = best
     score = 1.0 - least / (ASYMMETRIC * size)
     if score <= 0.0:

@@ -11,14 +11,19 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..mesh.samples import spread_points
+from ..mesh.samples import mean_normals, spread_points
+from .covariance import clustered_covariance
 from .mirror_planes import reflected
 
 # Samples of the surface that refine a plane.
 SAMPLES = 1500
 # Steps that polish a plane.
 POLISHING = 10
-# Part of the samples that count: a mark on one side must not tilt the plane.
+# Standard deviations within which samples count then.
+DEVIATIONS = 3.0
+# How far beside an image its counterpart may be, in medians of all.
+ASIDE = 4.0
+# Part of the samples that count before: a mark on one side must not tilt the plane.
 TRIMMED = 0.85
 
 
@@ -57,11 +62,13 @@ def refined_plane(
 @dataclass(frozen=True)
 class Tilt:
     """How the distances of mirrored samples to the tangent planes change with the plane: (s, 3)
-    for a tilt about two axes (2, 3) and a move, and (s,) the distances themselves."""
+    for a tilt about two axes (2, 3) and a move, and (s,) the distances themselves; (s, 3) the
+    samples, those behind the plane mirrored."""
 
     design: np.ndarray
     off: np.ndarray
     axes: np.ndarray
+    folded: np.ndarray
 
 
 def tilt_of(
@@ -69,26 +76,30 @@ def tilt_of(
     middle: np.ndarray,
     samples: np.ndarray,
     target: tuple[cKDTree, np.ndarray],
+    reach: float,
 ) -> Tilt:
+    """Of the samples whose image lies within `reach` of a tangent plane: of the nearest ones alone
+    the distances would hardly change with the plane."""
     normal, offset = plane
     tree, normals = target
     image = reflected(samples, normal, offset)
     distance, near = tree.query(image)
-    order = np.argsort(distance)[: int(TRIMMED * len(distance))]
-    across = normals[near[order]]
-    off = np.einsum("sc,sc->s", image[order] - tree.data[near[order]], across)
-    # Within three standard deviations, not the nearest ones: these would say too little.
-    kept = np.abs(off) <= 3.0 * np.sqrt(np.mean(off**2))
-    order, across, off = order[kept], across[kept], off[kept]
-    arm = samples[order] - middle
-    height = samples[order] @ normal - offset
+    across = normals[near]
+    off = np.einsum("sc,sc->s", image - tree.data[near], across)
+    # Beyond a border the nearest point is no counterpart.
+    aside = np.sqrt(np.maximum(distance**2 - off**2, 0.0))
+    kept = (np.abs(off) <= reach) & (aside <= ASIDE * np.median(aside))
+    image, across, off = image[kept], across[kept], off[kept]
+    arm = samples[kept] - middle
+    height = samples[kept] @ normal - offset
     along = across @ normal
     one = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     one /= np.linalg.norm(one)
     axes = np.stack([one, np.cross(normal, one)])
     # The image p - 2 (n p - o) n changes by -2 (dn p) n - 2 (n p - o) dn and by 2 do n.
     columns = [-2.0 * (arm @ axis) * along - 2.0 * height * (across @ axis) for axis in axes]
-    return Tilt(np.stack([*columns, 2.0 * along], axis=1), off, axes)
+    folded = np.where(height[:, None] < 0.0, image, samples[kept])
+    return Tilt(np.stack([*columns, 2.0 * along], axis=1), off, axes, folded)
 
 
 def polished_plane(
@@ -96,26 +107,25 @@ def polished_plane(
     middle: np.ndarray,
     samples: np.ndarray,
     target: tuple[cKDTree, np.ndarray],
-) -> tuple[np.ndarray, float]:
-    """The plane for which the distances to the tangent planes are least (Gauss and Newton)."""
+    reach: float,
+) -> tuple[tuple[np.ndarray, float], float]:
+    """The plane for which the distances to the tangent planes are least (Gauss and Newton), of
+    samples within three standard deviations, and these."""
     for _ in range(POLISHING):
-        tilt = tilt_of(plane, middle, samples, target)
+        tilt = tilt_of(plane, middle, samples, target, reach)
         step = np.linalg.lstsq(tilt.design, -tilt.off, rcond=1e-10)[0]
         normal, offset = plane
         turned = normal + step[:2] @ tilt.axes
         turned /= np.linalg.norm(turned)
         # The tilt is about the middle.
         plane = turned, float(turned @ middle + (offset - normal @ middle) + step[2])
-    return plane
+        reach = DEVIATIONS * float(np.sqrt(np.mean(tilt.off**2)))
+    return plane, reach
 
 
 def standard_errors(tilt: Tilt) -> tuple[float, float]:
-    """Of the plane's direction, in degrees, and of its distance from the middle.
-
-    Samples that are each other's images tell the same: half of them count.
-    """
-    spread = np.linalg.pinv(tilt.design.T @ tilt.design)
-    deviation = np.sqrt(2.0 * np.mean(tilt.off**2) * np.maximum(np.diag(spread), 0.0))
+    """Of the plane's direction, in degrees, and of its distance from the middle."""
+    deviation = np.sqrt(np.diag(clustered_covariance(tilt.design, tilt.off, tilt.folded)))
     return float(np.degrees(np.hypot(*deviation[:2]))), float(deviation[2])
 
 
@@ -136,16 +146,6 @@ def vertex_samples(
     vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Any, ...]:
     """Some vertices to reflect, and a tree of all of them with their normals."""
-    normal, area = face_normal_area
-    total: np.ndarray = np.stack(
-        [
-            np.bincount(
-                triangles.ravel(), np.repeat(normal[:, axis] * area, 3), minlength=len(vertices)
-            )
-            for axis in range(3)
-        ],
-        axis=1,
-    )
-    total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
+    normals = mean_normals(triangles, face_normal_area, len(vertices))
     step = max(1, len(vertices) // (4 * SAMPLES))
-    return vertices[::step], (cKDTree(vertices), total)
+    return vertices[::step], (cKDTree(vertices), normals)

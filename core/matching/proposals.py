@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.unit import unit
 from ..umbilics.result import Umbilics
 from .shape import Shape
 
@@ -110,8 +111,7 @@ def _frames(umbilics: Umbilics) -> tuple[np.ndarray, np.ndarray]:
     """(f,) umbilics and (f, 3, 3) frames of normal and separatrix, one for each separatrix."""
     row, ray = np.nonzero(np.isfinite(umbilics.separatrix[:, :, 0]))
     along, normal = umbilics.separatrix[row, ray], umbilics.normal[row]
-    along = along - np.einsum("fc,fc->f", along, normal)[:, None] * normal
-    along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
+    along = unit(along - np.einsum("fc,fc->f", along, normal)[:, None] * normal)
     return row, np.stack([along, normal, np.cross(along, normal)], axis=2)
 
 

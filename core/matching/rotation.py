@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.errors import MatchError
 from ..base.progress import Progress
+from ..fields.transport import tangents
 from .align import limit
 from .closest_points import Fit, polished, refined, rotation_by
 from .proposals import REACH, Similarity, matched, proposed
@@ -164,13 +165,28 @@ def _on_axis(motion: Similarity, axis: np.ndarray, shape: Shape) -> np.ndarray:
     return np.asarray(point + (axis @ (middle - point)) * axis)
 
 
+def _in_sector(
+    places: np.ndarray, point: np.ndarray, axis: np.ndarray, order: int
+) -> np.ndarray:
+    """(s, 3) the places turned into one sector: what is wrong at one is wrong at its images."""
+    across, along = tangents(axis[None])
+    arm = places - point
+    x, y = arm @ across[0], arm @ along[0]
+    sector = 2.0 * np.pi / order
+    angle, radius = np.arctan2(y, x) % sector, np.hypot(x, y)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), arm @ axis], axis=1)
+
+
 def _symmetry(order: int, fit: Fit, shape: Shape) -> RotationSymmetry:
     axis, angle = axis_and_angle(fit.motion.rotation)
     pairs, _ = matched(shape, shape, fit.motion)
     point = _on_axis(fit.motion, axis, shape)
     if axis[np.abs(axis).argmax()] < 0:
         axis = -axis
-    deviation = fit.error * np.sqrt(np.maximum(np.diag(fit.spread)[:3], 0.0))
+    places = _in_sector(fit.equations.image, point, axis, order)
+    turned = fit.equations.covariance(places)[:3, :3]
+    # A turn about the axis itself leaves its direction as it is.
+    tilt = np.sqrt(max(np.trace(turned) - axis @ turned @ axis, 0.0))
     # A turn by an angle shows an error of the axis 2 sin(angle / 2) times.
     seen = max(2.0 * np.sin(0.5 * angle), np.finfo(float).tiny)
     return RotationSymmetry(
@@ -178,7 +194,7 @@ def _symmetry(order: int, fit: Fit, shape: Shape) -> RotationSymmetry:
         axis=axis,
         order=order,
         error=fit.error,
-        axis_error=float(np.degrees(np.linalg.norm(deviation) / seen)),
+        axis_error=float(np.degrees(tilt / seen)),
         score=float(1.0 - fit.error / limit(shape, shape)),
         pairs=pairs,
     )

@@ -7,6 +7,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
+from ..base.subsets import places_in
+from ..base.unit import unit
 from .half_edges import following, previous
 
 # Distance, in the shortest edge at either vertex, within which two border vertices are one. What
@@ -118,8 +120,7 @@ def _near_places(
 
 def _shortest_edges(vertices: np.ndarray, corners: np.ndarray, used: np.ndarray) -> np.ndarray:
     """(u,) length of the shortest edge at each vertex of `used` (u,), ascending."""
-    row = np.full(len(vertices), -1)
-    row[used] = np.arange(len(used))
+    row = places_in(used, len(vertices))
     touching = corners[(row[corners] >= 0).any(axis=1)]
     shortest = np.full(len(used), np.inf)
     for corner in range(3):
@@ -155,9 +156,7 @@ def _away(vertices: np.ndarray, corners: np.ndarray, half_edges: np.ndarray) -> 
     apex = vertices[flat[previous(half_edges)]] - tail
     square = np.einsum("ec,ec->e", along, along)
     share = np.einsum("ec,ec->e", apex, along) / np.where(square > 0, square, 1.0)
-    apex = apex - share[:, None] * along
-    length = np.linalg.norm(apex, axis=1, keepdims=True)
-    return np.divide(apex, length, out=np.zeros_like(apex), where=length > 0)
+    return unit(apex - share[:, None] * along)
 
 
 def _ends_at_one_place(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.unit import unit
 from .surface import Surface
 
 PLANAR, CYLINDRICAL, CONICAL, SPHERICAL = "planar", "cylindrical", "conical", "spherical"
@@ -67,8 +68,7 @@ def _sphere(
     away = np.abs(np.linalg.norm(local - solution[:3], axis=1) - radius)
     if away.max() > ON_SHAPE * radius:
         return None
-    away = middles - middle - size * solution[:3]
-    away /= np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)[:, None]
+    away = unit(middles - middle - size * solution[:3])
     cosine = np.einsum("tc,tc->t", away, normals)
     outward = float(np.sign(weight @ cosine))
     if (outward * cosine).min() < np.cos(ON_SPHERE):
@@ -93,8 +93,7 @@ def _of_revolution(
     if spread[1] < 1e-4 * spread[2]:
         # Two facets only: of all the circles through their normals that of a cylinder.
         far = np.argmax(np.abs(centred @ v))
-        axis = np.cross(normals[far], v)
-        axis /= max(float(np.linalg.norm(axis)), np.finfo(float).tiny)
+        axis = unit(np.cross(normals[far], v))
         u = np.cross(v, axis)
     along = normals @ axis
     if np.abs(along - np.median(along)).max() > ON_AXIS + 2.0 * rounding:

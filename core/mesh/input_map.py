@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.subsets import places_in
 from .surface import Surface
 
 
@@ -75,9 +76,7 @@ def places_on_surface(
     """Input triangles (k,) and weights (k, 3) as triangles of the surface, -1 where they are not
     part of it, and weights of the corners of these. Undoes `places_in_input`."""
     count = 1 + max(int(surface.source_triangle.max()), int(rows.max(initial=0)))
-    triangle = np.full(count, -1)
-    triangle[surface.source_triangle] = np.arange(len(surface.source_triangle))
-    triangle = triangle[rows]
+    triangle = places_in(surface.source_triangle, count)[rows]
     if not len(surface.recut):
         return triangle, barycentric
     weights = barycentric.copy()

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from ..base.progress import Progress
+from .rings import adjacency
 from .surface import Surface
 
 
@@ -63,15 +64,10 @@ def smooth_normals(
     area around each vertex so that crowded vertices do not count more, and makes it unit
     length again. A normal whose mean vanishes is kept.
     """
-    n = len(surface.vertices)
     if passes <= 0:
         return normals.copy()
-    area = np.bincount(
-        surface.triangles.ravel(), np.repeat(surface.face_normal_area[1], 3), minlength=n
-    )
-    ring = sparse.csr_array(
-        (area[surface.neighbours], surface.neighbours, surface.neighbour_start), shape=(n, n)
-    )
+    area = surface.vertex_area
+    ring = adjacency(surface, area[surface.neighbours])
     floor = 1e-9 * (area + ring.sum(axis=1))
     for _ in range(passes):
         if progress is not None:

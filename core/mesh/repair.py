@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..base.errors import InvalidMeshError
@@ -11,6 +10,7 @@ from ..base.words import counted
 from .half_edges import HalfEdges, following, link
 from .mending import corners_in_input, mend_borders
 from .neighbourhoods import FEWEST_SAMPLES
+from .rings import adjacency
 from .sheets import linked, separate, split_fans, without_unused
 from .surface import Surface
 
@@ -179,10 +179,7 @@ def _assemble(
 def _components(links: HalfEdges) -> np.ndarray:
     """(n,) int32 connected component of each vertex."""
     count = len(links.neighbour_start) - 1
-    graph = sparse.csr_array(
-        (np.ones(len(links.neighbours)), links.neighbours, links.neighbour_start),
-        shape=(count, count),
-    )
+    graph = adjacency(links)
     reached = csgraph.breadth_first_order(graph, 0, return_predecessors=False)
     if len(reached) == count:  # most meshes are one piece, which this tells four times faster
         return np.zeros(count, np.int32)

@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..base.progress import Progress
+from .half_edges import HalfEdges
 from .surface import Surface
 
 # Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
@@ -16,11 +17,13 @@ from .surface import Surface
 MOST_GATHERED = 1 << 25
 
 
-def adjacency(surface: Surface) -> sparse.csr_array:
-    """The (n, n) one-ring graph of the surface, ones where two vertices share an edge."""
-    n = len(surface.vertices)
-    ones = np.ones(len(surface.neighbours), np.int32)
-    return sparse.csr_array((ones, surface.neighbours, surface.neighbour_start), shape=(n, n))
+def adjacency(links: Surface | HalfEdges, values: np.ndarray | None = None) -> sparse.csr_array:
+    """The (n, n) one-ring graph: where two vertices share an edge the `values` (e,) of their
+    `neighbours`, else ones."""
+    n = len(links.neighbour_start) - 1
+    if values is None:
+        values = np.ones(len(links.neighbours), np.int32)
+    return sparse.csr_array((values, links.neighbours, links.neighbour_start), shape=(n, n))
 
 
 def rings_across(surface: Surface) -> int:

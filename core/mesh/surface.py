@@ -101,6 +101,28 @@ class Surface:
         """(3, m) squared lengths of the sides ab, bc and ca of the triangles abc."""
         return self._faces[2]
 
+    @property
+    def vertex_area(self) -> np.ndarray:
+        """(n,) area of the triangles around each vertex."""
+        around = np.repeat(self._faces[1], 3)
+        return np.bincount(self.triangles.ravel(), around, minlength=len(self.vertices))
+
+    @property
+    def owner(self) -> np.ndarray:
+        """(e,) int64 the vertex whose one-ring each of the `neighbours` is in."""
+        return np.repeat(np.arange(len(self.vertices)), np.diff(self.neighbour_start))
+
+    @property
+    def ring_lengths(self) -> np.ndarray:
+        """(e,) length of the edge to each of the `neighbours`."""
+        offset = self.vertices[self.neighbours] - self.vertices[self.owner]
+        return np.asarray(np.linalg.norm(offset, axis=1))
+
+    @property
+    def mean_side(self) -> float:
+        """Mean length of the sides of all triangles."""
+        return float(np.sqrt(self.side_squares).mean())
+
     def mean_sides(self, rows: np.ndarray) -> np.ndarray:
         """(r,) mean length of the sides of the triangles `rows` (r,)."""
         return np.sqrt(self.side_squares[:, rows]).mean(axis=0)
@@ -129,7 +151,7 @@ class Surface:
         """(n,) bool, True at vertices within so many edges of a border."""
         near = self.border
         if near.any():
-            owner = np.repeat(np.arange(len(near)), np.diff(self.neighbour_start))
+            owner = self.owner
             for _ in range(rings):
                 near = near.copy()
                 near[owner[near[self.neighbours]]] = True

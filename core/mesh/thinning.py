@@ -116,7 +116,7 @@ def _crowded(surface: Surface, normals: np.ndarray) -> np.ndarray | None:
 
 def _edges(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """(e,), (e,) ends of the edges, the smaller number first."""
-    owner = np.repeat(np.arange(len(surface.vertices)), np.diff(surface.neighbour_start))
+    owner = surface.owner
     once = owner < surface.neighbours
     return owner[once], surface.neighbours[once].astype(np.int64)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.unit import unit
 from ..mesh.creases import edge_bends, is_convex
 from ..mesh.half_edges import following
 from ..mesh.surface import Surface
@@ -77,8 +78,7 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     vertex = np.stack(
         [surface.triangles.ravel()[half_edge], surface.triangles.ravel()[following(half_edge)]]
     )
-    along = surface.vertices[vertex[1]] - surface.vertices[vertex[0]]
-    along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
+    along = unit(surface.vertices[vertex[1]] - surface.vertices[vertex[0]])
     signed = np.where(is_convex(surface, half_edge), bend, -bend)
 
     paths = ordered_paths(_nodes(vertex, along, signed))
@@ -216,8 +216,7 @@ def _swerve(
         (l,) edges of each piece.
     """
     before, after = direction[:-1], direction[1:]
-    upright = normal[1:] + normal[:-1]
-    upright /= np.maximum(np.linalg.norm(upright, axis=1), np.finfo(float).tiny)[:, None]
+    upright = unit(normal[1:] + normal[:-1])
     sine = np.einsum("ec,ec->e", np.cross(before, after), upright)
     turn = np.degrees(np.arctan2(sine, np.einsum("ec,ec->e", before, after)))
     change = 0.5 * np.abs(np.diff(turn))

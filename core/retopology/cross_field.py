@@ -13,7 +13,7 @@ the field is smoothed. One sparse Hermitian solve; after Knoeppel et al. 2013.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -22,6 +22,7 @@ from ..base.parallel import run
 from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.connection import connection_laplacian, weights_and_areas
+from ..fields.directions import DirectionField
 from ..fields.frames import frame
 from ..fields.multigrid import solve
 from ..fields.transport import rotation, tangents
@@ -29,6 +30,8 @@ from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from .dipoles import without_dipoles
 from .features import Features, find_features, fourth_power, wanted_directions
+from .field.near_pairs import without_near_pairs
+from .least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
 from .settings import GuidanceSettings
 from .smoothing import (
     FIXED_WEIGHT,
@@ -38,9 +41,6 @@ from .smoothing import (
     smoothing_lengths,
 )
 
-# Smoothness whose length is an edge of a mesh of 2,000 quads: singularities are taken together that
-# are nearer than that, if the field is as smooth; what is smoother lets go of them by itself.
-QUAD_EDGE = 0.4
 # Weight of a sure crest, in that of the edges around; it yields to what pulls there.
 CREST_WEIGHT = 0.3
 # Mean confidence below which a component has no direction of its own: its smoothest field is
@@ -121,36 +121,88 @@ def cross_field(
     matrix, pull = connection_laplacian(surface, weights, axis, 4)
     progress.step(0.15)
     feature, wanted = wanted_directions(surface, features, axis)
-    smoothing = smoothing_lengths(surface, area, settings.smoothness)
-    weight = np.maximum(confidence, LEAST_CONFIDENCE) * area / smoothing**2
-    held = np.abs(wanted) * feature
-    right = weight * data
-    weight = np.where(feature, FIXED_WEIGHT * pull * held, weight)
-    unit = wanted / np.maximum(np.abs(wanted), 1e-12)
-    right = np.where(feature, weight * unit, right)
-    crest = features.crest_vertex
-    extra = CREST_WEIGHT * pull[crest] * features.crest_weight
-    weight[crest] += extra
-    right[crest] += extra * fourth_power(axis[:, crest], features.crest_direction)
-    system = (matrix + sparse.diags_array((weight + 1e-12 * pull).astype(complex))).tocsr()
-    u = solve(system, right, progress.part("Solving", 0.15, 0.75))
-    u = _smoothest(surface, system, u, confidence, area, feature, progress)
-    part = progress.part("Joining singularities", 0.8, 0.9)
-    apart = float(np.median(np.minimum(smoothing, smoothing_lengths(surface, area, QUAD_EDGE))))
-    u, index = without_dipoles(
-        surface, matrix, u, feature, normal, lambda u: _direction(u, e1, e2), apart, part
+    problem = _Problem(
+        surface, normal, axis, confidence, data, area, matrix, pull, features, feature, wanted
     )
-    direction = _direction(u, e1, e2)
+    part = progress.part("Solving", 0.15, 0.9)
+    if isinstance(settings.smoothness, str):
+        weight = np.where(feature, 0.0, confidence * area)
+        # What is drawn must not change the field elsewhere: the surface alone decides.
+        plain = replace(problem, features=features.hard)
+        found = least_smoothed(surface, plain.smoothed, weight, part)
+        if len(features.crest_vertex):
+            found = problem.smoothed(found.length, progress.quiet())
+    else:
+        found = problem.smoothed(smoothing_lengths(surface, area, settings.smoothness), part)
+    u = found.strength * fourth_power(axis, found.direction)
     face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.9, 1.0))
     return CrossField(
-        direction=direction,
+        direction=found.direction,
         normal=normal,
-        confidence=np.where(feature, held, confidence),
-        strength=np.abs(u),
+        confidence=np.where(feature, np.abs(wanted), confidence),
+        strength=found.strength,
         face_direction=face_direction,
-        triangle_index=index,
-        smoothing=float(np.median(smoothing)),
+        triangle_index=found.index,
+        smoothing=float(np.median(found.length)),
     )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What is smoothed on a surface, by whatever length."""
+
+    surface: Surface
+    normal: np.ndarray
+    axis: np.ndarray
+    confidence: np.ndarray
+    data: np.ndarray
+    area: np.ndarray
+    matrix: sparse.csr_array
+    pull: np.ndarray
+    features: Features
+    feature: np.ndarray
+    wanted: np.ndarray
+
+    def smoothed(self, length: np.ndarray, progress: Progress) -> Smoothed:
+        """The field smoothed over lengths (n,), without pairs that stand closer than it
+        resolves."""
+        surface, pull, feature = self.surface, self.pull, self.feature
+        weight = np.maximum(self.confidence, LEAST_CONFIDENCE) * self.area / length**2
+        held = np.abs(self.wanted) * feature
+        right = weight * self.data
+        weight = np.where(feature, FIXED_WEIGHT * pull * held, weight)
+        unit = self.wanted / np.maximum(np.abs(self.wanted), 1e-12)
+        right = np.where(feature, weight * unit, right)
+        crest = self.features.crest_vertex
+        extra = CREST_WEIGHT * pull[crest] * self.features.crest_weight
+        weight[crest] += extra
+        across = fourth_power(self.axis[:, crest], self.features.crest_direction)
+        right[crest] += extra * across
+        diagonal = (weight + 1e-12 * pull).astype(complex)
+        system = (self.matrix + sparse.diags_array(diagonal)).tocsr()
+        u = solve(system, right, progress.part("Solving", 0.0, 0.8))
+        u = _smoothest(surface, system, u, self.confidence, self.area, feature)
+        e1, e2 = self.axis.real.T, self.axis.imag.T
+        edge = smoothing_lengths(surface, self.area, QUAD_EDGE)
+        apart = float(np.median(np.minimum(length, edge)))
+        u, index = without_dipoles(
+            surface,
+            self.matrix,
+            u,
+            feature,
+            self.normal,
+            lambda u: _direction(u, e1, e2),
+            apart,
+            progress.part("Joining singularities", 0.8, 0.9),
+        )
+        crosses = DirectionField(_direction(u, e1, e2), self.normal, np.abs(u), symmetry=4)
+        sure = np.where(feature, 1.0, self.confidence)
+        part = progress.part("Joining singularities", 0.9, 1.0)
+        direction, index = without_near_pairs(
+            surface, crosses, index, sure, feature, apart, part
+        )
+        off = np.angle(fourth_power(self.axis, direction) * self.data.conj()) / 4.0
+        return Smoothed(direction, crosses.magnitude, index, length, np.degrees(np.abs(off)))
 
 
 def _frame_normals(surface: Surface, field: CurvatureField, features: Features) -> np.ndarray:
@@ -175,7 +227,6 @@ def _smoothest(
     confidence: np.ndarray,
     area: np.ndarray,
     feature: np.ndarray,
-    progress: Progress,
 ) -> np.ndarray:
     """u, made the smoothest field on components that have no direction of their own."""
     mean = per_component(surface, confidence * area) / per_component(surface, area)
@@ -191,7 +242,6 @@ def _smoothest(
         value = solve(part, area[rows] * value, Progress())
         size = np.sqrt(np.bincount(component, weights=area[rows] * np.abs(value) ** 2))
         value /= np.maximum(size, np.finfo(float).tiny)[component]
-    progress.step(0.78)
     u = u.copy()
     scale = np.bincount(component, weights=np.abs(value)) / np.maximum(np.bincount(component), 1)
     u[rows] = value / np.maximum(scale, np.finfo(float).tiny)[component]

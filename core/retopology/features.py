@@ -53,6 +53,12 @@ class Features:
     crest_direction: np.ndarray
     crest_weight: np.ndarray
 
+    @property
+    def hard(self) -> Features:
+        """The same without crests."""
+        none = self.crest_vertex[:0], self.crest_direction[:0], self.crest_weight[:0]
+        return Features(self.half_edge, self.kind, self.chain, *none)
+
 
 def find_features(
     surface: Surface,

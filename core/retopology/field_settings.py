@@ -4,20 +4,37 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.options import setting
+from ..base.options import AUTO, setting
+
+# Smooths over one and a half edges of a mesh of 2,000 quads: detail finer than that no quads
+# follow, and smoothing more only turns them from the curvature.
+USUAL_SMOOTHNESS = 0.45
 
 
 def smoothness() -> Any:
-    # The middle of the slider smooths over one and a half edges of a mesh of 2,000 quads: detail
-    # finer than that no quads follow, and smoothing more only turns them from the curvature.
     return setting(
-        0.45,
+        USUAL_SMOOTHNESS,
         label="Smoothness",
         help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
         "creases and borders allow",
         kind="number",
         minimum=0.0,
         maximum=1.0,
+    )
+
+
+def automatic_smoothness() -> Any:
+    return setting(
+        AUTO,
+        label="Smoothness",
+        help="0 follows the principal directions closely, 1 is as smooth as the surface, its "
+        "creases and borders allow; automatic smooths over one and a half edges of a mesh of 2,000 "
+        "quads, and less where that makes no more poles",
+        kind="number",
+        minimum=0.0,
+        maximum=1.0,
+        automatic=True,
+        manual=USUAL_SMOOTHNESS,
     )
 
 

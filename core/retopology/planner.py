@@ -14,6 +14,7 @@ from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not
 from .cross_field import cross_field
 from .features import Features, barriers, find_features
 from .field.planned import with_poles
+from .field_settings import USUAL_SMOOTHNESS
 from .groundwork import Groundwork
 from .guidance import Guidance, disagreements, guidance_of
 from .lines.polylines import Lines
@@ -139,9 +140,11 @@ class Guide(Groundwork):
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         if not settings.align_crests:
             return find_features(self.surface, settings, sharp)
-        bend = settings.feature_angle
+        bend, usual = settings.feature_angle, settings.smoothness
+        if isinstance(usual, str):
+            usual = USUAL_SMOOTHNESS
         ridges = find_ridges(self.surface, self.slopes(progress), least_bend=bend)
-        shortest = CREST_LENGTHS * smoothing_length(self.surface, settings.smoothness)
+        shortest = CREST_LENGTHS * smoothing_length(self.surface, usual)
         return find_features(self.surface, settings, sharp, ridges, shortest)
 
     def ridges(

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from ..base.progress import Progress
+from ..base.subsets import places_in
 from ..fields.planes import FaceFrames, barycentric_of, in_plane, places
+from ..mesh.rings import adjacency
 from ..mesh.surface import Surface
 from ..umbilics.result import Region, Umbilics
 from .cross_field import CrossField
@@ -108,8 +109,7 @@ def remaining(
     planned = np.concatenate(plan.triangle).astype(np.int64)
     have = np.bincount(component[planned], weights=np.concatenate(plan.sign), minlength=count)
     spread = np.zeros(count)
-    rows = np.full(int(surface.source_triangle.max()) + 1, -1)
-    rows[surface.source_triangle] = np.arange(len(surface.source_triangle))
+    rows = places_in(surface.source_triangle, int(surface.source_triangle.max()) + 1)
     for region in regions:
         inside = rows[region.triangles]
         inside = inside[inside >= 0]
@@ -165,10 +165,7 @@ def outside(
     inside = np.flatnonzero(touched[triangle])
     if not len(inside):
         return triangle, barycentric, moved
-    n = len(surface.vertices)
-    owner = np.repeat(np.arange(n), np.diff(surface.neighbour_start))
-    length = np.linalg.norm(surface.vertices[owner] - surface.vertices[surface.neighbours], axis=1)
-    graph = sparse.csr_array((length, surface.neighbours, surface.neighbour_start), shape=(n, n))
+    graph = adjacency(surface, surface.ring_lengths)
     triangle, barycentric = triangle.copy(), barycentric.copy()
     allowed = np.flatnonzero(~touched)
     taken = set(np.delete(triangle, inside).tolist())

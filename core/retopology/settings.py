@@ -22,7 +22,7 @@ class GuidanceSettings:
         A value is of the wrong type, out of bounds or not among the choices.
     """
 
-    smoothness: float = field_settings.smoothness()
+    smoothness: float | str = field_settings.automatic_smoothness()
     feature_angle: float = field_settings.feature_angle()
     align_sharp: bool = field_settings.align_sharp()
     align_borders: bool = setting(

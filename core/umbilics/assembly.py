@@ -24,78 +24,118 @@ from .result import Detection, Umbilics
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Everything that the stages before have found; see `core.pipeline`.
+class Analysed:
+    """A surface of n vertices with what was fitted to it.
 
-    Arrays over hits have k rows, over vertices and triangles those of the surface.
+    Attributes
+    ----------
+    surface, fitted:
+        The surface and its shape operators.
+    noise, radius:
+        (n,) standard error of the gap and root mean square distance of the samples that it comes
+        from.
+    types:
+        (n,) see `surface_types`.
+    regions:
+        Where no point is an umbilic of its own.
     """
 
     surface: Surface
     fitted: Estimate
     noise: np.ndarray
     radius: np.ndarray
+    types: np.ndarray
+    regions: RegionMap
+
+
+@dataclass(frozen=True)
+class Turning:
+    """What the directions turn around, k hits outside regions, before it is located.
+
+    Attributes
+    ----------
+    hits, triangle_index:
+        The hits, and (m,) the index of every triangle, those in regions included.
+    elliptic, persistence, partner:
+        (k,) of the hits, see `Umbilics`; in the coordinates of the surface.
+    """
+
     hits: RawUmbilics
     triangle_index: np.ndarray
-    regions: RegionMap
+    elliptic: np.ndarray
     persistence: np.ndarray
     partner: np.ndarray
-    types: np.ndarray
-    elliptic: np.ndarray
-    warnings: list[str]
-    borders_joined: bool
+
+
+@dataclass(frozen=True)
+class InputMesh:
+    """The mesh that a surface was made of: what it counts, whether its borders were joined, and
+    what is to be said of it."""
+
     vertex_count: int
     triangle_count: int
+    borders_joined: bool
+    warnings: tuple[str, ...]
 
 
-def assemble(parts: Parts, settings: Settings, progress: Progress) -> Detection:
+def assemble(
+    analysed: Analysed,
+    turning: Turning,
+    mesh: InputMesh,
+    settings: Settings,
+    progress: Progress,
+) -> Detection:
     """Locate and name the umbilics, and carry everything back to the input mesh."""
-    surface, field = parts.surface, parts.fitted.field
-    candidates = _umbilics(parts, settings, progress)
+    surface, field = analysed.surface, analysed.fitted.field
+    candidates = _umbilics(analysed, turning, settings, progress)
     regions = describe_regions(
         surface,
-        parts.regions,
+        analysed.regions,
         0.5 * (field.k1 + field.k2),
-        parts.noise,
-        parts.radius,
-        parts.triangle_index,
+        analysed.noise,
+        analysed.radius,
+        turning.triangle_index,
     )
     closed = bool(surface.closed.all())
     characteristic = int(surface.euler_characteristic.sum())
-    curvature = _on_input_vertices(field, surface, parts.vertex_count)
+    curvature = _on_input_vertices(field, surface, mesh.vertex_count)
     detection = Detection(
         umbilics=candidates,
         candidates=candidates,
         curvature=curvature,
         regions=regions,
-        triangle_index=sums_at_triangles(surface, parts.triangle_index, parts.triangle_count),
-        surface_type=at_vertices(surface, parts.types, parts.vertex_count, -1),
+        triangle_index=sums_at_triangles(surface, turning.triangle_index, mesh.triangle_count),
+        surface_type=at_vertices(surface, analysed.types, mesh.vertex_count, -1),
         conformal_scale=at_vertices(
-            surface, parts.hits.conformal_scale, parts.vertex_count, np.nan
+            surface, turning.hits.conformal_scale, mesh.vertex_count, np.nan
         ),
         euler_characteristic=characteristic,
         index_sum=float(candidates.index.sum()),
         expected_index_sum=float(characteristic) if closed else float("nan"),
         persistence_level=0.0,
         trust_ratio=trust_ratio(field.noise, field.gap),
-        noise=parts.fitted.residual * surface.unit,
-        scale=float(np.median(parts.fitted.radius)) * surface.unit,
-        borders_joined=parts.borders_joined,
-        warnings=tuple(parts.warnings),
+        noise=analysed.fitted.residual * surface.unit,
+        scale=float(np.median(analysed.fitted.radius)) * surface.unit,
+        borders_joined=mesh.borders_joined,
+        warnings=mesh.warnings,
     )
     return filtered(detection, settings)
 
 
-def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
+def _umbilics(
+    analysed: Analysed, turning: Turning, settings: Settings, progress: Progress
+) -> Umbilics:
     """All umbilics in the input's coordinates, refined where jets allow it, those that are not
     told from each other made one."""
-    surface, fitted = parts.surface, parts.fitted
+    surface, fitted = analysed.surface, analysed.fitted
+    persistence, partner = turning.persistence, turning.partner
     jets = fitted.neighbourhood is not None
     evidence = Evidence(
         gap=fitted.field.gap,
-        noise=parts.noise,
-        radius=parts.radius,
+        noise=analysed.noise,
+        radius=analysed.radius,
         determined=fitted.determined,
-        regions=parts.regions.rows(),
+        regions=analysed.regions.rows(),
         jets=jets,
         certified=settings.certified,
         exact=settings.curvature == "given",
@@ -103,18 +143,18 @@ def _umbilics(parts: Parts, settings: Settings, progress: Progress) -> Umbilics:
     found = locate(
         surface,
         fitted,
-        parts.noise,
-        parts.hits,
-        parts.elliptic,
-        parts.persistence,
-        parts.partner,
+        analysed.noise,
+        turning.hits,
+        turning.elliptic,
+        persistence,
+        partner,
         settings,
         progress,
     )
-    verdict = judge(surface, found, evidence, parts.persistence, parts.partner)
+    verdict = judge(surface, found, evidence, persistence, partner)
     if settings.certified and settings.merge:
         group = unresolved_groups(
-            surface, fitted.field, parts.noise, parts.radius, found, verdict
+            surface, fitted.field, analysed.noise, analysed.radius, found, verdict
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)

@@ -86,7 +86,7 @@ def _within_an_edge(
     """Pairs of places in `rows` that have indices of one sign and are nearer than the mean edge
     of either triangle."""
     place = found.position(surface)[rows]
-    edge = np.sqrt(surface.side_squares[:, found.triangle[rows]]).mean(axis=0)
+    edge = surface.mean_sides(found.triangle[rows])
     # The nearest few, not all within the longest edge: one long triangle would make all of them.
     away, other = cKDTree(place).query(place, min(NEIGHBOURS + 1, len(rows)))
     one = np.repeat(np.arange(len(rows)), away.shape[1] - 1)

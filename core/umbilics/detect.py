@@ -22,7 +22,7 @@ from ..curvature.tolerances import CURVE
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
-from .assembly import Parts, assemble
+from .assembly import Analysed, InputMesh, Turning, assemble
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.persistence import measure_persistence
@@ -138,23 +138,9 @@ def detect(
     with clock.stage("location"):
         part = progress.part("Locating umbilics", 0.9, 1.0)
         detection = assemble(
-            Parts(
-                surface=surface,
-                fitted=fitted,
-                noise=noise,
-                radius=radius,
-                hits=hits,
-                triangle_index=found.triangle_index,
-                regions=regions,
-                persistence=persistence,
-                partner=partner,
-                types=types,
-                elliptic=elliptic,
-                warnings=warnings,
-                borders_joined=join,
-                vertex_count=len(vertices),
-                triangle_count=len(triangles),
-            ),
+            Analysed(surface, fitted, noise, radius, types, regions),
+            Turning(hits, found.triangle_index, elliptic, persistence, partner),
+            InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
             part,
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.unit import unit
 from ..mesh.surface import Surface
 
 # Angle in radians between the normals of a region and of the sphere or plane through it, in the
@@ -38,9 +39,7 @@ class RoundShape:
         if np.isinf(self.radius):
             wanted = np.broadcast_to(self.centre, normals.shape)
         else:
-            wanted = (points - self.centre) * np.sign(self.radius)
-            length = np.linalg.norm(wanted, axis=1, keepdims=True)
-            wanted = wanted / np.maximum(length, np.finfo(float).tiny)
+            wanted = unit((points - self.centre) * np.sign(self.radius))
         return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(wanted - normals, axis=1), 0.0, 1.0))
 
 

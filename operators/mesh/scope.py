@@ -108,9 +108,19 @@ def in_vertex_group(obj: bpy.types.Object, mesh: bpy.types.Mesh, name: str) -> n
     group = obj.vertex_groups.get(name) if name else None
     if group is None:
         return None
-    index = group.index
-    weights = (
-        any(one.group == index and one.weight > _WEIGHT for one in vertex.groups)
-        for vertex in mesh.vertices
-    )
-    return np.fromiter(weights, bool, len(mesh.vertices))
+    return weights_in(mesh, group.index) > _WEIGHT
+
+
+def weights_in(mesh: bpy.types.Mesh, group: int) -> np.ndarray:
+    """(n,) float32 weights of the vertices in the group of that number, 0 outside it.
+
+    Blender hands weights out one by one only. What it has that copies them all at once (an
+    attribute of nodes, the mix of shape keys) takes objects of its own, and those cannot be made
+    while a panel asks whether results are out of date.
+    """
+    weights = np.zeros(len(mesh.vertices), np.float32)
+    for row, vertex in enumerate(mesh.vertices):
+        for one in vertex.groups:
+            if one.group == group:
+                weights[row] = one.weight
+    return weights

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from surfaces import ellipsoid
 
 import core
 from benchmarks.features import Figures, figures, row_of
 from benchmarks.ridge_surfaces import meshed, surfaces
-from benchmarks.ridges import Score, sampled, scored
+from benchmarks.ridges import Score, sampled, scored, with_noise
 
 
 def line(*points):
@@ -51,6 +52,19 @@ def test_meshes_lie_on_their_surfaces_and_exact_slopes_agree_with_differences(su
     rise = surface.value(points + step) - surface.value(points - step)
     slope = 2 * np.einsum("ni,ni->n", surface.gradient(points), step)
     np.testing.assert_allclose(rise, slope, rtol=1e-4, atol=1e-9)
+
+
+def test_the_short_crests_at_the_corners_of_a_stretched_quartic_are_found_under_noise():
+    """They are no longer than two radii of fits that are wide enough for the noise."""
+    surface = surfaces()[-1]
+    vertices, triangles = meshed(surface, "icosphere")
+    moved = with_noise(vertices, triangles, 0.05)
+    lines = core.Guide(moved, triangles, core.detect(moved, triangles)).ridges()
+    edge = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).mean()
+    signs = np.array([(1, 1, 1), (1, -1, 1), (-1, 1, 1), (-1, -1, 1)])
+    # By the exact zeros, which take too long for a test.
+    away, _ = cKDTree(lines.position).query(signs * (1.79, 1.15, 0.0))
+    assert len(lines) == 6 and away.max() < edge
 
 
 def test_figures_of_a_plan():

@@ -54,7 +54,8 @@ def test_a_scan_is_brought_onto_the_shape_within_the_stated_error(name):
     found = core.align(moved, other, scaled=scale != 1.0)
     matrix = found.matrix[:3, :3]
     angle = np.degrees(axis_and_angle(matrix / found.scale @ turn)[1])
-    assert angle < 4.0 * found.rotation_error
+    assert angle < 3.0 * found.rotation_error
+    assert found.rotation_error < 0.2
     assert found.scale * scale == pytest.approx(1.0, abs=3e-3)
     exact = (scale * vertices @ turn.T + shift) @ matrix.T + found.matrix[:3, 3]
     apart = np.linalg.norm(exact - vertices, axis=1)
@@ -94,7 +95,8 @@ def test_the_axis_and_its_order_are_found_wherever_it_is(order):
     found = core.find_rotation(shape(star(points, order) @ turn.T + shift, triangles))
     assert found.order == order
     tilt = np.degrees(np.arccos(min(abs(found.axis @ turn[:, 2]), 1.0)))
-    assert tilt < 4.0 * found.axis_error
+    assert tilt < 3.0 * found.axis_error
+    assert found.axis_error < 0.05
     assert np.linalg.norm(np.cross(found.point - shift, turn[:, 2])) < 2e-3
     assert found.score > 0.6
     assert len(found.pairs)

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from quad_guarantees import holds
+from quad_guarantees import closest_in, holds
 from quad_surfaces import bumpy, cube
 from surfaces import cylinder, ellipsoid
 
@@ -13,7 +13,7 @@ from core.mesh.repair import clean
 from core.retopology.quads.conformity import conformity
 from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles
-from core.retopology.quads.finishing.projection import ClosestPoints, closest_on
+from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
 from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
@@ -194,7 +194,7 @@ def test_closest_points_are_the_closest():
     _, found = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(points)
     corner = surface.vertices[surface.triangles]
     for point, place in zip(points, found, strict=True):
-        every = closest_on(np.broadcast_to(point, (len(corner), 3)), corner)
+        every = closest_in(corner, point)
         least = np.linalg.norm(every - point, axis=1).min()
         assert np.linalg.norm(place - point) <= least * (1 + 1e-9) + 1e-12
 

@@ -25,11 +25,14 @@ from surfaces.analytic import operators
 import core
 from core.base.progress import Progress
 from core.formats.points import read_points_csv
+from core.mesh.neighbourhoods import Neighbourhood
+from core.mesh.rings import adjacency
 from core.retopology.ridges.bend import bend_of, bending_of
 from core.retopology.ridges.find import CERTAIN, WEAK, find_ridges, measure_slopes
+from core.retopology.ridges.nested import NestedFits
 from core.retopology.ridges.paths import ordered_paths
 from core.retopology.ridges.reach import choose_fitting
-from core.retopology.ridges.slopes import fit_slopes
+from core.retopology.ridges.slopes import Fitting, fit_slopes
 from core.retopology.ridges.sought import sought_slopes
 
 AXES = np.array([3.0, 2.0, 1.0])
@@ -147,6 +150,28 @@ def test_crests_of_fits_near_them_are_those_of_all_fits(mesh, fitted):
     for one, two in ((found, expected), (expected, found)):
         distance, _ = cKDTree(one.position).query(two.position) if len(two) else (0.0, None)
         assert np.max(distance) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "mesh", [noisy(ellipsoid(subdivisions=3), 0.05), noisy(paraboloid(cells=20), 0.02)]
+)
+def test_fits_that_grow_ring_by_ring_are_those_made_at_once(mesh):
+    guide = guided(mesh)
+    surface, field = guide.surface, guide.detection.curvature
+    axes = np.stack([field.d1.T, field.d2.T, field.normal.T])
+    centres = np.arange(0, len(surface.vertices), 7)
+    nested = NestedFits(surface, axes, centres, 4, 3)
+    for rings in (3, 4, 6):
+        around = Neighbourhood(surface, adjacency(surface), rings=rings, focused=False)
+        once = fit_slopes(surface, axes, Fitting(around, 4, None), Progress(), centres)
+        grown = nested.slopes()
+        both = once.determined & grown.determined
+        assert both.mean() > 0.9
+        for name in ("k", "e", "bending", "error", "radius"):
+            one, two = (getattr(some, name)[..., both] for some in (grown, once))
+            np.testing.assert_allclose(one, two, rtol=1e-5, atol=1e-7 * np.abs(two).max())
+        for _ in range({3: 1, 4: 2}.get(rings, 0)):
+            nested.widen()
 
 
 @pytest.mark.parametrize(

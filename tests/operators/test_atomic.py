@@ -245,7 +245,8 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
     def prepared():
         obj = scene(state)
         jobs, operator = addon.operators.jobs, addon.operators.guide
-        bpy.context.scene.umbilics_guidance.smoothness = 0.3
+        group = bpy.context.scene.umbilics_guidance
+        group.smoothness_auto, group.smoothness = False, 0.3
         job = jobs.retopology.gather(bpy.context, obj, jobs.works.plan)
         found = job.compute()
         done = operator.UMBILICS_OT_guide.done

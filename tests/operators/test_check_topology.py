@@ -137,7 +137,8 @@ def move_a_pole(surface, quads):
 
 
 def set_otherwise(_surface, _quads):
-    bpy.context.scene.umbilics_guidance.smoothness = 0.7
+    group = bpy.context.scene.umbilics_guidance
+    group.smoothness_auto, group.smoothness = False, 0.7
 
 
 def move_apart(_surface, quads):

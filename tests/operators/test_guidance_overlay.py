@@ -59,7 +59,8 @@ def test_an_edited_mesh_has_no_crosses_and_the_plan_says_so(addon, planned):
 
 def test_a_new_plan_is_drawn_anew(planned):
     before = planned.umbilics_plan.stamp
-    bpy.context.scene.umbilics_guidance.smoothness = 0.2
+    group = bpy.context.scene.umbilics_guidance
+    group.smoothness_auto, group.smoothness = False, 0.2
     bpy.ops.umbilics.guide()
     assert planned.umbilics_plan.stamp not in ("", before)
     bpy.ops.umbilics.clear()

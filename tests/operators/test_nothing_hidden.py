@@ -223,6 +223,17 @@ def test_a_deletion_by_hand_does_not_outlive_clear():
     assert umbilics_of_poles(obj) == [0, 1, 2, 3]
 
 
+def test_a_plan_keeps_what_the_filters_keep():
+    obj = detected()
+    bpy.context.scene.umbilics_guidance.plan = "umbilics"
+    bpy.context.scene.umbilics.at_most = 2
+    bpy.ops.umbilics.guide()
+    assert len(umbilics_of_poles(obj)) == 2
+    bpy.context.scene.umbilics.at_most = 0
+    bpy.ops.umbilics.guide()
+    assert umbilics_of_poles(obj) == [0, 1, 2, 3]
+
+
 def test_a_deletion_by_hand_holds_in_a_plan_of_the_mesh_as_it_is_now():
     """The mesh was refined since: rows are others, and the umbilic is known by its place."""
     obj = detected()
@@ -244,9 +255,9 @@ def test_a_plan_says_what_it_is_older_than(reasons):
     group.zone = "Zone"
     bpy.ops.umbilics.guide()
     assert reasons(obj, plan=True) == ""
-    group.smoothness = 0.1
+    group.smoothness_auto, group.smoothness = False, 0.1
     assert "Smoothness" in reasons(obj, plan=True)
-    group.property_unset("smoothness")
+    group.property_unset("smoothness_auto")
     group.spacing_auto = False
     assert reasons(obj, plan=True) == "", "that is for lines"
     obj.umbilics.active = 0

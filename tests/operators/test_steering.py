@@ -48,8 +48,8 @@ def test_a_moved_pole_bends_the_field_and_stays_until_it_is_freed(obj):
         assert obj.umbilics_plan.by_hand and not obj.umbilics_plan.warnings
         assert {pole.origin for pole in obj.umbilics_plan.poles} == {"By Hand"}
         # With other settings too.
-        plan(smoothness=0.8)
-    plan(by_hand=False, smoothness=0.45)
+        plan(smoothness_auto=False, smoothness=0.8)
+    plan(by_hand=False, smoothness_auto=True)
     assert places(obj) == pytest.approx(before, abs=1e-5)
     assert not obj.umbilics_plan.by_hand
 
@@ -213,7 +213,7 @@ def test_drawn_guides_are_no_strokes_but_what_is_drawn_over_them_is(addon):
 
 def test_settings_of_a_step_can_be_adjusted_and_the_panel_follows(obj):
     group = bpy.context.scene.umbilics_guidance
-    group.smoothness = 0.3
+    group.smoothness_auto, group.smoothness = False, 0.3
     plan()
     assert group.smoothness == pytest.approx(0.3)
     plan(smoothness=0.7)

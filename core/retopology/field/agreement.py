@@ -45,6 +45,7 @@ def with_index(
     priority: np.ndarray,
     stiffness: np.ndarray,
     progress: Progress,
+    held: np.ndarray | None = None,
 ) -> Agreement:
     """Turn the directions of a field so that its index is the wanted one.
 
@@ -57,6 +58,8 @@ def with_index(
         highest.
     stiffness:
         (n,) float64 by which directions resist to turning, in the resistance of an edge.
+    held:
+        (n,) bool vertices whose directions must not turn.
     """
     part = progress.part("Counting", 0.0, 0.1)
     index = certified_index(surface, field.direction, field.across, part, field.symmetry)
@@ -72,6 +75,8 @@ def with_index(
     for number, patch in enumerate(patches):
         turns = turns_at_vertices(surface, patch, field)
         mine, rim = charge[patch.triangles], patch.rim(surface)
+        if held is not None:
+            rim |= held[patch.vertices]
         last = number == len(patches) - 1
         if not last and not balances(turns, mine, rim):
             continue

@@ -14,6 +14,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...base.subsets import places_in
 from ...umbilics.pairing.merge_tree import label_roots, lowest_edges, lowest_passes
 from .turns import Turns
 
@@ -67,8 +68,7 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
     distance, before, owner = csgraph.dijkstra(
         graph, indices=source, min_only=True, return_predecessors=True
     )
-    row = np.full(outside + 1, -1)
-    row[source] = np.arange(len(source))
+    row = places_in(source, outside + 1)
     # -9999 stands for none.
     cell = np.where(owner >= 0, row[np.maximum(owner, 0)], -1)
     first, second = cell[left], cell[right]

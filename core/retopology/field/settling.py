@@ -15,6 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from ...base.progress import Progress
+from ...base.subsets import places_in
 from ...fields.multigrid import solve_part
 from ..lines.polylines import spans
 from .charge_paths import Paths, charge_paths, joined_places
@@ -229,8 +230,7 @@ def _least_squares(
     """Set the angles of the moving directions so that the weighted squares of the turns over the
     edges `some`, and of the angles, are least."""
     rows = np.flatnonzero(moving)
-    number = np.full(turns.directions, -1)
-    number[rows] = np.arange(len(rows))
+    number = places_in(rows, turns.directions)
     angle[rows] = 0.0
     tail, head = number[turns.tail[some]], number[turns.head[some]]
     touching = (tail >= 0) | (head >= 0)

@@ -142,27 +142,27 @@ def _candidates_at(
     if np.array_equal(index, candidates.index):
         # Found in these very triangles, in their order.
         return np.arange(len(index))
-    # Directions that were stored and read again may turn otherwise at a few places: each
-    # candidate goes with the nearest triangle of its index, nearest first.
+    # Directions that were stored and read again may turn otherwise at a few places, and a compound
+    # is several: of each half that a candidate is made of one triangle, of what is left the nearest
+    # pairs first.
     place = surface.vertices[surface.triangles[triangle]].mean(axis=1)
     there = (candidates.position - surface.origin) / surface.unit
+    halves, parts = (
+        np.rint(2.0 * np.abs(some)).astype(np.int64) for some in (candidates.index, index)
+    )
     found = np.full(len(index), -1)
-    for value in np.unique(index):
-        mine, theirs = np.flatnonzero(index == value), np.flatnonzero(candidates.index == value)
-        if not len(theirs):
-            continue
-        distance, near = cKDTree(place[mine]).query(there[theirs])
-        order = np.argsort(-distance, kind="stable")
-        found[mine[near[order]]] = theirs[order]
-    # Of a compound the nearest ones that are left, as many as make up its index.
-    for row in np.flatnonzero(np.abs(candidates.index) > 0.5):
-        left = candidates.index[row] - index[found == row].sum()
-        free = np.flatnonzero((found < 0) & (index * left > 0.0))
-        away = np.linalg.norm(place[free] - there[row], axis=1)
-        for part in free[np.argsort(away, kind="stable")]:
-            if abs(left) < abs(index[part]):
-                break
-            found[part], left = row, left - index[part]
+    for sign in (1.0, -1.0):
+        mine = np.flatnonzero(sign * index > 0.0)
+        mine = np.repeat(mine, parts[mine])
+        theirs = np.flatnonzero(sign * candidates.index > 0.0)
+        theirs = np.repeat(theirs, halves[theirs])
+        while len(mine) and len(theirs):
+            distance, near = cKDTree(place[mine]).query(there[theirs])
+            order = np.lexsort((distance, near))
+            _, first = np.unique(near[order], return_index=True)
+            taken = order[first]
+            found[mine[near[taken]]] = theirs[taken]
+            mine, theirs = np.delete(mine, near[taken]), np.delete(theirs, taken)
     return found
 
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import edge_turns
+from ...mesh.rings import adjacency
 from ...mesh.surface import Surface
 
 # Cotangent weights outside these bounds come from slivers; a weight near zero lets all the
@@ -73,13 +74,9 @@ class Patch:
     @classmethod
     def around(cls, surface: Surface, vertices: np.ndarray, rings: int) -> Patch:
         """The triangles of all vertices within so many edges of the given ones."""
-        n = len(surface.vertices)
-        graph = sparse.csr_array(
-            (np.ones(len(surface.neighbours)), surface.neighbours, surface.neighbour_start),
-            shape=(n, n),
-        )
+        graph, start = adjacency(surface), np.unique(vertices)
         distance = csgraph.dijkstra(
-            graph, indices=np.unique(vertices), min_only=True, unweighted=True, limit=rings
+            graph, indices=start, min_only=True, unweighted=True, limit=rings
         )
         triangles = np.flatnonzero(np.isfinite(distance)[surface.triangles].any(axis=1))
         return cls(triangles, np.unique(surface.triangles[triangles]))
@@ -123,10 +120,8 @@ def turns_at_vertices(surface: Surface, patch: Patch, field: DirectionField) -> 
     way = both / (1.5 * np.maximum(length, np.finfo(float).tiny))
     size = np.nan_to_num(field.magnitude)
     typical = max(float(np.median(size)), np.finfo(float).tiny)
-    place = np.full(len(surface.triangles), -1)
-    place[patch.triangles] = np.arange(len(patch.triangles))
-    row = np.full(len(surface.vertices), -1)
-    row[patch.vertices] = np.arange(len(patch.vertices))
+    place = places_in(patch.triangles, len(surface.triangles))
+    row = places_in(patch.vertices, len(surface.vertices))
     turn = edge_turns(surface, patch.triangles, field.direction, field.across, field.symmetry)
     return Turns(
         tail=row[tail],
@@ -161,10 +156,8 @@ def turns_in_triangles(
     carried = cross[here] * planes.turn[half] ** 4
     tail = surface.triangles.ravel()[half]
     head = surface.triangles[:, [1, 2, 0]].ravel()[half]
-    row = np.full(len(surface.triangles), -1)
-    row[patch.triangles] = np.arange(len(patch.triangles))
-    place = np.full(len(surface.vertices), -1)
-    place[patch.vertices] = np.arange(len(patch.vertices))
+    row = places_in(patch.triangles, len(surface.triangles))
+    place = places_in(patch.vertices, len(surface.vertices))
     # At a border a charge is outside already.
     place[surface.border] = -1
     return Turns(

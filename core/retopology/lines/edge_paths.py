@@ -7,6 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
+from ...base.subsets import places_in
 from .polylines import Lines
 
 # Vertices farther from the line than this many of their edges are not passed.
@@ -49,9 +50,7 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
         inside, distance = inside[close], distance[close]
         if len(inside) < 2:
             continue
-        local = np.full(len(vertices), -1)
-        local[inside] = np.arange(len(inside))
-        ends = local[edges]
+        ends = places_in(inside, len(vertices))[edges]
         rows = np.flatnonzero((ends >= 0).all(axis=1))
         one, two = ends[rows].T
         off = (distance[one] + distance[two]) / np.maximum(length[rows], 1e-300)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...fields.frames import side_axes
 from ...fields.planes import FaceFrames, barycentric_of
 from ...mesh.surface import Surface
 from .polylines import points_of, sparse_rows
@@ -119,10 +120,8 @@ def _carried(surface: Surface, planes: FaceFrames, traces: Traces, rows: np.ndar
 
 def _laid(surface: Surface, triangle: np.ndarray, point: np.ndarray) -> np.ndarray:
     """(r,) complex places of points (r, 3) of triangles (r,) in their planes."""
-    a, b = (surface.vertices[surface.triangles[triangle, k]] for k in range(2))
-    x = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1), np.finfo(float).tiny)[:, None]
-    y = np.cross(surface.face_normal_area[0][triangle], x)
-    away = point - a
+    x, y = side_axes(surface, triangle)
+    away = point - surface.vertices[surface.triangles[triangle, 0]]
     return np.asarray(np.einsum("rc,rc->r", away, x) + 1j * np.einsum("rc,rc->r", away, y))
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...base.unit import unit
+
 
 @dataclass(frozen=True)
 class Conformity:
@@ -30,6 +32,11 @@ class Conformity:
     border: np.ndarray
     valence: np.ndarray
     characteristic: int
+
+    @property
+    def irregular(self) -> np.ndarray:
+        """(k,) int64 ascending inner vertices that are not where four quads meet: poles."""
+        return np.flatnonzero((self.valence != 4) & ~self.border)
 
 
 def conformity(quads: np.ndarray, count: int) -> Conformity:
@@ -79,9 +86,7 @@ def scaled_jacobian(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     at = vertices[quads]
     out = np.roll(at, -1, axis=1) - at
     back = np.roll(at, 1, axis=1) - at
-    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    tiny = np.finfo(float).tiny
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), tiny)[:, None]
+    normal = unit(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]))
     area = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
     size = np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2)
-    return (area / np.maximum(size, tiny)).min(axis=1)
+    return (area / np.maximum(size, np.finfo(float).tiny)).min(axis=1)

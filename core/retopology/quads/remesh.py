@@ -22,7 +22,7 @@ from .finishing.crossings import crossings
 from .finishing.finished import filled
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
-from .finishing.reporting import Report, reported
+from .finishing.reporting import reported
 from .finishing.unlaid import cut_in_three
 from .layout.counting import counted
 from .layout.lines import QuadLayout, layout_lines
@@ -108,11 +108,11 @@ def remesh(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
             f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
         )
-    reports = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
-    reports += [report for report, _ in cut]
+    pieces = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
+    pieces += [made for made, _ in cut]
     clock.lap("report")
     progress.step(1.0)
-    made = _parted(_joined(reports, warnings, clock.seconds), guide.surface, progress)
+    made = _parted(_joined(pieces, warnings, clock.seconds), guide.surface, progress)
     plane = prepared.plane
     if plane is not None:
         made = mirrored(made, plane, detection.umbilics, prepared.size)
@@ -183,28 +183,28 @@ def _parted(made: QuadMesh, whole: Surface, progress: Progress) -> QuadMesh:
     return replace(made, vertices=place, warnings=(*made.warnings, *said))
 
 
-def _joined(reports: list[Report], warnings: list[str], timings: dict[str, float]) -> QuadMesh:
+def _joined(pieces: list[QuadMesh], warnings: list[str], timings: dict[str, float]) -> QuadMesh:
     """The pieces as one mesh, their poles and patches numbered through."""
-    first = np.cumsum([0] + [len(one.vertices) for one in reports])
-    poles = np.cumsum([0] + [len(one.pole_valence) for one in reports])
-    patches = np.cumsum([0] + [one.patches for one in reports])
+    first = np.cumsum([0] + [len(one.vertices) for one in pieces])
+    poles = np.cumsum([0] + [len(one.pole_valence) for one in pieces])
+    patches = np.cumsum([0] + [int(one.patch.max(initial=-1)) + 1 for one in pieces])
     return QuadMesh(
-        vertices=np.concatenate([one.vertices for one in reports]),
-        quads=np.concatenate([one.quads + at for one, at in zip(reports, first, strict=False)]),
+        vertices=np.concatenate([one.vertices for one in pieces]),
+        quads=np.concatenate([one.quads + at for one, at in zip(pieces, first, strict=False)]),
         pole=np.concatenate(
             [
                 np.where(one.pole >= 0, one.pole + at, -1)
-                for one, at in zip(reports, poles, strict=False)
+                for one, at in zip(pieces, poles, strict=False)
             ]
         ),
-        pole_valence=np.concatenate([one.pole_valence for one in reports]),
-        pole_umbilic=np.concatenate([one.pole_umbilic for one in reports]),
-        pole_confidence=np.concatenate([one.pole_confidence for one in reports]),
-        border=np.concatenate([one.border for one in reports]),
-        feature=np.concatenate([one.feature for one in reports]),
-        patch=np.concatenate([one.patch + at for one, at in zip(reports, patches, strict=False)]),
-        angle=np.concatenate([one.angle for one in reports]),
-        source_triangle=np.concatenate([one.source_triangle for one in reports]),
+        pole_valence=np.concatenate([one.pole_valence for one in pieces]),
+        pole_umbilic=np.concatenate([one.pole_umbilic for one in pieces]),
+        pole_confidence=np.concatenate([one.pole_confidence for one in pieces]),
+        border=np.concatenate([one.border for one in pieces]),
+        feature=np.concatenate([one.feature for one in pieces]),
+        patch=np.concatenate([one.patch + at for one, at in zip(pieces, patches, strict=False)]),
+        angle=np.concatenate([one.angle for one in pieces]),
+        source_triangle=np.concatenate([one.source_triangle for one in pieces]),
         warnings=tuple(warnings),
         timings=timings,
     )

@@ -17,6 +17,7 @@ from ...mesh.neighbourhoods import Neighbourhood
 from ...mesh.rings import adjacency
 from ...mesh.surface import Surface
 from .bend import ROUND, bending_of
+from .nested import NestedFits
 from .slopes import Fitting, Slopes, fit_slopes
 
 # Degree four. Its bias (one part in twenty of e where the mesh is clean) grows with e and leaves
@@ -59,20 +60,18 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     if not len(centres):
         return narrowest
-    edge = _edge_length(surface)
-
-    def at(fitting: Fitting) -> Slopes:
-        return fit_slopes(surface, axes, fitting, Progress(), centres)
-
-    focused = at(narrowest)
+    edge = surface.mean_side
+    focused = fit_slopes(surface, axes, narrowest, Progress(), centres)
     if not focused.determined.any() or _misplaced(focused) <= FINE * edge:
         return narrowest
     fitting = replace(narrowest, focus=None)
-    smaller, last = at(fitting), np.inf
+    nested = NestedFits(surface, axes, centres, DEGREE, FEWEST_RINGS)
+    smaller, last = nested.slopes(), np.inf
     while fitting.neighbourhood.rings < MOST_RINGS:
         rings = fitting.neighbourhood.rings
         progress.step((rings - FEWEST_RINGS) / (MOST_RINGS - FEWEST_RINGS))
-        larger = at(fitting.wider(1))
+        nested.widen()
+        larger = nested.slopes()
         change, expected = _change(smaller, larger)
         shared = max(change / expected, 1.0) if expected > 0.0 else 1.0
         fine = shared * _misplaced(smaller) <= FINE * edge
@@ -80,10 +79,6 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
             break
         fitting, smaller, last = fitting.wider(1), larger, change
     return narrowest if fitting.neighbourhood.rings == FEWEST_RINGS else fitting
-
-
-def _edge_length(surface: Surface) -> float:
-    return float(np.sqrt(surface.side_squares).mean())
 
 
 def _misplaced(slopes: Slopes) -> float:

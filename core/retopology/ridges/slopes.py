@@ -197,11 +197,11 @@ def _fit_some(
         sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace, ENDS)
-    made = _slopes_of(fit, radius[:end], axes.take(rows[order], axis=2))
+    made = slopes_of(fit, radius[:end], axes.take(rows[order], axis=2))
     put(made, slots[order], slopes)
 
 
-def _slopes_of(fit: HeightFit, radius: np.ndarray, axes: np.ndarray) -> Slopes:
+def slopes_of(fit: HeightFit, radius: np.ndarray, axes: np.ndarray) -> Slopes:
     """Slopes of fits (b,) in units of `radius` (b,), over `axes` (3, 3, b)."""
     c = fit.coefficients
     operator = operator_of_heights(c[1, 0], c[0, 1], 2 * c[2, 0], c[1, 1], 2 * c[0, 2])

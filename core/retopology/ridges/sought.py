@@ -67,7 +67,7 @@ def sought_slopes(
     for rows in np.array_split(seeds[near], max(int(near.sum()) // 64, 1)):
         for ball in tree.query_ball_point(surface.vertices[rows], AROUND * radius):
             found[ball] = True
-    edge = float(np.sqrt(surface.side_squares).mean())
+    edge = surface.mean_side
     left = np.flatnonzero(found & ~fitted)
     part = progress.part("Fitting third derivatives", 0.3, 1.0)
     fit(left, part)

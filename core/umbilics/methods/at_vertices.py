@@ -67,7 +67,7 @@ def alike(surface: Surface, field: CurvatureField, ratio: float = ALIKE) -> np.n
 
 def _least(surface: Surface, values: np.ndarray) -> np.ndarray:
     """Inner vertices with a value less than that of every neighbour."""
-    owner = np.repeat(np.arange(len(values)), np.diff(surface.neighbour_start))
+    owner = surface.owner
     beaten = surface.border.copy()
     beaten[owner[~(values[owner] < values[surface.neighbours])]] = True
     return np.flatnonzero(~beaten)

@@ -51,9 +51,7 @@ def found_by_method(
     shape = fitted.field
     if settings.method == "S":
         unfolding = None
-        if settings.parametrization == "uv":
-            unfolding = unfolded_by_uv(surface, triangles, _required(uv))
-        elif settings.parametrization == "charts":
+        if settings.parametrization in ("uv", "charts"):
             unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
         return _by_shape_operators(surface, fitted, settings, unfolding, progress)
     if settings.method == "I":
@@ -76,19 +74,18 @@ def _unfolded(
     uv: np.ndarray | None,
     progress: Progress,
 ) -> Unfolding:
-    if settings.charts in ("islands", "uv"):
-        return unfolded_by_uv(surface, triangles, _required(uv), settings.charts == "islands")
+    """The charts that the settings name, in the plane; parameters as those of `detect`."""
+    as_it_lies = settings.method == "S" and settings.parametrization == "uv"
+    charts = "uv" if as_it_lies else settings.charts
+    if charts in ("islands", "uv"):
+        if uv is None:
+            raise ChartError(
+                "The mesh has no UV map: unwrap it, or choose a method and a parametrization that "
+                "need none."
+            )
+        return unfolded_by_uv(surface, triangles, uv, charts == "islands")
     marked = np.zeros((0, 2), int) if seams is None else seams
-    return unfolded_along_seams(surface, marked, progress, settings.charts == "automatic")
-
-
-def _required(uv: np.ndarray | None) -> np.ndarray:
-    if uv is None:
-        raise ChartError(
-            "The mesh has no UV map: unwrap it, or choose a method and a parametrization that "
-            "need none."
-        )
-    return uv
+    return unfolded_along_seams(surface, marked, progress, charts == "automatic")
 
 
 def _index(surface: Surface, fitted: Estimate, progress: Progress) -> np.ndarray:

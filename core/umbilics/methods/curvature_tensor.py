@@ -9,6 +9,7 @@ import numpy as np
 from ...base.progress import Progress
 from ...base.unit import phase
 from ...curvature.field import CurvatureField
+from ...fields.frames import side_axes
 from ...fields.transport import carried, tangents
 from ...mesh.surface import Surface
 from ...mesh.unfolding.charts import (
@@ -180,10 +181,7 @@ def vertex_maps(
     """
     charts = unfolding.charts
     face_normal, area = surface.face_normal_area
-    corner_points = surface.vertices[surface.triangles]
-    x = corner_points[:, 1] - corner_points[:, 0]
-    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
-    y = np.cross(face_normal, x)
+    x, y = side_axes(surface)
     e1, _ = tangents(normal)
     similarity, shear = np.zeros((2, len(charts.vertex)), dtype=complex)
     for k in range(3):
@@ -207,7 +205,7 @@ def _vertex_scale(surface: Surface, unfolding: Unfolding) -> np.ndarray:
     area = surface.face_normal_area[1]
     corner = surface.triangles.ravel()
     plane = np.bincount(corner, np.repeat(area * ratio, 3), minlength=n)
-    true = np.bincount(corner, np.repeat(area, 3), minlength=n)
+    true = surface.vertex_area
     return np.sqrt(np.divide(plane, true, out=np.full(n, np.nan), where=true > 0))
 
 

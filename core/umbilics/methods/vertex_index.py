@@ -79,7 +79,7 @@ def merged_clusters(
     near[surface.triangles[turning]] = True
     # Of a border vertex nothing is said: it has no closed ring.
     near &= ~surface.border
-    owner = np.repeat(np.arange(vertices), np.diff(surface.neighbour_start))
+    owner = surface.owner
     both = near[owner] & near[surface.neighbours]
     graph = sparse.coo_array(
         (np.ones(int(both.sum()), np.int8), (owner[both], surface.neighbours[both])),

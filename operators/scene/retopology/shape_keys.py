@@ -9,6 +9,7 @@ from mathutils.bvhtree import BVHTree
 
 from ...mesh.fetch import fetch
 from ...mesh.read import MeshArrays
+from ...mesh.scope import weights_in
 
 
 def carry_over(source: bpy.types.Object, made: bpy.types.Object, arrays: MeshArrays) -> bool:
@@ -100,12 +101,7 @@ def _share(obj: bpy.types.Object, block: bpy.types.ShapeKey) -> np.ndarray:
     share = np.full(len(block.data), value)
     group = obj.vertex_groups.get(block.vertex_group)
     if group is not None:
-        weight = np.zeros(len(share))
-        for vertex in obj.data.vertices:
-            for one in vertex.groups:
-                if one.group == group.index:
-                    weight[vertex.index] = one.weight
-        share *= weight
+        share *= weights_in(obj.data, group.index)
     return share
 
 

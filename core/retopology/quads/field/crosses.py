@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ....base.unit import unit
 from ....mesh.half_edges import previous
 
 QUARTER = 0.5 * np.pi
@@ -141,10 +142,8 @@ def crosses(
 ) -> Crosses:
     """Crosses with the matchings that turn them least; see `Crosses` for the arguments."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    direction = direction - normal * np.einsum("mc,mc->m", direction, normal)[:, None]
-    direction /= np.maximum(np.linalg.norm(direction, axis=1), np.finfo(float).tiny)[:, None]
+    normal = unit(np.cross(b - a, c - a))
+    direction = unit(direction - normal * np.einsum("mc,mc->m", direction, normal)[:, None])
     twin = twin.astype(np.int64)
     none, zero = np.zeros(len(twin), np.int64), np.zeros(len(twin))
     feature = feature | (twin < 0)

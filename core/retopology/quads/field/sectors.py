@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....base.unit import unit
 from ....mesh.half_edges import previous
 from .crosses import QUARTER, Crosses, fans
 
@@ -123,7 +124,7 @@ def _normals(crosses: Crosses) -> np.ndarray:
         ],
         axis=1,
     )
-    return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+    return unit(total)
 
 
 def fitting_turns(angle: np.ndarray, turns: np.ndarray, least: np.ndarray) -> np.ndarray:

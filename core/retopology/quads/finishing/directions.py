@@ -6,18 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from ....base.progress import Progress
+from ....fields.frames import side_axes
 from ....fields.planes import FaceFrames, lay_out
 from ..layout.laying_out import LaidOut
 from ..surface.working_surface import WorkingSurface
-
-
-def face_axes(working: WorkingSurface) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 3) axes x and y of the triangles' planes as `FaceFrames` has them."""
-    surface = working.surface
-    corner = surface.vertices[surface.triangles]
-    x = corner[:, 1] - corner[:, 0]
-    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
-    return x, np.cross(surface.face_normal_area[0], x)
 
 
 def deviators(working: WorkingSurface) -> np.ndarray:
@@ -33,7 +25,7 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     Fourth powers of both are added, that of the curvature weighed with the confidence in it.
     """
     crosses = laid.map_.crosses
-    x, y = face_axes(laid.working)
+    x, y = side_axes(laid.working.surface)
     of_cross = np.einsum("mc,mc->m", crosses.direction, x) + 1j * np.einsum(
         "mc,mc->m", crosses.direction, y
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....base.unit import unit
 from .projection import ClosestPoints
 
 # Cosine to the surface down to which a quad's own plane is taken for the surface's under it: on
@@ -78,8 +79,7 @@ def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndar
 
 def own_planes(normal: np.ndarray, below: np.ndarray) -> np.ndarray:
     """(q, 3) unit normals of quads, or of the surface below where they are too far from it."""
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    own = normal / np.maximum(length, np.finfo(float).tiny)
+    own = unit(normal)
     near = np.einsum("qc,qc->q", own, below) > OWN_PLANE
     return np.where(near[:, None], own, below)
 

@@ -15,6 +15,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ....base.progress import Progress
+from ....base.subsets import places_in
+from ....base.unit import unit
 from ..conformity import scaled_jacobian
 from .guides import Guides, moved_along, surface_axes, vertex_normals
 
@@ -106,26 +108,21 @@ class _Opening:
         self.up = surface_axes(self.base, vertex_normals(position, quads)[quads], guides)
         side = np.linalg.norm(np.roll(self.base, -1, axis=1) - self.base, axis=2)
         self.side = max(float(side.mean()), TINY)
-        local = np.full(len(position), -1)
-        local[rows] = np.arange(len(rows))
-        self.local = local[quads]
+        self.local = places_in(rows, len(position))[quads]
         self.moves = self.local >= 0
         self.axes, self.most = self._axes(position, quads, guides, rows)
 
     def _axes(
         self, position: np.ndarray, quads: np.ndarray, guides: Guides, rows: np.ndarray
     ) -> tuple[_Axes, np.ndarray]:
-        normal = vertex_normals(position, quads)[rows]
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), TINY)[:, None]
+        normal = unit(vertex_normals(position, quads)[rows])
         least = np.eye(3)[np.abs(normal).argmin(axis=1)]
-        x = np.cross(normal, least)
-        x /= np.maximum(np.linalg.norm(x, axis=1), TINY)[:, None]
+        x = unit(np.cross(normal, least))
         y = np.cross(normal, x)
         most = np.full(len(rows), FARTHEST)
         held = np.flatnonzero(guides.curve[rows] >= 0)
         ends = position[guides.beside[rows[held]]]
-        along = ends[:, 1] - ends[:, 0]
-        x[held] = along / np.maximum(np.linalg.norm(along, axis=1), TINY)[:, None]
+        x[held] = unit(ends[:, 1] - ends[:, 0])
         y[held] = 0.0
         return _Axes(x, y), most
 

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ....base.errors import GuidanceError, RemeshError
 from ....base.progress import Progress
+from ....base.subsets import places_in
 from ....matching.mirror import find_mirror_plane
 from ....mesh.surface import Surface
 from ....umbilics.result import Detection, Umbilics
@@ -111,9 +112,7 @@ def mirrored(half: QuadMesh, plane: Plane, umbilics: Umbilics, size: float) -> Q
     quads = np.concatenate([half.quads, image[half.quads][:, ::-1]])
     vertices = np.concatenate([vertices, plane.reflected(vertices[off])])
     topology = conformity(quads, len(vertices))
-    pole = np.full(len(vertices), -1)
-    irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
-    pole[irregular] = np.arange(len(irregular))
+    irregular = topology.irregular
     # Where each pole comes from: from the half, from its image, or from the plane.
     origin = np.where(irregular < n, irregular, off[np.maximum(irregular - n, 0)])
     of = half.pole[origin]
@@ -132,7 +131,7 @@ def mirrored(half: QuadMesh, plane: Plane, umbilics: Umbilics, size: float) -> Q
         half,
         vertices=vertices,
         quads=quads,
-        pole=pole,
+        pole=places_in(irregular, len(vertices)),
         pole_valence=topology.valence[irregular],
         pole_umbilic=umbilic,
         pole_confidence=confidence,

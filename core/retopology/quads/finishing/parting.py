@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ....base.progress import Progress
+from ....base.unit import unit
 from ....mesh.surface import Surface
 from .crossings import crossings
 from .guides import vertex_normals
@@ -59,8 +60,7 @@ def _apart(
     closest: ClosestPoints,
 ) -> np.ndarray:
     """Positions one step farther from each other where the pairs are."""
-    normal = vertex_normals(position, quads)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    normal = unit(vertex_normals(position, quads))
     at = position[quads[pairs]]
     side = np.linalg.norm(np.roll(at, -1, axis=2) - at, axis=3).mean(axis=(1, 2))
     up = normal[quads[pairs]].sum(axis=2)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....base.subsets import places_in
 from ..field.crosses import TURNS
 from ..layout.grids import Grids
 from ..layout.rectangles import Layout
@@ -210,9 +211,7 @@ def _merged(
 ) -> Placement:
     """One place for vertices that are one: that of a pole or an end, else that on a feature."""
     used, corner = np.unique(made.merged[made.quads], return_inverse=True)
-    row = np.full(int(made.merged.max()) + 1, -1)
-    row[used] = np.arange(len(used))
-    owner = row[made.merged]
+    owner = places_in(used, int(made.merged.max()) + 1)[made.merged]
     known = np.flatnonzero((owner >= 0) & (places.triangle >= 0))
     rank = np.where(vertex[known] >= 0, 0, np.where(track[known] >= 0, 1, 2))
     order = known[np.lexsort((known, rank, owner[known]))]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ....base.unit import unit
+
 # Triangles are sampled about as densely as the median one, with so many rows at most.
 MOST_ROWS = 12
 # Samples looked at for each point, and rounds of going on to neighbouring triangles.
@@ -25,9 +27,7 @@ class ClosestPoints:
         self._across = np.where(twin >= 0, twin // 3, np.arange(len(twin)) // 3).reshape(-1, 3)
         corner = vertices[triangles]
         self._plane = _planes(corner)
-        normal = np.cross(self._plane[:, 3:6], self._plane[:, 6:9])
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        self.normal = normal / np.maximum(length, np.finfo(float).tiny)
+        self.normal = unit(np.cross(self._plane[:, 3:6], self._plane[:, 6:9]))
         points, self._owner = _samples(corner)
         # Sorted by medians a tree answers hardly faster and takes three times as long to plant.
         self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
@@ -83,13 +83,6 @@ class ClosestPoints:
         second, third = second.ravel()[item], third.ravel()[item]
         place = _places(plane.reshape(-1, plane.shape[-1])[item], second, third)
         return triangles.ravel()[item], place, square.ravel()[item]
-
-
-def closest_on(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """(p, 3) the point of each triangle, corners (p, 3, 3), that is closest to its point."""
-    plane = _planes(corner)
-    second, third, _ = _closest(points, plane)
-    return _places(plane, second, third)
 
 
 def _planes(corner: np.ndarray) -> np.ndarray:

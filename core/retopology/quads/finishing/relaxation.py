@@ -14,6 +14,7 @@ from scipy import sparse
 
 from ....base.factors import definite_factors
 from ....base.progress import Progress
+from ....base.unit import unit
 from ..field.crosses import QUARTER
 from .guides import Guides, moved_along, own_planes, vertex_normals
 from .mending import mend
@@ -104,8 +105,7 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     triangle, _ = guides.surface(at.mean(axis=1), normal)
     up = own_planes(normal, guides.surface.normal[triangle])
     x = guides.direction[triangle]
-    x = x - up * np.einsum("qc,qc->q", x, up)[:, None]
-    x /= np.maximum(np.linalg.norm(x, axis=1), np.finfo(float).tiny)[:, None]
+    x = unit(x - up * np.einsum("qc,qc->q", x, up)[:, None])
     return x, np.cross(up, x), guides.size[triangle]
 
 

@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ....base.subsets import places_in
+from ....fields.frames import side_axes
 from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..field.crosses import QUARTER
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut
+from ..result import QuadMesh
 from ..surface.working_surface import WorkingSurface
-from .directions import deviators, face_axes
+from .directions import deviators
 from .placement import Placement
 from .projection import ClosestPoints
-
-
-@dataclass(frozen=True)
-class Report:
-    """The quads of one piece; rows and coordinates as in `QuadMesh`, patches from 0."""
-
-    vertices: np.ndarray
-    quads: np.ndarray
-    pole: np.ndarray
-    pole_valence: np.ndarray
-    pole_umbilic: np.ndarray
-    pole_confidence: np.ndarray
-    border: np.ndarray
-    feature: np.ndarray
-    patch: np.ndarray
-    patches: int
-    angle: np.ndarray
-    source_triangle: np.ndarray
 
 
 def reported(
@@ -42,28 +25,25 @@ def reported(
     placed: Placement,
     position: np.ndarray,
     triangle: np.ndarray,
-) -> Report:
-    """The report of quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
+) -> QuadMesh:
+    """Quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
     surface = laid.working.surface
     topology = conformity(placed.quads, len(position))
-    irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
-    pole = np.full(len(position), -1)
-    pole[irregular] = np.arange(len(irregular))
+    irregular = topology.irregular
     umbilic, confidence = _umbilics(laid, position[irregular], topology.valence[irregular])
     on_feature = np.where(
         placed.vertex >= 0, laid.map_.crosses.on_feature[np.maximum(placed.vertex, 0)], False
     )
-    return Report(
+    return QuadMesh(
         vertices=position * surface.unit + surface.origin,
         quads=placed.quads,
-        pole=pole,
+        pole=places_in(irregular, len(position)),
         pole_valence=topology.valence[irregular],
         pole_umbilic=umbilic,
         pole_confidence=confidence,
         border=topology.border,
         feature=(on_feature | (placed.track >= 0)) & ~topology.border,
         patch=grid.patch,
-        patches=len(laid.layout.rectangles),
         angle=angle_to_curvature(laid.working, position, placed.quads),
         source_triangle=surface.source_triangle[triangle],
     )
@@ -79,7 +59,7 @@ def angle_to_curvature(
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     triangle, _ = closest(at.mean(axis=1), normal)
     deviator = deviators(working)[triangle]
-    x, y = (axis[triangle] for axis in face_axes(working))
+    x, y = side_axes(surface, triangle)
     first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
     second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
     one = np.einsum("qc,qc->q", first, x) + 1j * np.einsum("qc,qc->q", first, y)

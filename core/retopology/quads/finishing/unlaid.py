@@ -11,17 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....base.progress import Progress
+from ....base.subsets import places_in
+from ....fields.frames import side_axes
 from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..layout.laying_out import Wishes
+from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
-from .directions import face_axes
 from .guides import Guides, vertex_normals
 from .mending import mend, oriented_quality
 from .projection import ClosestPoints
-from .reporting import Report, angle_to_curvature
+from .reporting import angle_to_curvature
 
 # Quads that a triangle is cut into.
 EACH = 3
@@ -45,7 +47,7 @@ class Unlaid:
         return max(round(float((area / self.wishes.size**2).sum())), FEWEST)
 
 
-def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
+def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
     """About as many quads as were asked for, fewer where the surface has fewer triangles and more
     where features and borders have more vertices; and how many of them are folded."""
     surface = piece.working.surface
@@ -67,7 +69,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
     position[near] = below[near]
     guides = Guides(
         surface=closest,
-        direction=face_axes(piece.working)[0],
+        direction=side_axes(surface)[0],
         size=piece.wishes.size,
         fixed=held,
         curve=np.full(len(position), -1),
@@ -78,20 +80,17 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[Report, int]:
     folded = int(np.count_nonzero(oriented_quality(position, quads, guides) <= 0.0))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
-    irregular = np.flatnonzero((topology.valence != 4) & ~topology.border)
-    pole = np.full(len(position), -1)
-    pole[irregular] = np.arange(len(irregular))
-    made = Report(
+    irregular = topology.irregular
+    made = QuadMesh(
         vertices=position * surface.unit + surface.origin,
         quads=quads,
-        pole=pole,
+        pole=places_in(irregular, len(position)),
         pole_valence=topology.valence[irregular],
         pole_umbilic=np.full(len(irregular), -1),
         pole_confidence=np.full(len(irregular), UNATTACHED),
         border=topology.border,
         feature=on_feature & ~topology.border,
         patch=np.arange(len(quads)) // EACH,
-        patches=len(mesh.triangles),
         angle=angle_to_curvature(piece.working, position, quads),
         source_triangle=surface.source_triangle[triangle],
     )

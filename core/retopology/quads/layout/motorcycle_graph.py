@@ -9,15 +9,13 @@ cross within a triangle is told by the order of their ends around it alone.
 from __future__ import annotations
 
 import heapq
-import math
 
 import numpy as np
 
 from ....base.progress import Progress
-from ..field.crosses import QUARTER, fans
 from ..mapping.seamless_map import SeamlessMap
-from .feature_chains import Around, FeatureChains
-from .rectangles import Layout, Node, Place, Segment, Track, Visit, rectangles_of
+from .rectangles import Layout, Node, Place, Segment, Visit, rectangles_of
+from .track_starts import TrackStarts
 
 DX, DY = (1.0, 0.0, -1.0, 0.0), (0.0, 1.0, 0.0, -1.0)
 # Tracks keep off vertices by this part of an edge.
@@ -56,168 +54,15 @@ class _Tracks:
     """Tracks while they advance."""
 
     def __init__(self, map_: SeamlessMap, forced: set[tuple[int, int]]) -> None:
-        crosses = map_.crosses
-        self.crosses = crosses
-        self.forced = forced
-        self.x, self.y = map_.place.real.tolist(), map_.place.imag.tolist()
-        self.twin = crosses.twin.tolist()
+        starts = TrackStarts(map_, forced)
+        self.x, self.y, self.twin = starts.x, starts.y, starts.twin
         self.matching = map_.seams.matching.tolist()
-        self.feature = crosses.feature.tolist()
-        self.head = crosses.head
-        self.tail = crosses.tail
-        out = np.roll(map_.place, -1, axis=1) - map_.place
-        back = np.roll(map_.place, 1, axis=1) - map_.place
-        self.angle = np.angle(back * out.conj()).ravel()
-        self.leaves_at = np.angle(out).ravel()
-        self.tracks: list[Track] = []
-        self.nodes: list[Node] = []
-        self.heap: list[tuple[float, int, int, int, float | None, int]] = []
-        self.chords: list[list[Chord]] = [[] for _ in range(len(crosses.triangles))]
-        self.on_feature: dict[int, tuple[int, int, bool, float]] = {}
+        self.feature = map_.crosses.feature.tolist()
+        self.tracks, self.nodes, self.heap = starts.tracks, starts.nodes, starts.states
+        self.on_feature = starts.on_feature
         # False where the map does not suit the features.
-        self.sound = True
-        self._start()
-
-    # Nodes and first tracks ---------------------------------------------------------------
-
-    def _start(self) -> None:
-        features = FeatureChains(self.crosses, self.angle)
-        self.sound = features.sound
-        ends = {vertex for vertex, around in features.around.items() if not around.straight}
-        loops = features.closed(ends)
-        node_of = {
-            vertex: self._node(vertex, features.around[vertex].sectors[0].edge)
-            for vertex in sorted(ends | loops)
-        }
-        outgoing = self._feature_tracks(features, node_of)
-        for vertex, node in node_of.items():
-            self._feature_node(node, features.around[vertex], outgoing, vertex in loops)
-        poles = np.flatnonzero(self.crosses.singular)
-        if not node_of and not len(poles):
-            # A torus without a pole: any vertex starts four tracks.
-            poles = self.tail[3 * (len(self.crosses.triangles) // 2)][None]
-        self._poles(poles)
-
-    def _node(self, vertex: int, corner: int) -> int:
-        triangle, side = divmod(corner, 3)
-        place = self.x[triangle][side], self.y[triangle][side]
-        self.nodes.append(Node(triangle, place, [], vertex))
-        return len(self.nodes) - 1
-
-    def _feature_tracks(
-        self, features: FeatureChains, node_of: dict[int, int]
-    ) -> dict[int, tuple[int, bool]]:
-        """Lay the features as tracks; (track, forwards) for each half-edge that leaves a node,
-        and for -1 - (half-edge) that reaches one along a border."""
-        outgoing: dict[int, tuple[int, bool]] = {}
-        done: set[int] = set()
-        nodes = set(node_of)
-        for vertex in node_of:
-            for sector in features.around[vertex].sectors:
-                edge = sector.edge
-                if edge in done:
-                    continue
-                chain = features.chain(edge, nodes)
-                number = len(self.tracks)
-                track = Track(feature=True, border=self.twin[edge] < 0, chain=chain)
-                for place, half in enumerate(chain):
-                    triangle, side = divmod(half, 3)
-                    start, end = self._side(triangle, side)
-                    length = abs(end[0] - start[0]) + abs(end[1] - start[1])
-                    stretch = track.length, track.length + length
-                    track.segments.append(
-                        Segment(triangle, start, end, *stretch, _axis(start, end))
-                    )
-                    self.on_feature[half] = number, place, True, length
-                    other = self.twin[half]
-                    if other >= 0:
-                        beyond, side = divmod(other, 3)
-                        end, start = self._side(beyond, side)
-                        track.back.append(Segment(beyond, start, end, *stretch, _axis(start, end)))
-                        self.on_feature[other] = number, place, False, length
-                    track.length += length
-                    done.add(half)
-                    done.add(other)
-                self.tracks.append(track)
-                outgoing[edge] = number, True
-                last = self.twin[chain[-1]]
-                outgoing[last if last >= 0 else -1 - chain[-1]] = number, False
-        return outgoing
-
-    def _side(self, triangle: int, side: int) -> tuple[Place, Place]:
-        x, y, end = self.x[triangle], self.y[triangle], (side + 1) % 3
-        return (x[side], y[side]), (x[end], y[end])
-
-    def _feature_node(
-        self, node: int, around: Around, outgoing: dict[int, tuple[int, bool]], loop: bool
-    ) -> None:
-        """Ports and quadrants of a node on features, and the tracks that leave it."""
-        vertex = self.nodes[node].vertex
-        quadrants = self.nodes[node].quadrants
-        touched = []
-
-        def along(name: int) -> None:
-            number, forwards = outgoing[name]
-            track = self.tracks[number]
-            touched.append(number)
-            last = len(track.segments) - 1
-            port = len(quadrants)
-            if forwards:
-                track.visits.append(Visit((0, 0.0, -1), node, port, -1))
-            else:
-                length = track.segments[last].far - track.segments[last].near
-                track.visits.append(Visit((last, length, 1), node, -1, port))
-
-        for sector in around.sectors:
-            along(sector.edge)
-            turns = sector.turns
-            shoots = turns > 2 or (turns == 2 and (loop or (vertex, len(quadrants)) in self.forced))
-            if not shoots:
-                quadrants.append(turns)
-                continue
-            quadrants.append(1)
-            at = np.arange(1, turns) * QUARTER
-            self._shoot(node, sector.corners, at, quadrants)
-        if around.opened:
-            along(-1 - around.sectors[-1].last)
-            quadrants.append(-1)
-        self.nodes[node].features = tuple(touched)
-
-    def _poles(self, poles: np.ndarray) -> None:
-        if not len(poles):
-            return
-        first = np.zeros(len(self.crosses.vertices), np.int64)
-        first[self.tail] = np.arange(len(self.tail))
-        none = np.zeros(len(self.twin), bool)
-        corner, start = fans(self.crosses.twin, none, first[poles])
-        for row, vertex in enumerate(poles.tolist()):
-            around = corner[start[row] : start[row + 1]]
-            node = self._node(vertex, int(around[0]))
-            total = self.angle[around].sum()
-            turns = int(np.rint(total / QUARTER))
-            offset = -self.leaves_at[around[0]] % QUARTER
-            at = offset + np.arange(turns) * QUARTER
-            self._shoot(node, around, at, self.nodes[node].quadrants)
-
-    def _shoot(
-        self, node: int, corners: np.ndarray, angles: np.ndarray, quadrants: list[int]
-    ) -> None:
-        """Start a track at each of the angles from the first corner on; each adds a port."""
-        passed = np.cumsum(self.angle[corners])
-        for angle in angles:
-            item = min(int(np.searchsorted(passed, angle, side="right")), len(corners) - 1)
-            corner = int(corners[item])
-            within = angle - (passed[item] - self.angle[corner])
-            direction = int(np.rint((self.leaves_at[corner] + within) / QUARTER)) % 4
-            track = Track(feature=False)
-            track.visits.append(Visit((0, 0.0, -1), node, len(quadrants), -1))
-            quadrants.append(1)
-            number = len(self.tracks)
-            self.tracks.append(track)
-            triangle, side = divmod(corner, 3)
-            heapq.heappush(self.heap, (0.0, number, triangle, side, None, direction))
-
-    # Advancing ----------------------------------------------------------------------------
+        self.sound = starts.sound
+        self.chords: list[list[Chord]] = [[] for _ in range(len(map_.crosses.triangles))]
 
     def run(self, progress: Progress) -> bool:
         """Let all tracks advance until each has ended; whether they all did, and soundly."""
@@ -237,6 +82,33 @@ class _Tracks:
     ) -> None:
         """Take a track through one triangle, from a corner (`share` None) or a place on a side."""
         track = self.tracks[number]
+        start, end, entry, leaves, at, length = self._ahead(triangle, side, share, direction)
+        leave = leaves + at
+        hit = self._hit(triangle, entry, leave, start, direction, length)
+        place, limit = len(track.segments), None
+        if hit is not None:
+            length, host, segment, span = hit
+            end = start[0] + length * DX[direction], start[1] + length * DY[direction]
+            limit = *span, span[0] < entry < span[1]
+        self.chords[triangle].append((entry, leave, number, place, limit))
+        before, track.length = track.length, track.length + length
+        track.segments.append(Segment(triangle, start, end, before, track.length, direction))
+        edge = 3 * triangle + leaves
+        if hit is not None:
+            self._end_on_track(number, host, segment, start, direction, end)
+        elif self.feature[edge]:
+            self._end_on_feature(number, edge, at, end)
+        else:
+            other = self.twin[edge]
+            turned = (direction + self.matching[edge]) % 4
+            state = (track.length, number, other // 3, other % 3, 1.0 - at, turned)
+            heapq.heappush(self.heap, state)
+
+    def _ahead(
+        self, triangle: int, side: int, share: float | None, direction: int
+    ) -> tuple[Place, Place, float, int, float, float]:
+        """The way through a triangle that nothing stops: where it starts and ends, the place on the
+        perimeter where it enters, the side and the share of it by which it leaves, its length."""
         x, y = self.x[triangle], self.y[triangle]
         dx, dy = DX[direction], DY[direction]
         one, two = (side + 1) % 3, (side + 2) % 3
@@ -257,46 +129,19 @@ class _Tracks:
         qx = x[leaves] + at * (x[end] - x[leaves])
         qy = y[leaves] + at * (y[end] - y[leaves])
         length = max((qx - px) * dx + (qy - py) * dy, 0.0)
-        exit_ = leaves + at
-        hit = self._hit(triangle, entry, exit_, (px, py), direction, length)
-        place = len(track.segments)
-        before = track.length
-        if hit is not None:
-            way, host, segment, span = hit
-            end_at = px + way * dx, py + way * dy
-            within = span[0] < entry < span[1]
-            self.chords[triangle].append((entry, exit_, number, place, (*span, within)))
-            track.length += way
-            track.segments.append(
-                Segment(triangle, (px, py), end_at, before, track.length, direction)
-            )
-            self._end_on_track(number, host, segment, (px, py), direction, end_at)
-            return
-        self.chords[triangle].append((entry, exit_, number, place, None))
-        track.length += length
-        track.segments.append(
-            Segment(triangle, (px, py), (qx, qy), before, track.length, direction)
-        )
-        edge = 3 * triangle + leaves
-        if self.feature[edge]:
-            self._end_on_feature(number, edge, at, (qx, qy))
-            return
-        other = self.twin[edge]
-        turned = (direction + self.matching[edge]) % 4
-        state = (track.length, number, other // 3, other % 3, 1.0 - at, turned)
-        heapq.heappush(self.heap, state)
+        return (px, py), (qx, qy), entry, leaves, at, length
 
     def _hit(
         self,
         triangle: int,
         entry: float,
-        exit_: float,
+        leave: float,
         start: Place,
         direction: int,
         length: float,
     ) -> tuple[float, int, int, Span] | None:
         """The first chord of the triangle that is crossed: way to it, track, segment, its ends."""
-        low, high = min(entry, exit_), max(entry, exit_)
+        low, high = min(entry, leave), max(entry, leave)
         best = None
         for one, two, host, segment, limit in self.chords[triangle]:
             if (low < one < high) == (low < two < high):
@@ -361,8 +206,3 @@ class _Tracks:
         last = len(track.segments) - 1
         length = track.segments[last].far - track.segments[last].near
         track.visits.append(Visit((last, length, 1), node, -1, own))
-
-
-def _axis(start: Place, end: Place) -> int:
-    """The direction of a stretch along an axis, in quarter turns."""
-    return round(math.atan2(end[1] - start[1], end[0] - start[0]) / QUARTER) % 4

@@ -15,6 +15,7 @@ from scipy import sparse
 
 from ....base.errors import RemeshError
 from ....base.progress import Progress
+from ....base.subsets import places_in
 from ....mesh.half_edges import following, link, previous
 from ...lines.polylines import spans
 from .subdivision import Triangles
@@ -116,8 +117,7 @@ class _Coarsening:
         )
         if not self._feature.shape[1]:
             return made
-        row = np.full(len(mesh.vertices), -1)
-        row[self._vertex] = np.arange(n)
+        row = places_in(self._vertex, len(mesh.vertices))
         low, high = np.sort(row[self._feature], axis=0)
         key, first = np.unique(low * n + high, return_index=True)
         kind = self._kind[self._kind > 0][first]
