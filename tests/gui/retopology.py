@@ -4,6 +4,7 @@ Everything that is found goes into the JSON file named last on the command line,
 beside it. tests/gui/test_retopology.py reads them.
 """
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -161,8 +162,10 @@ def confirm_the_file_browser():
 def files(obj):
     """The window lives while files are written: its timers tick."""
     folder = report.folder / "files"
-    # The file browser leaves a folder that does not exist for another one.
-    folder.mkdir(exist_ok=True)
+    # What is there from an earlier play would not be overwritten; and the file browser leaves a
+    # folder that does not exist for another one.
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
     monkey(view, 4)
     ticks = []
 
