@@ -117,6 +117,7 @@ class Guide(Groundwork):
             surface,
             planes,
             cross,
+            features,
             places_on_surface(surface, poles.triangle, poles.barycentric)[0],
             4 - poles.valence,
             progress.part("Moving poles", 0.95, 1.0),

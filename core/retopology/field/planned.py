@@ -12,6 +12,7 @@ from ...fields.face_index import face_field_singularities
 from ...fields.planes import FaceFrames
 from ...mesh.surface import Surface
 from ..cross_field import CrossField
+from ..features import Features
 from .agreement import rotated, with_index
 from .settling import settle
 from .simplified import STIFF
@@ -25,17 +26,21 @@ def with_poles(
     surface: Surface,
     planes: FaceFrames,
     cross: CrossField,
+    features: Features,
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
 ) -> CrossField:
     """Turn a cross field so that its singularities are the poles.
 
-    In the faces each pole is at a corner of its triangle. What the sum over the surface forbids
-    stays as it is; so does what the curvature is sure of, as far as it can.
+    In the faces each pole is at a corner of its triangle, and triangles beside hard features keep
+    to them. What the sum over the surface forbids stays as it is; so does what the curvature is
+    sure of, as far as it can.
 
     Parameters
     ----------
+    features:
+        What the field runs along.
     triangle, sign:
         (k,) triangles of the poles and (k,) 4 - valence of each.
     """
@@ -45,7 +50,8 @@ def with_poles(
     part = progress.part("Moving poles", 0.0, 0.5)
     none = np.zeros(len(quarters))
     found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
-    faces = _faces(surface, planes, cross, triangle, sign, progress.part("Moving poles", 0.5, 1.0))
+    part = progress.part("Moving poles", 0.5, 1.0)
+    faces = _faces(surface, planes, cross, _beside(surface, features), triangle, sign, part)
     return replace(
         cross,
         direction=found.field.direction,
@@ -58,11 +64,13 @@ def _faces(
     surface: Surface,
     planes: FaceFrames,
     cross: CrossField,
+    beside: np.ndarray,
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
 ) -> np.ndarray:
-    """(m, 3) directions in the triangles, with the poles for their singular vertices."""
+    """(m, 3) directions in the triangles, with the poles for their singular vertices; those
+    `beside` (m,) bool features stay."""
     vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
     charge = np.zeros(len(surface.vertices), np.int64)
     charge[vertex] = quarters
@@ -74,15 +82,23 @@ def _faces(
     for patch in (Patch.around(surface, changing, NEARBY), Patch.whole(surface)):
         turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
         _, twin, inner = patch.sides(surface)
-        rim = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
+        held = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1) | beside[patch.triangles]
         sure = STIFF * cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
         none = np.zeros(len(patch.vertices))
-        settled = settle(turns, charge[patch.vertices], none, rim, sure, progress)
+        settled = settle(turns, charge[patch.vertices], none, held, sure, progress)
         angle[patch.triangles] = settled.angle / 4.0
         if not settled.left.any():
             break
     across = np.cross(surface.face_normal_area[0], cross.face_direction)
     return rotated(cross.face_direction, across, angle)
+
+
+def _beside(surface: Surface, features: Features) -> np.ndarray:
+    """(m,) bool triangles with an edge on a hard feature."""
+    twin = surface.twin[features.half_edge]
+    found = np.zeros(len(surface.triangles), bool)
+    found[np.concatenate([features.half_edge, twin[twin >= 0]]) // 3] = True
+    return found
 
 
 def _corners(

@@ -26,8 +26,10 @@ from .turns import Turns
 LEAST_RINGS, MOST_RINGS = 2, 8
 # A turn up to this share of half a turn is certain in the presence of round-off.
 CERTAIN = 0.98
-# Rounds of weighting anew, and those of them that also widen.
-ROUNDS, WIDENING = 20, 6
+# Rounds of weighting anew, those of them that also widen, and how many may pass without fewer turns
+# that are too large: what settles does so sooner (four rounds at most on nonconvex hulls, torn
+# scans and text of a program for solids; most in one).
+ROUNDS, WIDENING, PATIENCE = 20, 6, 6
 # Rings around a turn that is too large in which the directions are sought again.
 AROUND = 8
 # Turns above this share of half a turn weigh more in the next round, by the square of the excess:
@@ -151,6 +153,7 @@ def _turned(
     weight, stiffness = turns.weight.copy(), stiffness.copy()
     angle = np.zeros(turns.directions)
     moving = free
+    fewest, idle = len(turns.turn) + 1, 0
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
         some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
@@ -158,7 +161,9 @@ def _turned(
         tail, head = turns.tail[some], turns.head[some]
         turn = np.abs(wanted[some] + angle[head] - angle[tail])
         bad = some[turn >= CERTAIN * np.pi]
-        if not len(bad):
+        idle = 0 if len(bad) < fewest else idle + 1
+        fewest = min(len(bad), fewest)
+        if not len(bad) or idle >= PATIENCE:
             break
         weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
         ends = np.concatenate([turns.tail[bad], turns.head[bad]])

@@ -80,7 +80,9 @@ def planned_field(
         poles = planned_by_hand(surface, [], wanted)
     else:
         poles = plan_poles(surface, planes, cross, umbilics, [], avoided)
-    cross = with_poles(surface, planes, cross, poles.triangle, 4 - poles.valence, Progress())
+    cross = with_poles(
+        surface, planes, cross, features, poles.triangle, 4 - poles.valence, Progress()
+    )
     pulled = np.zeros(len(surface.vertices))
     not_held: tuple[str, ...] = ()
     if strokes is not None and pull is not None:

@@ -27,12 +27,16 @@ ROUNDS = 4
 
 
 def with_better_poles(
-    crosses: Crosses, avoided: np.ndarray, mirror: np.ndarray | None = None
+    crosses: Crosses,
+    avoided: np.ndarray,
+    mirror: np.ndarray | None = None,
+    reach: float = 1.0,
 ) -> Crosses:
     """The crosses with close opposite poles cancelled, multiple ones parted, corners between
     features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool.
 
-    Borders on vertices `mirror` (n,) bool are a plane of symmetry.
+    Borders on vertices `mirror` (n,) bool are a plane of symmetry. Opposite poles cancel at up to
+    `reach` times the distance at which they always do.
     """
     if mirror is None:
         mirror = np.zeros(len(crosses.vertices), bool)
@@ -40,7 +44,7 @@ def with_better_poles(
         moves = _Moves(crosses, avoided, least_turns(crosses, mirror))
         moves.open_corners()
         moves.part()
-        moves.cancel()
+        moves.cancel(reach * CANCELLED)
         moves.leave()
         if not moves.made:
             break
@@ -100,13 +104,13 @@ class _Moves:
             if found is not None:
                 self._along(vertex, *found, gain)
 
-    def cancel(self) -> None:
+    def cancel(self, farthest: float) -> None:
         threes = np.flatnonzero(self.free & (self.turns == 3))
         fives = np.flatnonzero(self.free & (self.turns == 5))
         if not len(threes) or not len(fives):
             return
         distance, before = csgraph.dijkstra(
-            self._graph, indices=threes, limit=CANCELLED, return_predecessors=True
+            self._graph, indices=threes, limit=farthest, return_predecessors=True
         )
         near = distance[:, fives]
         for item in np.argsort(near, axis=None):

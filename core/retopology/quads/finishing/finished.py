@@ -11,7 +11,7 @@ from ....mesh.surface import Surface
 from ..conformity import conformity
 from ..layout.counting import characteristic, counted
 from ..layout.grids import Grids
-from ..layout.laying_out import LaidOut, gentler, laid_out, without_open_creases
+from ..layout.laying_out import LAST_LOCAL, LaidOut, gentler, laid_out, without_open_creases
 from .directions import guiding_directions
 from .guides import Guides, vertex_normals
 from .mending import mend, oriented_quality
@@ -81,7 +81,7 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
             wishes = without_open_creases(working, laid.wishes, near)
             if wishes is laid.wishes:
                 break
-        again = laid_out(working, wishes, progress, ATTEMPTS)
+        again = laid_out(working, wishes, progress, LAST_LOCAL)
         if again is None:
             break
         laid = again

@@ -1,7 +1,8 @@
 """From a working surface to a layout of rectangles, giving way where there is none.
 
-Not every cross field has an injective map. Where one fails the field is smoothed around the place
-first, then the features there are left out, then the whole field is smoothed.
+Not every cross field has an injective map. Where one fails the features there are left out one by
+one and the field is smoothed around the place; in the end all is begun anew without creases, more
+and more smoothly.
 """
 
 from __future__ import annotations
@@ -30,11 +31,13 @@ from .rectangles import Layout
 
 # Rings around faults that make one place of them, and that are smoothed in each attempt more.
 FAULT_RINGS, SMOOTHED_RINGS = 3, 3
-# Attempts before giving up; those in which one crease goes in each place, in which creases go but
-# no marks, and in which the field is smoothed in places only.
-ATTEMPTS, ONE_EACH, LAST_CREASES, LAST_LOCAL = 12, 2, 4, 4
-# What the smoothness grows by then.
-SMOOTHER = 0.15
+# Attempts before giving up; those in which one crease goes in each place, and those in which only
+# places give way.
+ATTEMPTS, ONE_EACH, LAST_LOCAL = 9, 2, 3
+# What the smoothness grows by in each beginning anew, and where there are more poles than quads.
+SMOOTHER = 0.3
+# What the reach of poles that cancel grows by in each attempt.
+FARTHER = 4.0
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
 
@@ -64,6 +67,8 @@ class Wishes:
         Lines that the field is to run along, None for none.
     wanted:
         All the poles that there are to be, None where the field tells them.
+    reach:
+        Opposite poles cancel that are nearer than so many times what they always do.
     smoothed, dropped, unmarked:
         How many places were smoothed, creases left out and marks left out so far.
     """
@@ -78,6 +83,7 @@ class Wishes:
     umbilic_row: np.ndarray
     strokes: Strokes | None = None
     wanted: WantedPoles | None = None
+    reach: float = 1.0
     smoothed: int = 0
     dropped: int = 0
     unmarked: int = 0
@@ -108,13 +114,14 @@ def laid_out(
     working: WorkingSurface, wishes: Wishes, progress: Progress, attempts: int = ATTEMPTS
 ) -> LaidOut | None:
     """A layout of the surface, in so many attempts at most; None where none was found."""
+    asked = wishes
     for attempt in range(attempts):
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
         planned, crossed, wishes = _affordable(working, wishes, part)
         # Moves of poles can take too much from the end of a crease.
         shut = shut_corners(crossed) | (crossed.singular & (crossed.quarter_turns < 2))
         if shut.any():
-            wishes = gentler(working, wishes, shut, None, attempt)
+            wishes = _next(working, asked, wishes, shut, None, attempt)
             continue
         problem = pose(crossed)
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
@@ -124,8 +131,44 @@ def laid_out(
             if layout is not None:
                 return LaidOut(working, wishes, planned, map_, layout)
         residual = ((problem.jacobian(x) - problem.target) ** 2).sum(axis=1)
-        wishes = gentler(working, wishes, faults, residual, attempt)
+        wishes = _next(working, asked, wishes, faults, residual, attempt)
     return None
+
+
+def _next(
+    working: WorkingSurface,
+    asked: Wishes,
+    wishes: Wishes,
+    faults: np.ndarray,
+    residual: np.ndarray | None,
+    attempt: int,
+) -> Wishes:
+    """What is wished for after an attempt that failed: places give way, and every second time
+    after that all is begun anew. Opposite poles cancel that are ever farther apart."""
+    number, between = divmod(attempt - LAST_LOCAL, 2)
+    if attempt >= LAST_LOCAL and not between:
+        return replace(_bare(working, asked, number), reach=FARTHER ** (2 * number))
+    farther = wishes.reach * FARTHER if attempt else wishes.reach
+    return replace(gentler(working, wishes, faults, residual, attempt), reach=farther)
+
+
+def _bare(working: WorkingSurface, asked: Wishes, number: int) -> Wishes:
+    """What was asked for without any crease, in the first of such beginnings with all marks; the
+    directions as they were measured, the smoother the later. Creases that shut each other in bend
+    a map everywhere, and where the curvature is not heard at all nothing keeps its poles apart."""
+    kept = np.where(number == 0, asked.feature & MARK, 0).astype(np.int8)
+    left_out = np.flatnonzero((asked.feature > 0) & (kept == 0))
+    left_out = left_out[left_out < working.surface.twin[left_out]]
+    chain, _ = chains(working.surface, left_out)
+    _, first = np.unique(chain, return_index=True)
+    marked = int(np.count_nonzero(asked.feature[left_out[first]] & MARK))
+    return replace(
+        asked,
+        feature=kept,
+        smoothness=min(asked.smoothness + SMOOTHER * number, 1.0),
+        dropped=asked.dropped + len(first) - marked,
+        unmarked=asked.unmarked + marked,
+    )
 
 
 def _affordable(
@@ -157,12 +200,12 @@ def gentler(
     """Fewer wishes around the vertices `faults` (n,) bool where the last have failed.
 
     In each of the places the least crease goes, later every crease; where none is left, and in
-    every second attempt, the directions are smoothed; in the end everywhere.
+    every second attempt, the directions are smoothed.
     """
     surface = working.surface
     places = grown(surface.triangles, faults, FAULT_RINGS)
     # What a user has marked stays as long as anything else can go.
-    bits = CREASE if attempt < LAST_CREASES else CREASE | MARK
+    bits = CREASE if attempt < LAST_LOCAL else CREASE | MARK
     fewer, bare = _without_creases(
         working, wishes, places, bits, residual, every=attempt >= ONE_EACH
     )
@@ -172,12 +215,6 @@ def gentler(
     if (touched & ~fewer.undirected).any():
         undirected = fewer.undirected | touched
         fewer = replace(fewer, undirected=undirected, smoothed=fewer.smoothed + 1)
-    elif fewer is wishes:
-        attempt = max(attempt, LAST_LOCAL)
-    if attempt >= LAST_LOCAL:
-        fewer = replace(fewer, smoothness=min(fewer.smoothness + SMOOTHER, 1.0))
-    if attempt >= LAST_LOCAL and fewer.smoothness == 1.0 and fewer.feature.any():
-        fewer = fewer.without(fewer.feature > 0)
     return fewer
 
 
@@ -283,7 +320,7 @@ def _crossed(
 
 
 def _bettered(crossed: Crosses, wishes: Wishes) -> Crosses:
-    return with_better_poles(crossed, wishes.avoided, wishes.mirror)
+    return with_better_poles(crossed, wishes.avoided, wishes.mirror, wishes.reach)
 
 
 def _least(

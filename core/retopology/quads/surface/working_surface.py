@@ -9,6 +9,7 @@ import numpy as np
 from ....base.progress import Progress
 from ....curvature.field import CurvatureField, field_from_deviators
 from ....fields.transport import tangents
+from ....mesh.normals import vertex_normals
 from ....mesh.repair import clean
 from ....mesh.surface import Surface
 from ...features import CREASE as KIND_CREASE
@@ -16,6 +17,7 @@ from ...features import MARK as KIND_MARK
 from ...features import Features
 from .chains import long_chains
 from .decimation import SHARE, coarsened
+from .flipping import flipped
 from .subdivision import CREASE, MARK, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted.
@@ -27,6 +29,8 @@ PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
 ROUNDS, LONGER = 12, 1.5
 # Features are at least this long, in lengths of quads.
 LEAST_FEATURE = 2.0
+# Degrees that the normal of a fit may be off the surface's.
+ASTRAY = 20.0
 # A crease that ends in the open bends so many times the angle that makes one. Chosen on rings of
 # few triangles around (their chance creases reach 1.0 to 1.45, fandisk's and the wingnut's that
 # end so 1.9 to 2.5) and on metaballs; confirmed on the plates, the beetle and the rocker arm.
@@ -107,6 +111,7 @@ def working_surface(
     if len(mesh.triangles) > SLACK * most:
         fine = mesh
         mesh = coarsened(mesh, most, progress)
+    mesh = flipped(mesh)
     coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
     mesh = _refined(mesh, longest, int(SLACK * most))
@@ -139,7 +144,7 @@ def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> Worki
         origin=surface.origin * whole.unit + whole.origin,
         unit=surface.unit * whole.unit,
     )
-    field = _field(values, surface.unit / whole.unit)
+    field = _field(_believed(values, surface), surface.unit / whole.unit)
     return WorkingSurface(surface, field, feature, _fine(fine, surface, whole))
 
 
@@ -171,6 +176,20 @@ def _values(curvature: CurvatureField, crease: np.ndarray) -> np.ndarray:
     tensor[crease] = 0.0
     normal = np.nan_to_num(curvature.normal)
     return np.hstack([normal, tensor.reshape(-1, 9), curvature.noise[:, None]])
+
+
+def _believed(values: np.ndarray, surface: Surface) -> np.ndarray:
+    """The `_values` without fits that do not touch the surface: of few large faces a fit sees
+    several at once, and between two of those a mean has a normal that no face has. Crosses that
+    are carried by such normals turn where faces are flat."""
+    normal = vertex_normals(surface)
+    fitted = values[:, :3]
+    length = np.linalg.norm(fitted, axis=1)
+    touching = np.einsum("nc,nc->n", fitted, normal) >= np.cos(np.radians(ASTRAY)) * length
+    values = values.copy()
+    values[~touching, :3] = normal[~touching]
+    values[~touching, 3:12] = 0.0
+    return values
 
 
 def _field(values: np.ndarray, unit: float) -> CurvatureField:
