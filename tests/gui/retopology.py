@@ -28,8 +28,9 @@ from stage import Report, clear_scene, monkey, part, running, settled
 
 # The code of the key, as names are taken for others with Ctrl and Alt.
 F9 = "75"
-# Where the first row of what it opens has its value, from where the mouse was.
-FIRST_VALUE = (215, 51)
+# Where the first row of what it opens has its value, from where the mouse was; left of it may be
+# a switch.
+FIRST_VALUE = (265, 51)
 
 report = Report(Path(sys.argv[-1]))
 found = report.found
@@ -95,6 +96,8 @@ def adjusted():
     with view.inside():
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
         bpy.context.object.scale = (1.5, 1.2, 1.0)
+        # So that there is a number to adjust.
+        bpy.context.scene.umbilics_guidance.smoothness_auto = False
         bpy.ops.ed.undo_push(message="ellipsoid")
 
     def ellipsoid():
