@@ -17,6 +17,7 @@ from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.sparse import csgraph
 
+from ....base.errors import RemeshError
 from ....base.progress import Progress
 from .rectangles import Layout
 
@@ -26,12 +27,16 @@ ARC_WEIGHT = 0.1
 LEAST_ACROSS, MOST_ACROSS = 0.5, 30.0
 # Unit steps up and down that have a cost of their own; farther ones cost like the last.
 STEPS = 4
-# Rounds of fixing before branch and bound takes over, its nodes, those for a number of quads that
-# is only wished for, and its gap.
-MOST_ROUNDS, BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 200, 0.02
+# Rounds of fixing before branch and bound takes over, its nodes at first and at most, those for a
+# number of quads that is only wished for, and its gap.
+MOST_ROUNDS, BRANCHES, MOST_BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 50_000, 200, 0.02
+# How often numbers beside parts of wholes get more room.
+WIDER = 3
+# Edges around a border.
+LEAST_BORDER = 3.0
 # Rectangles of a layout for which branch and bound is quick.
 SMALL = 60
-NEARLY_WHOLE, NEARLY_HALF = 1e-6, 1e-3
+NEARLY_WHOLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,7 @@ def whole_lengths(
     layout: Layout,
     scale: float,
     cuts: set[frozenset[int]],
-    least: int,
+    least: int | np.ndarray,
     progress: Progress,
 ) -> np.ndarray:
     """(a,) int64 number of quads along each arc.
@@ -92,12 +97,12 @@ def whole_lengths(
     cuts:
         Sets of arcs that must not all be 0.
     least:
-        What every arc has at least.
+        What every arc has at least, or (a,) int64 each of them.
     """
     program = _program(layout, _sides(layout), scale, least)
-    bounds = _lengths(cuts, program)
+    bounds = _lengths(cuts, program, layout)
     value = _dive(program, bounds, progress)
-    if value is None and least == 0 and len(layout.rectangles) > SMALL:
+    if value is None and not np.any(least) and len(layout.rectangles) > SMALL:
         # Where every arc has a length none of the cuts is all 0.
         return whole_lengths(layout, scale, set(), 1, progress)
     if value is None:
@@ -112,8 +117,12 @@ def lengths_of_count(
     found."""
     sides = _sides(layout)
     program = _program(layout, sides, scale, 0)
-    bounds = _counted(_lengths(cuts, program), count, sides)
-    value = _dive(program, bounds, progress)
+    free = _lengths(cuts, program, layout)
+    bounds = _counted(free, count, sides)
+    none = np.full(len(program.base), np.inf)
+    value = _relaxed(program, bounds, -none, none)
+    if value is not None:
+        value = _rounded(program, free, value, progress)
     if value is None and len(layout.rectangles) <= SMALL:
         value = _searched(program, bounds, FEW_BRANCHES)
     return None if value is None else value[: program.arcs]
@@ -128,9 +137,13 @@ def _sides(layout: Layout) -> sparse.csr_array:
     return sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
 
 
-def _program(layout: Layout, sides: sparse.csr_array, scale: float, least: int) -> _Program:
+def _program(
+    layout: Layout, sides: sparse.csr_array, scale: float, least: int | np.ndarray
+) -> _Program:
     length = layout.length * scale
     arcs, count = len(length), len(layout.rectangles)
+    # What widths have at least follows from the arcs in them.
+    least = np.concatenate([np.broadcast_to(least, arcs), np.full(2 * count, np.min(least))])
     # Width and height of each rectangle, by the first two of its sides.
     extent = (sides @ length).reshape(-1, 4)[:, :2]
     owner = np.arange(4 * count)
@@ -172,14 +185,34 @@ def _program(layout: Layout, sides: sparse.csr_array, scale: float, least: int) 
     )
 
 
-def _lengths(cuts: set[frozenset[int]], program: _Program) -> _Bounds:
-    """At least 1 for each of the cuts."""
-    ordered = sorted(sorted(cut) for cut in cuts)
+def _lengths(cuts: set[frozenset[int]], program: _Program, layout: Layout) -> _Bounds:
+    """At least 1 for each of the cuts, and `LEAST_BORDER` around each border: with fewer its edges
+    lie on each other and the hole is shut."""
+    loops = _borders(layout)
+    ordered = sorted(sorted(cut) for cut in cuts) + loops
     row = np.repeat(np.arange(len(ordered)), [len(cut) for cut in ordered]).astype(np.int64)
     column = np.array([arc for cut in ordered for arc in cut], np.int64)
     shape = (len(ordered), len(program.base))
     sums = sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
-    return _Bounds(sums, np.ones(len(ordered)))
+    least = np.ones(len(ordered))
+    least[len(ordered) - len(loops) :] = LEAST_BORDER
+    return _Bounds(sums, least)
+
+
+def _borders(layout: Layout) -> list[list[int]]:
+    """The arcs around each border."""
+    border = np.array([track.border for track in layout.tracks], bool)
+    arc = np.flatnonzero(border[layout.arc_track])
+    if not len(arc):
+        return []
+    count = len(layout.nodes)
+    ends = layout.arc_node[arc]
+    graph = sparse.coo_array((np.ones(len(arc)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    _, label = csgraph.connected_components(graph, directed=False)
+    around = label[ends[:, 0]]
+    order = np.argsort(around, kind="stable")
+    cuts = np.flatnonzero(np.diff(around[order])) + 1
+    return [rows.tolist() for rows in np.split(arc[order], cuts)]
 
 
 def _counted(bounds: _Bounds, count: Count, sides: sparse.csr_array) -> _Bounds:
@@ -195,10 +228,16 @@ def _counted(bounds: _Bounds, count: Count, sides: sparse.csr_array) -> _Bounds:
     )
 
 
-def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray | None:
-    """Whole numbers by linear programs, None where fixing has led to none."""
-    low = np.full(len(program.base), -np.inf)
-    high = np.full(len(program.base), np.inf)
+def _dive(
+    program: _Program,
+    bounds: _Bounds,
+    progress: Progress,
+    low: np.ndarray | None = None,
+    high: np.ndarray | None = None,
+) -> np.ndarray | None:
+    """Whole numbers from low to high by linear programs, None where fixing has led to none."""
+    low = np.full(len(program.base), -np.inf) if low is None else low
+    high = np.full(len(program.base), np.inf) if high is None else high
     value = _relaxed(program, bounds, low, high)
     share = 1.0
     for _ in range(MOST_ROUNDS):
@@ -211,11 +250,8 @@ def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray 
         chosen = _one_of_each_piece(program, half)
         chosen = chosen[: max(1, int(share * len(chosen)))]
         down = np.floor(value[chosen])
-        # A half lies between two that are as good; where the number of quads has made it another
-        # part, the nearer is what that needs.
-        part = value[chosen] - down
-        even = np.abs(part - 0.5) < NEARLY_HALF
-        wanted = np.where(even, _wanted(program, chosen), value[chosen])
+        # A half lies between two that are as good.
+        wanted = _wanted(program, chosen)
         up = np.abs(down + 1.0 - wanted) < np.abs(down - wanted)
         next_low, next_high = low.copy(), high.copy()
         next_low[chosen[up]] = down[up] + 1.0
@@ -230,6 +266,27 @@ def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray 
             next_high[chosen[up]] = down[up]
             found = _relaxed(program, bounds, next_low, next_high)
         low, high, value = next_low, next_high, found
+    return None
+
+
+def _rounded(
+    program: _Program, bounds: _Bounds, value: np.ndarray, progress: Progress
+) -> np.ndarray | None:
+    """Whole numbers near those of a linear program with bounds of the sum, None where none were
+    found.
+
+    Few numbers are parts of wholes then. Cleared under the bounds of the sum each would leave its
+    part to another; so these go, and only numbers beside a part change by a whole one.
+    """
+    low, high = np.floor(value + NEARLY_WHOLE), np.ceil(value - NEARLY_WHOLE)
+    near = (high > low).astype(float)
+    rows = abs(program.rows)
+    for _ in range(WIDER):
+        found = _dive(program, bounds, progress, low, high)
+        if found is not None:
+            return found
+        near = rows.T @ (rows @ near)
+        low, high = low - (near > 0), high + (near > 0)
     return None
 
 
@@ -298,11 +355,20 @@ def _steps(program: _Program) -> sparse.csr_array:
 
 
 def _branched(program: _Program, bounds: _Bounds) -> np.ndarray:
-    """Whole numbers by branch and bound; a solution exists whatever the cuts."""
+    """Whole numbers by branch and bound.
+
+    Raises
+    ------
+    RemeshError
+        None were found with `MOST_BRANCHES` nodes, or there are none.
+    """
     nodes = BRANCHES
-    while (found := _searched(program, bounds, nodes)) is None:
+    while nodes <= MOST_BRANCHES:
+        found = _searched(program, bounds, nodes)
+        if found is not None:
+            return found
         nodes *= 4
-    return found
+    raise RemeshError("No whole numbers of quads suit the layout of a piece. Ask for more quads.")
 
 
 def _searched(program: _Program, bounds: _Bounds, nodes: int) -> np.ndarray | None:
