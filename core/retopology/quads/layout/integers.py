@@ -34,9 +34,10 @@ MOST_ROUNDS, BRANCHES, MOST_BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 50_000, 200,
 WIDER = 3
 # Edges around a border.
 LEAST_BORDER = 3.0
-# Rectangles of a layout for which branch and bound is quick.
-SMALL = 60
-NEARLY_WHOLE = 1e-6
+# Rectangles of a layout for which branch and bound is quick, and for which linear programs with
+# bounds of the number of quads are.
+SMALL, MANY = 60, 300
+NEARLY_WHOLE, NEARLY_HALF = 1e-6, 1e-3
 
 
 @dataclass(frozen=True)
@@ -119,10 +120,12 @@ def lengths_of_count(
     program = _program(layout, sides, scale, 0)
     free = _lengths(cuts, program, layout)
     bounds = _counted(free, count, sides)
-    none = np.full(len(program.base), np.inf)
-    value = _relaxed(program, bounds, -none, none)
-    if value is not None:
-        value = _rounded(program, free, value, progress)
+    if len(layout.rectangles) <= MANY:
+        value = _dive(program, bounds, progress)
+    else:
+        none = np.full(len(program.base), np.inf)
+        value = _relaxed(program, bounds, -none, none)
+        value = None if value is None else _rounded(program, free, value, progress)
     if value is None and len(layout.rectangles) <= SMALL:
         value = _searched(program, bounds, FEW_BRANCHES)
     return None if value is None else value[: program.arcs]
@@ -250,8 +253,11 @@ def _dive(
         chosen = _one_of_each_piece(program, half)
         chosen = chosen[: max(1, int(share * len(chosen)))]
         down = np.floor(value[chosen])
-        # A half lies between two that are as good.
-        wanted = _wanted(program, chosen)
+        # A half lies between two that are as good; where the number of quads has made it another
+        # part, the nearer is what that needs.
+        part = value[chosen] - down
+        even = np.abs(part - 0.5) < NEARLY_HALF
+        wanted = np.where(even, _wanted(program, chosen), value[chosen])
         up = np.abs(down + 1.0 - wanted) < np.abs(down - wanted)
         next_low, next_high = low.copy(), high.copy()
         next_low[chosen[up]] = down[up] + 1.0
