@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial import ConvexHull, Delaunay, cKDTree
@@ -39,7 +39,8 @@ class Case:
     """A mesh with its true umbilics.
 
     `everywhere` says that every point is an umbilic. `euler` is the Euler characteristic of a
-    closed surface, None of an open one.
+    closed surface, None of an open one. Nearer to the points `blind` (b, 3) than `blind_reach` (b,)
+    nothing is known of umbilics.
     """
 
     surface: str
@@ -50,6 +51,13 @@ class Case:
     umbilics: UmbilicPoints
     everywhere: bool = False
     euler: int | None = None
+    blind: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    blind_reach: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def asked_at(self, points: np.ndarray) -> np.ndarray:
+        """(k,) bool, points (k, 3) at which umbilics are known."""
+        away = np.linalg.norm(points[:, None] - self.blind, axis=2)
+        return np.asarray((away >= self.blind_reach).all(axis=1))
 
     def edge_at(self, points: np.ndarray) -> np.ndarray:
         """(k,) mean edge around the vertices nearest to points (k, 3)."""

@@ -154,13 +154,14 @@ def tally(
 
     A true one of index +1 takes one of +1 or two of +1/2, within `SPLIT_REACH`. One of a larger
     index is not false where true ones of its sign that are left over, within the same reach, make
-    it up; these count as missed.
+    it up; these count as missed. Where a case knows of no umbilics nothing is true or false.
     """
     truth = case.umbilics
     edge = case.edge_at(truth.position)
+    asked = case.asked_at(truth.position)
     between = np.linalg.norm(truth.position[:, None] - truth.position[None], axis=2)
     np.fill_diagonal(between, np.inf)
-    resolved = between.min(axis=1, initial=np.inf) >= RESOLVED * edge
+    resolved = asked & (between.min(axis=1, initial=np.inf) >= RESOLVED * edge)
     away = np.linalg.norm(positions[:, None] - truth.position[None], axis=2) / edge
     taken = np.zeros(len(positions), bool)
     distance = np.full(len(truth), np.inf)
@@ -181,7 +182,8 @@ def tally(
     for row in np.flatnonzero(~taken & (np.abs(index) > 0.5)):
         left = (match < 0) & ~whole & (truth.index * index[row] > 0) & (away[row] <= SPLIT_REACH)
         taken[row] = abs(truth.index[left].sum()) >= abs(index[row])
-    paired = np.flatnonzero(match >= 0)
+    taken |= ~case.asked_at(positions)
+    paired = np.flatnonzero((match >= 0) & asked)
     named = kinds[match[paired]] if kinds is not None else np.zeros(0, "<U9")
     right = int((named == truth.kind[paired]).sum()) if len(named) else 0
     unsure = int((named == UNCERTAIN).sum())

@@ -3,7 +3,7 @@
 import bpy
 
 from .base.translation import reported
-from .jobs import detect
+from .jobs import refusals
 from .scene import homes, selection, targets
 from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
 
@@ -20,7 +20,7 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.active(context)
-        reason = detect.why_not(obj)
+        reason = refusals.why_not(obj)
         if not reason and not targets.is_own(obj):
             reason = (
                 f"{obj.name} is linked from another file and can have no arrows here. Make it and "

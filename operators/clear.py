@@ -3,7 +3,7 @@
 import bpy
 
 from .base.translation import reported
-from .jobs import detect
+from .jobs import detect, refusals
 from .jobs.modal import possible
 from .scene import old_copies, orphans, selection
 from .scene.modes import finished
@@ -20,12 +20,13 @@ class UMBILICS_OT_clear(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        whys = [detect.why_not(obj, to_clear=True) for obj in selection.wanted(context)]
+        whys = [refusals.why_not(obj, to_clear=True) for obj in selection.wanted(context)]
         return possible(cls, "" if "" in whys else whys[0])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         wanted = selection.wanted(context)
-        cleared = [clear(context, obj) for obj in wanted if not detect.why_not(obj, to_clear=True)]
+        allowed = (obj for obj in wanted if not refusals.why_not(obj, to_clear=True))
+        cleared = [clear(context, obj) for obj in allowed]
         if not (orphans.remove() or any(cleared)):
             name = wanted[0].name if len(wanted) == 1 and wanted[0] else "The selection"
             self.report({"INFO"}, reported(f"{name} has no umbilics to clear."))

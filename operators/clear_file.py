@@ -4,7 +4,7 @@ import bpy
 
 from .base.translation import reported
 from .clear import clear
-from .jobs import detect
+from .jobs import refusals
 from .jobs.modal import possible
 from .scene import orphans
 from .scene.display_objects import source_of
@@ -28,8 +28,8 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         # An object of ours goes with the one that it shows the results of.
         ours = [*orphans.with_results(), *orphans.checked()]
         found = list(dict.fromkeys(map(source_of, ours)))
-        refused = [why for obj in found if (why := detect.why_not(obj, to_clear=True))]
-        cleared = [clear(context, obj) for obj in found if not detect.why_not(obj, to_clear=True)]
+        refused = [why for obj in found if (why := refusals.why_not(obj, to_clear=True))]
+        cleared = [clear(context, obj) for obj in found if not refusals.why_not(obj, to_clear=True)]
         left = orphans.remove()
         for why in refused:
             self.report({"WARNING"}, reported(why))

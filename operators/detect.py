@@ -8,7 +8,7 @@ from bpy.props import BoolProperty
 from .. import core
 from .base.words import outcome, pins_lost
 from .data import properties, reading
-from .jobs import detect
+from .jobs import detect, refusals
 from .jobs.modal import BackgroundOperator, Message, possible
 from .mesh.scope import Scope
 from .scene import selection
@@ -33,7 +33,7 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         modified = _with_modifiers(context)
         wanted = selection.wanted(context)
-        whys = [detect.why_not(obj, with_modifiers=modified) for obj in wanted]
+        whys = [refusals.why_not(obj, with_modifiers=modified) for obj in wanted]
         return possible(cls, "" if "" in whys else whys[0])
 
     def jobs(

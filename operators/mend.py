@@ -10,7 +10,7 @@ from bpy.props import EnumProperty
 from .. import core
 from .base import verdict
 from .data import record
-from .jobs import detect
+from .jobs import refusals
 from .jobs.modal import possible
 from .mesh.read import positions
 from .scene import homes, selection, targets
@@ -45,7 +45,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = selection.active(context)
-        reason = detect.why_not(obj, with_modifiers=True)
+        reason = refusals.why_not(obj, with_modifiers=True)
         if not reason and not targets.is_own(obj):
             reason = f"{obj.name} is linked from another file: change it there."
         return possible(cls, reason)

@@ -3,8 +3,8 @@
 import bpy
 
 from .base.translation import reported
-from .jobs.detect import SCULPTED
 from .jobs.modal import possible
+from .jobs.refusals import SCULPTED
 from .scene import filters
 from .scene.modes import object_mode
 from .scene.view import maps, view_shading

@@ -46,6 +46,8 @@ class Estimate:
         What the jets were fitted to; None for curvature "normals" and "given".
     residual:
         Median standard deviation of the heights about the fits, in length; NaN without jets.
+    factor:
+        Of the standard errors, as in `Scale`.
     closer, degree:
         What the jets around umbilics were fitted to, and their degree; None and 0 without.
     rings:
@@ -59,6 +61,7 @@ class Estimate:
     determined: np.ndarray
     neighbourhood: Neighbourhood | None
     residual: float
+    factor: float = 1.0
     closer: Scale | None = None
     degree: int = 0
     rings: np.ndarray | None = None
@@ -147,7 +150,12 @@ def _from_jets(
             others = on_faces(surface, others, part)
         field = _filled(field, others, determined)
     whole = Estimate(
-        field, radius, determined, scale.neighbourhood, float(np.median(jets.residual))
+        field,
+        radius,
+        determined,
+        scale.neighbourhood,
+        float(np.median(jets.residual)),
+        scale.factor,
     )
     if not automatic:
         return whole

@@ -16,6 +16,7 @@ from scipy.sparse.linalg import splu
 
 from ..base.factors import definite_factors
 from ..base.progress import Progress
+from ..base.unit import phase as unit_phase
 
 # The coarsest level has at most so many rows.
 SMALLEST = 1500
@@ -41,7 +42,9 @@ class Multigrid:
     """One V-cycle of the matrix (n, n), in single precision: a preconditioner, not a solver."""
 
     def __init__(self, matrix: sparse.csr_array) -> None:
-        matrix = matrix.astype(np.complex64)
+        # Single precision holds numbers up to 1e38: slivers weigh more.
+        self._size = float(np.abs(matrix.data).max(initial=0.0)) or 1.0
+        matrix = (matrix * (1.0 / self._size)).astype(np.complex64)
         self._levels: list[_Level] = []
         while matrix.shape[0] > SMALLEST and len(self._levels) < LEVELS:
             level, coarser = _coarsened(matrix)
@@ -53,7 +56,9 @@ class Multigrid:
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """(n,) complex128: roughly the inverse of the matrix times `right`."""
-        return self._cycle(0, right.astype(np.complex64)).astype(np.complex128)
+        size = float(np.abs(right).max(initial=0.0)) or 1.0
+        found = self._cycle(0, (right / size).astype(np.complex64)).astype(np.complex128)
+        return np.asarray(found * (size / self._size))
 
     def _cycle(self, depth: int, right: np.ndarray) -> np.ndarray:
         if depth == len(self._levels):
@@ -74,7 +79,9 @@ def _coarsened(matrix: sparse.csr_array) -> tuple[_Level, sparse.csr_array]:
     tentative = sparse.csr_array(
         (phase[member], (member, aggregate[member])), shape=(n, count), dtype=np.complex64
     )
-    damped = (DAMPING / np.maximum(diagonal, np.finfo(np.float32).tiny)).astype(np.complex64)
+    # Rows that single precision does not tell from nothing are left to the steps that ask.
+    held = diagonal > np.finfo(np.float32).tiny / DAMPING
+    damped = np.where(held, DAMPING / np.where(held, diagonal, 1.0), 0.0).astype(np.complex64)
     prolongation = tentative - sparse.diags_array(damped) @ (matrix @ tentative)
     prolongation = prolongation.tocsr()
     restriction = prolongation.conj().T.tocsr()
@@ -127,8 +134,7 @@ def _aggregates(matrix: sparse.csr_array) -> tuple[np.ndarray, np.ndarray, int]:
         chosen = np.flatnonzero((strength > 0) & (strength == best[owner]))
         row, link = owner[chosen], other[chosen]
         aggregate[row] = aggregate[link]
-        turn = -matrix.data[chosen] / size[chosen]
-        phase[row] = turn * phase[link]
+        phase[row] = -unit_phase(matrix.data[chosen].astype(np.complex128)) * phase[link]
     lonely = np.flatnonzero(aggregate < 0)
     aggregate[lonely] = count + np.arange(len(lonely))
     phase[lonely] = 1.0

@@ -101,7 +101,7 @@ def lay_out(surface: Surface, field: DirectionField, progress: Progress) -> Face
             at.append(gap[vertex[:, k]] * phase(turn) ** 2)
         value[rows] = at[0]
         # D_b - D_a = (B + C) zb and D_c - D_a = B zc + C conj(zc).
-        slope = (at[1] - at[0]) / np.maximum(length, np.finfo(float).tiny)
+        slope = (at[1] - at[0]) / np.where(length > np.finfo(float).tiny, length, np.inf)
         height = np.where(np.abs(zc.imag) > np.finfo(float).tiny, zc.imag, np.inf)
         rest = (at[2] - at[0] - slope * zc.real) / height
         along[rows] = 0.5 * (slope - 1j * rest)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.errors import GuidanceError
 from ..base.options import check, setting
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
@@ -21,6 +23,10 @@ STROKE_WEIGHT = 300.0
 HELD, ENOUGH, INNER = 15.0, 0.9, 0.5
 # What is said of strokes that pull at nothing.
 FAR = "too far from the surface to count"
+# So many sentences on strokes are read; of the others their number is enough.
+MOST_SAID = 5
+# A wanted pole farther from the surface than this share of its size is not on it.
+OFF_SURFACE = 0.1
 # Triangles tried for a wanted pole, so that no two of them are in one.
 NEAREST = 8
 
@@ -99,12 +105,16 @@ class Pull:
         (c, 3) float64 unit direction of the stroke there.
     share:
         (c,) float64 how much it counts, 1 at the line to 0 where its influence ends.
+    drawn, reached:
+        (l,) bool strokes that have a length, and those whose influence reaches the surface.
     """
 
     vertex: np.ndarray
     stroke: np.ndarray
     direction: np.ndarray
     share: np.ndarray
+    drawn: np.ndarray
+    reached: np.ndarray
 
 
 def pull_of(surface: Surface, strokes: Strokes) -> Pull:
@@ -127,16 +137,18 @@ def pull_of(surface: Surface, strokes: Strokes) -> Pull:
         ahead.append((chord / length[:, None])[part])
         number.append(np.full(len(part), stroke))
     points, direction, owner = (np.concatenate(some) for some in (place, ahead, number))
+    drawn = np.bincount(owner, minlength=len(strokes)) > 0
     if not len(points):
         none = np.zeros(0, np.int64)
-        return Pull(none, none, points, np.zeros(0))
+        return Pull(none, none, points, np.zeros(0), drawn, drawn)
     normal = vertex_normals(surface)
-    _, at = cKDTree(surface.vertices).query(points)
+    away, at = cKDTree(surface.vertices).query(points)
+    reached = np.bincount(owner[away < influence[owner]], minlength=len(strokes)) > 0
     distance, near = cKDTree(points).query(surface.vertices)
     same_side = np.einsum("nc,nc->n", normal, normal[at[near]]) > 0.0
     share = np.where(same_side, 1.0 - distance / influence[owner[near]], 0.0)
     vertex = np.flatnonzero(share > 0.0)
-    return Pull(vertex, owner[near[vertex]], direction[near[vertex]], share[vertex])
+    return Pull(vertex, owner[near[vertex]], direction[near[vertex]], share[vertex], drawn, reached)
 
 
 def with_strokes(surface: Surface, features: Features, pull: Pull) -> Features:
@@ -173,8 +185,15 @@ def strokes_not_held(
     held = np.bincount(pull.stroke[inner], weights=off <= HELD, minlength=strokes)
     found = []
     for stroke in range(strokes):
-        if not count[stroke]:
+        if not pull.drawn[stroke]:
+            found.append(f"Guide stroke {stroke + 1} has no length and does not count.")
+        elif not pull.reached[stroke]:
             found.append(f"Guide stroke {stroke + 1} is {FAR}.")
+        elif not count[stroke]:
+            found.append(
+                f"Guide stroke {stroke + 1} does not count: others are nearer to the surface "
+                "beside it."
+            )
         elif held[stroke] < ENOUGH * count[stroke]:
             share = 100.0 * (1.0 - held[stroke] / count[stroke])
             found.append(
@@ -184,9 +203,38 @@ def strokes_not_held(
     return tuple(found)
 
 
+def first_said(sentences: Sequence[str]) -> tuple[str, ...]:
+    """As many sentences on strokes as are read, and how many more there would be."""
+    more = len(sentences) - MOST_SAID
+    if more <= 1:
+        return tuple(sentences)
+    return (*sentences[:MOST_SAID], f"{more} more guide strokes could not be followed everywhere.")
+
+
+def poles_off_surface(surface: Surface, wanted: WantedPoles, poles: Poles) -> tuple[str, ...]:
+    """What is said of wanted poles that are not on the surface, beside where they were put."""
+    size = float(np.ptp(surface.vertices, axis=0).max()) * surface.unit
+    asked = np.asarray(wanted.position, float).reshape(-1, 3)
+    away = np.linalg.norm(asked - poles.position, axis=1)
+    count = int(np.count_nonzero(away > OFF_SURFACE * size))
+    if not count:
+        return ()
+    if count == 1:
+        return ("1 pole was far from the surface: it stands where that is nearest now.",)
+    return (f"{count} poles were far from the surface: they stand where that is nearest now.",)
+
+
 def planned_by_hand(surface: Surface, regions: list[Region], wanted: WantedPoles) -> Poles:
-    """The wanted poles in the middles of the nearest triangles, each in one of its own."""
-    place = (np.asarray(wanted.position, float) - surface.origin) / surface.unit
+    """The wanted poles in the middles of the nearest triangles, each in one of its own.
+
+    Raises
+    ------
+    GuidanceError
+        A position is not finite.
+    """
+    place = (np.asarray(wanted.position, float).reshape(-1, 3) - surface.origin) / surface.unit
+    if not np.isfinite(place).all():
+        raise GuidanceError("A wanted pole has no place: its coordinates are not numbers.")
     middle = surface.vertices[surface.triangles].mean(axis=1)
     most = min(len(middle), NEAREST)
     _, near = cKDTree(middle).query(place, k=most)

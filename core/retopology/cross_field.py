@@ -72,6 +72,8 @@ class CrossField:
     smoothing:
         Length over which the field was smoothed, median over the vertices, in the coordinates
         of the surface.
+    astray:
+        At how many vertices the field of the triangles is singular otherwise than planned.
     """
 
     direction: np.ndarray
@@ -81,6 +83,7 @@ class CrossField:
     face_direction: np.ndarray
     triangle_index: np.ndarray
     smoothing: float
+    astray: int = 0
 
 
 def cross_field(

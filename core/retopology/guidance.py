@@ -88,7 +88,7 @@ def guidance_of(
 
 
 def disagreements(
-    surface: Surface, stayed: int, index: np.ndarray, poles: Poles
+    surface: Surface, stayed: int, cross: CrossField, poles: Poles
 ) -> tuple[str, ...]:
     """Sentences on what could not be had.
 
@@ -96,8 +96,8 @@ def disagreements(
     ----------
     stayed:
         How many umbilics could not leave the directions.
-    index:
-        (m,) float64 index of the cross field in the triangles of the surface.
+    cross:
+        The field that has the poles as far as it can.
     """
     found = []
     if stayed:
@@ -105,10 +105,11 @@ def disagreements(
             f"{stayed} umbilic{'s' if stayed > 1 else ''} that should go stay in the field: "
             "they have nothing opposite left to cancel with."
         )
-    planned = np.zeros(len(index))
+    planned = np.zeros(len(cross.triangle_index))
     at, _ = places_on_surface(surface, poles.triangle, poles.barycentric)
     np.add.at(planned, at, 4 - poles.valence)
-    differing = int(np.count_nonzero(planned != np.rint(4.0 * index)))
+    differing = int(np.count_nonzero(planned != np.rint(4.0 * cross.triangle_index)))
+    differing = max(differing, cross.astray)
     if differing:
         found.append(
             f"The cross field has other poles than planned in {differing} places: the sum of "

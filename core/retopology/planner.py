@@ -10,7 +10,16 @@ from ..base.progress import Progress
 from ..fields.face_index import face_field_singularities
 from ..matching.mirror import MirrorPlane, find_mirror_plane
 from ..mesh.input_map import places_on_surface
-from .by_hand import Strokes, WantedPoles, planned_by_hand, pull_of, strokes_not_held, with_strokes
+from .by_hand import (
+    Strokes,
+    WantedPoles,
+    first_said,
+    planned_by_hand,
+    poles_off_surface,
+    pull_of,
+    strokes_not_held,
+    with_strokes,
+)
 from .cross_field import cross_field
 from .features import Features, barriers, find_features
 from .field.planned import with_poles
@@ -124,9 +133,12 @@ class Guide(Groundwork):
         )
         end = time.perf_counter()
         progress.step(1.0)
-        warnings = disagreements(surface, len(simple.stayed), cross.triangle_index, poles)
+        warnings = disagreements(surface, len(simple.stayed), cross, poles)
         if strokes is not None and pull is not None:
-            warnings += strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
+            not_held = strokes_not_held(pull, len(strokes), cross.direction, cross.normal)
+            warnings += first_said(not_held)
+        if wanted is not None:
+            warnings += poles_off_surface(surface, wanted, poles)
         timings = {"cross field": middle - begin, "poles": end - middle}
         return guidance_of(surface, self._counts, cross, poles, features, timings, warnings)
 

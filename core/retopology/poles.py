@@ -99,7 +99,7 @@ def plan_poles(
     """
     rows, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
     umbilics = replace(umbilics, barycentric=weights)
-    single, sign = _singularities(cross.triangle_index)
+    single, sign = _singularities(surface, cross.triangle_index)
     place = surface.vertices[surface.triangles[single]].mean(axis=1)
     edge = float(np.sqrt(np.median(surface.face_normal_area[1])) * 1.5)
     owner = _claimed(surface, cross, umbilics, rows, single, sign, place, edge)
@@ -158,9 +158,13 @@ def poles_at(
     )
 
 
-def _singularities(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the quarter singularities, one entry for each quarter, and their signs."""
+def _singularities(surface: Surface, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles of the quarter singularities, one entry for each quarter, and their signs.
+
+    A triangle with all corners on a border has room for none: they leave over it.
+    """
     quarters = np.rint(4.0 * index).astype(np.int64)
+    quarters[surface.border[surface.triangles].all(axis=1)] = 0
     found = np.flatnonzero(quarters)
     repeat = np.abs(quarters[found])
     return np.repeat(found, repeat), np.repeat(np.sign(quarters[found]), repeat)

@@ -19,14 +19,17 @@ from ..curvature.field import CurvatureField
 from ..curvature.noise import field_noise
 from ..curvature.surface_types import surface_types, typical_curvature
 from ..curvature.tolerances import CURVE
+from ..curvature.wider import WIDER, can_widen, wider_ratio
 from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Analysed, InputMesh, Turning, assemble
+from .drowned import drowned_share, drowned_words
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.persistence import measure_persistence
-from .regions import RegionMap, find_regions, with_curves, with_faces
+from .region_shapes import resolved_by_wider_fits
+from .regions import RegionMap, find_regions, with_curves, with_faces, without
 from .result import Detection
 from .unresolved import low_vertices, unresolved_sets
 
@@ -112,7 +115,7 @@ def detect(
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
         rings = _rings(fitted)
-        regions = _regions(surface, shape, noise, radius, rings, settings, cad)
+        regions = _regions(surface, fitted, noise, radius, rings, settings, cad, progress.quiet())
         if settings.regions and settings.certified and cad is None:
             low = low_vertices(surface, shape.gap)
             sets = unresolved_sets(surface, shape, noise, radius, CURVE, low, progress.quiet())
@@ -124,6 +127,10 @@ def detect(
                     "circles of surfaces of revolution: reported as regions, because no point of "
                     "them is an umbilic of its own."
                 )
+        if settings.regions and settings.certified and settings.curvature != "given":
+            share = drowned_share(surface, shape.gap, noise, radius, regions.label >= 0)
+            if share > 0.0:
+                warnings.append(drowned_words(share))
         outside = regions.label[found.hits.triangle] < 0
         hits = found.hits.select(outside)
     with clock.stage("persistence"):
@@ -186,20 +193,28 @@ def _rings(fitted: Estimate) -> int:
 
 def _regions(
     surface: Surface,
-    shape: CurvatureField,
+    fitted: Estimate,
     noise: np.ndarray,
     radius: np.ndarray,
     rings: int,
     settings: Settings,
     cad: Tessellation | None,
+    progress: Progress,
 ) -> RegionMap:
     if not settings.regions or not settings.certified:
         return RegionMap.none(surface)
+    shape = fitted.field
     mean = 0.5 * (shape.k1 + shape.k2)
-    if cad is None:
-        return find_regions(surface, shape.gap, noise, radius, rings, mean)
-    gap = np.where(cad.exact_vertices(surface), np.nan, shape.gap)
-    return with_faces(cad, find_regions(surface, gap, noise, radius, rings, mean))
+    gap = shape.gap if cad is None else np.where(cad.exact_vertices(surface), np.nan, shape.gap)
+    regions = find_regions(surface, gap, noise, radius, rings, mean)
+    if regions.count and can_widen(fitted):
+
+        def ratio(vertices: np.ndarray) -> np.ndarray:
+            return wider_ratio(surface, fitted, vertices, progress)
+
+        rows = regions.rows()
+        regions = without(regions, resolved_by_wider_fits(surface, rows, WIDER * rings, ratio))
+    return regions if cad is None else with_faces(cad, regions)
 
 
 def _crease_angle(settings: Settings, cad: Tessellation | None) -> float:

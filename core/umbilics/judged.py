@@ -89,7 +89,7 @@ def judge(
     fits = _independent_fits(surface, evidence.radius)
     present = found.clarity >= significant(fits, PRESENT)
     unclear = found.clarity < BORDER_CLEAR
-    at_border = _at_border(surface, found.triangle, partner, vague, unclear, evidence.exact)
+    at_border = _at_border(surface, found, partner, vague, unclear, evidence.exact)
     position = found.position(surface)
     unseen = _unseen_pairs(position, partner, found.seen | at_border, radius)
     if not evidence.exact:
@@ -110,7 +110,7 @@ def judge(
 
 def _at_border(
     surface: Surface,
-    triangle: np.ndarray,
+    found: Located,
     partner: np.ndarray,
     vague: np.ndarray,
     unclear: np.ndarray,
@@ -118,13 +118,14 @@ def _at_border(
 ) -> np.ndarray:
     """(k,) bool, umbilics that a border may have made by its slivers and one-sided fits.
 
-    Those within one ring of it; unless the operators are `exact`, as far in as fits reach,
-    those whose place is `vague`, twice as far in if they are `unclear` too; and within two or
-    three rings those that cancel with one of these: the two come and go together.
+    Those that lie within one ring of it, or were found there and moved inwards since; unless the
+    operators are `exact`, as far in as fits reach, those whose place is `vague`, twice as far in
+    if they are `unclear` too; and within two or three rings those that cancel with one of these:
+    the two come and go together.
     """
     if surface.closed.all():
-        return np.zeros(len(triangle), bool)
-    corners = surface.triangles[triangle]
+        return np.zeros(len(found), bool)
+    corners = surface.triangles[found.triangle]
     # Rings alone are blind where the border has few vertices, as the hull of scattered points.
     edge = float(np.sqrt(np.median(surface.side_squares)))
     points = surface.vertices[corners.ravel()]
@@ -134,7 +135,7 @@ def _at_border(
     def within(rings: int) -> np.ndarray:
         return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)
 
-    doubtful = within(1)
+    doubtful = within(1) | surface.near_border(1)[surface.triangles[found.hit]].any(axis=1)
     if not exact:
         doubtful |= within(BORDER_RINGS) & vague
         doubtful |= within(2 * BORDER_RINGS) & vague & unclear

@@ -100,9 +100,9 @@ def find_regions(
     if not within.any():
         return RegionMap.none(surface)
     _, area = surface.face_normal_area
-    label, count = _connected(surface, within)
+    label, count = connected(surface, within)
     size = np.bincount(label[within], weights=area[within], minlength=count)
-    seen = _largest_disc(surface, radius, label, count)
+    seen = largest_disc(surface, radius, label, count)
     good = size >= REGION_SIZE * seen
     for number, rows in enumerate(RegionMap(label, count).rows()):
         if good[number]:
@@ -112,8 +112,7 @@ def find_regions(
             )
     if not good.any():
         return RegionMap.none(surface)
-    renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
-    regions = RegionMap(renumbered[label], int(good.sum()))
+    regions = without(RegionMap(label, count), ~good)
     shapes = None
     if mean is not None:
         regions, shapes = _only(regions, round_shapes(surface, regions.rows(), mean))
@@ -124,10 +123,15 @@ def _only(
     regions: RegionMap, shapes: Sequence[RoundShape | None]
 ) -> tuple[RegionMap, list[RoundShape]]:
     """The regions that have a shape, numbered anew, and their shapes."""
-    good = np.array([shape is not None for shape in shapes], bool)
-    renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
-    kept = RegionMap(renumbered[regions.label], int(good.sum()))
+    kept = without(regions, [shape is None for shape in shapes])
     return kept, [shape for shape in shapes if shape is not None]
+
+
+def without(regions: RegionMap, dropped: Sequence[bool] | np.ndarray) -> RegionMap:
+    """The regions but for those that are `dropped`, numbered anew."""
+    good = ~np.asarray(dropped, bool)
+    renumbered = np.append(np.where(good, np.cumsum(good) - 1, -1), -1).astype(np.int32)
+    return RegionMap(renumbered[regions.label], int(good.sum()))
 
 
 def with_faces(faces: Tessellation, found: RegionMap) -> RegionMap:
@@ -244,7 +248,7 @@ def _ratio(gap: np.ndarray, noise: np.ndarray, radius: np.ndarray) -> np.ndarray
     return np.where(np.isnan(ratio), np.nan, ratio)
 
 
-def _connected(surface: Surface, within: np.ndarray) -> tuple[np.ndarray, int]:
+def connected(surface: Surface, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Number the edge-connected sets of the chosen triangles; (m,) int32, -1 elsewhere."""
     place = np.cumsum(within, dtype=np.int32) - 1
     chosen = np.flatnonzero(within)
@@ -262,7 +266,7 @@ def _connected(surface: Surface, within: np.ndarray) -> tuple[np.ndarray, int]:
     return label, int(count)
 
 
-def _largest_disc(
+def largest_disc(
     surface: Surface, radius: np.ndarray, label: np.ndarray, count: int
 ) -> np.ndarray:
     """(count,) area of the disc that one fit sees, on average over each labelled set."""
@@ -302,7 +306,7 @@ def _mean(corners: np.ndarray, weights: np.ndarray) -> float:
 
 def _without_holes(surface: Surface, regions: RegionMap, least: float) -> RegionMap:
     """Close the gaps that lie within one region and are smaller than a region may be."""
-    outside, holes = _connected(surface, regions.label < 0)
+    outside, holes = connected(surface, regions.label < 0)
     rows = np.flatnonzero(outside >= 0)
     _, area = surface.face_normal_area
     size = np.bincount(outside[rows], weights=area[rows], minlength=holes)

@@ -19,7 +19,7 @@ from ..base.errors import ObjectError
 from ..data import pins, record, summary
 from ..mesh import fingerprint
 from ..mesh.attributes import RESULTS, check_result_names, write_results
-from ..mesh.evaluated import is_in, outside, works_on
+from ..mesh.evaluated import works_on
 from ..mesh.fetch import unit_vectors
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh
 from ..mesh.scope import KEPT, WHOLE, Scope
@@ -28,10 +28,7 @@ from ..scene.modes import object_mode
 from ..scene.retopology import checks, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines, maps
-
-# Types of objects that Blender makes meshes of.
-_CONVERTIBLE = ("CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "GREASEPENCIL")
-SCULPTED = "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
+from . import refusals
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ def gather(
     core.UmbilicsError
         The object cannot be analysed, or its results could not be stored; the text says why.
     """
-    check_object(obj, with_modifiers=depsgraph is not None)
+    refusals.check_object(obj, with_modifiers=depsgraph is not None)
     check_result_names(obj)
     evaluated = depsgraph is not None
     leaving = object_mode(bpy.context, obj, push=False) if evaluated else nullcontext()
@@ -164,7 +161,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
     obj = targets.named(inputs.object_name)
     if obj is None:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
-    check_object(obj, inputs.evaluated)
+    refusals.check_object(obj, inputs.evaluated)
     check_result_names(obj)
     with object_mode(context, obj), all_or_nothing() as transaction:
         depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
@@ -239,54 +236,6 @@ def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:
     count = arrays.polygon_count
     ignored = [f"{left_out} of {count} faces left out"] if left_out else []
     return "; ".join((f"{source}, {where}", *ignored))
-
-
-def check_object(obj: bpy.types.Object | None, with_modifiers: bool = False) -> None:
-    """Raise `ObjectError` if the object's mesh cannot be read and written."""
-    reason = why_not(obj, with_modifiers=with_modifiers)
-    if reason:
-        raise ObjectError(reason)
-
-
-def why_not(
-    obj: bpy.types.Object | None, to_clear: bool = False, with_modifiers: bool = False
-) -> str:
-    """Why the object can have no results, in words for the user; empty if it can.
-
-    With `to_clear`, why none can be removed from it: then faces are not needed. Results of the
-    mesh `with_modifiers` can go to a mesh of ours.
-    """
-    if obj is None:
-        return "There is no active object. Click a mesh first."
-    if obj.type != "MESH":
-        return _no_mesh(obj)
-    if not with_modifiers and not targets.is_own(homes.owner_of(obj)):
-        return (
-            f"{obj.name} is linked from another file and cannot keep results here. Choose "
-            "Source: As Seen, which puts them beside it, or make the object and its mesh "
-            "local: Object > Relations > Make Local."
-        )
-    if with_modifiers and not is_in(bpy.context.view_layer, obj):
-        return outside(obj)
-    if obj.mode == "SCULPT":
-        return SCULPTED
-    # Modifiers may make faces of a mesh that has none.
-    faces_needed = not (to_clear or with_modifiers)
-    if faces_needed and obj.mode != "EDIT" and not obj.data.polygons:
-        return f"{obj.name} has no faces: curvature needs a surface."
-    return ""
-
-
-def _no_mesh(obj: bpy.types.Object) -> str:
-    """What to do with an object that is no mesh, in words."""
-    way = "Choose a mesh."
-    if obj.type == "ARMATURE":
-        way = "Choose the mesh that the armature moves; its pose counts."
-    elif obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
-        way = "Choose a mesh, or make the instance real: Object > Apply > Make Instances Real."
-    elif obj.type in _CONVERTIBLE:
-        way = "Choose a mesh, or convert it: Object > Convert > Mesh."
-    return f"{obj.name} is not a mesh. {way}"
 
 
 def _attributes(detection: core.Detection, arrays: MeshArrays) -> dict[str, np.ndarray]:

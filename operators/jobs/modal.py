@@ -16,7 +16,7 @@ from ... import core
 from ..base.translation import reported
 from ..scene import selection
 from ..scene.modes import Place, finished, in_place, place_of
-from . import detect, retopology, worker
+from . import refusals, retopology, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
 
@@ -164,7 +164,7 @@ class NeedsMesh:
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         evaluated = context.scene.umbilics_display.source == "EVALUATED"
-        reason = detect.why_not(selection.active(context), with_modifiers=evaluated)
+        reason = refusals.why_not(selection.active(context), with_modifiers=evaluated)
         return possible(cls, reason)
 
 

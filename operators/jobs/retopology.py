@@ -30,7 +30,7 @@ from ..scene.modes import object_mode
 from ..scene.retopology import by_hand, guidance_objects, marked_edges
 from ..scene.transaction import Transaction, all_or_nothing
 from ..scene.view import dashed_lines
-from . import detect
+from . import detect, refusals
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def gather(
         detecting = properties.to_settings(scene.umbilics)
         names = properties.given_names(scene.umbilics)
     obj, evaluated, scope = _to_read(scene, obj)
-    detect.check_object(obj, evaluated)
+    refusals.check_object(obj, evaluated)
     for layouts in (
         guidance_objects.ATTRIBUTES,
         marked_edges.MARKS,
@@ -249,7 +249,7 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Ob
     obj = targets.named(job.object_name)
     if obj is None:
         raise ObjectError(f"{job.object_name} is no longer there. Try again.")
-    detect.check_object(obj, job.inputs.evaluated)
+    refusals.check_object(obj, job.inputs.evaluated)
     with object_mode(context, obj), all_or_nothing() as transaction:
         depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
         check_unchanged(obj, job.inputs.arrays, depsgraph)

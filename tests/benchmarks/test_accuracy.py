@@ -51,7 +51,8 @@ def test_mobius_images_of_ellipsoids(noise, others, mean):
 
 @pytest.mark.slow
 def test_patch_of_random_points():
-    for seed in range(10):
+    # On the last two a star was found beside the border and moved inwards.
+    for seed in (*range(10), 13, 62):
         surface = surfaces.seed_patch(5400, seed=seed)
         detection = core.detect(surface.vertices, surface.triangles)
         position, truth = detection.umbilics.position, surface.umbilics

@@ -102,3 +102,45 @@ def test_a_pair_may_be_added_where_there_is_none():
     assert np.sort(4 * after.triangle_index[after.triangle_index != 0]).tolist() == [-1, 1]
     none = core.WantedPoles(np.zeros((0, 3)), np.zeros(0, int))
     assert not guide.guidance(wanted=none).triangle_index.any()
+
+
+def test_strokes_that_count_for_nothing_say_why(plain):
+    mesh, guide, before = plain
+    stroke = stroke_over(mesh)
+    # A dot, one of no numbers, and one that lies all along above another.
+    above = stroke.position + np.array([0.0, 0.0, 0.1])
+    lines = [stroke.position[:1], np.full((3, 3), np.nan), stroke.position, above]
+    start = np.cumsum([0, *map(len, lines)])
+    strokes = core.Strokes(start, np.concatenate(lines), np.full(4, 0.3))
+    said = guide.guidance(strokes=strokes).warnings
+    dots = [f"Guide stroke {number} has no length and does not count." for number in (1, 2)]
+    assert list(said[:2]) == dots and len(said) == 3
+    assert "others are nearer to the surface" in said[2]
+    dots_only = core.Strokes(start[:3], np.concatenate(lines[:2]), np.full(2, 0.3))
+    found = guide.guidance(strokes=dots_only)
+    assert list(found.warnings) == dots
+    assert np.array_equal(found.direction, before.direction)
+
+
+@pytest.mark.parametrize("count, sentences", [(6, 6), (7, 6), (40, 6)])
+def test_of_many_strokes_the_first_are_told_and_the_others_counted(plain, count, sentences):
+    _, guide, _ = plain
+    away = np.arange(count)[:, None, None] + np.array([[0.0, 0.0, 50.0], [1.0, 0.0, 50.0]])
+    strokes = core.Strokes(2 * np.arange(count + 1), away.reshape(-1, 3), np.full(count, 0.1))
+    said = guide.guidance(strokes=strokes).warnings
+    assert len(said) == sentences and all("too far" in text for text in said[:5])
+    if count > 6:
+        assert said[-1] == f"{count - 5} more guide strokes could not be followed everywhere."
+
+
+def test_a_wanted_pole_far_from_the_surface_is_said(plain):
+    _, guide, before = plain
+    place = before.poles.position.copy()
+    wanted = core.WantedPoles(place, before.poles.valence)
+    assert not guide.guidance(wanted=wanted).warnings
+    place[0, 0] += 40.0
+    said = guide.guidance(wanted=core.WantedPoles(place, before.poles.valence)).warnings
+    assert any("1 pole was far from the surface" in text for text in said)
+    place[1] = np.nan
+    with pytest.raises(core.GuidanceError, match="coordinates are not numbers"):
+        guide.guidance(wanted=core.WantedPoles(place, before.poles.valence))

@@ -113,6 +113,8 @@ def test_what_cancels_with_one_of_a_border_goes_with_it(square, rings, exact, fo
     verdict = judged(surface, found, partner=[1, 0], persistence=[1.0, 1.0], exact=exact)
     assert verdict.at_border.tolist() == [True, follows]
     assert not judged(surface, found, exact=exact).at_border[1]
+    turned = located(found.triangle[::-1], index=[-0.5, 0.5])
+    assert judged(surface, turned, exact=exact).at_border.tolist() == [False, True]
 
 
 def test_beyond_doubt_is_what_nothing_speaks_against(square):
@@ -177,23 +179,29 @@ def test_of_two_that_could_cancel_a_third_the_one_that_is_shown_stays(square):
 
 
 @pytest.mark.parametrize(
-    "apart, persistence, clarity, resolved",
+    "apart, persistence, clarity, seen, resolved",
     [
         # In radii, in errors of the gap, in errors of the circle around each.
-        (1.0, 1000.0, 1.0, True),
-        (1.0, 0.1, 1.0, False),
+        (1.0, 1000.0, 1.0, True, True),
+        (1.0, 0.1, 1.0, True, False),
         # Places that their errors could bring together, though the gap between seems sure.
-        (0.2, 1000.0, 1.0, False),
+        (0.2, 1000.0, 1.0, True, False),
         # What finer fits show at both is there, however little parts them.
-        (1.0, 0.1, CLEAR, True),
-        (0.2, 0.1, CLEAR, True),
+        (1.0, 0.1, CLEAR, True, True),
+        (0.2, 0.1, CLEAR, True, True),
+        # What no finer fit shows is not, however much does.
+        (1.0, 1000.0, 0.0, False, False),
     ],
 )
-def test_pairs_are_resolved(square, apart, persistence, clarity, resolved):
+def test_pairs_are_resolved(square, apart, persistence, clarity, seen, resolved):
     surface, nearest = square
     pair = [nearest(-0.5 * apart * RADIUS, 0.0), nearest(0.5 * apart * RADIUS, 0.0)]
     found = located(
-        pair, index=[0.5, -0.5], clarity=[clarity] * 2, uncertainty=[0.08 * RADIUS] * 2
+        pair,
+        index=[0.5, -0.5],
+        clarity=[clarity] * 2,
+        uncertainty=[0.08 * RADIUS] * 2,
+        seen=[seen] * 2,
     )
     verdict = judged(surface, found, partner=[1, 0], persistence=[persistence * NOISE] * 2)
     assert verdict.resolved.tolist() == [resolved] * 2
@@ -210,3 +218,8 @@ def test_pairs_at_a_border_are_not_told_by_their_errors(square):
     )
     verdict = judged(surface, found, partner=[1, 0], persistence=[1000.0 * NOISE] * 2)
     assert verdict.at_border.all() and verdict.resolved.all()
+    # Nor where one of the two is farther in.
+    pair = [nearest(x, y), nearest(rings_in(surface, 6)[0], y)]
+    found = located(pair, index=[0.5, -0.5], clarity=[2.2] * 2, uncertainty=[0.8 * RADIUS] * 2)
+    verdict = judged(surface, found, partner=[1, 0], persistence=[1000.0 * NOISE] * 2)
+    assert verdict.at_border.tolist() == [True, False] and verdict.resolved.all()

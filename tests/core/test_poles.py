@@ -10,6 +10,10 @@ from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
+from core.retopology.cross_field import cross_field
+from core.retopology.features import find_features
+from core.retopology.field.planned import with_poles
+from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
 from core.retopology.poles import plan_poles
 
@@ -247,3 +251,33 @@ def test_of_singularities_that_nothing_claims_those_far_from_opposite_ones_are_p
     planes, nobody = guide.planes(Progress()), guide.detection.umbilics
     poles = plan_poles(guide.surface, planes, cross, nobody, [region], plan="umbilics")
     assert poles.triangle.tolist() == [400]
+
+
+def test_there_is_no_pole_in_a_triangle_without_an_inner_vertex():
+    """Nor is there one at a border vertex of the field of the faces."""
+    guide = guide_of("monkey saddle")
+    surface = guide.surface
+    ear = np.flatnonzero(surface.border[surface.triangles].all(axis=1))
+    inner = np.flatnonzero(~surface.border[surface.triangles].any(axis=1))[0]
+    assert len(ear)
+    cross = without_singularities(surface, 0.01)
+    cross.triangle_index[[ear[0], inner]] = -0.25
+    none = guide.detection.umbilics.select(np.zeros(0, np.int64))
+    poles = plan_poles(surface, guide.planes(Progress()), cross, none, [])
+    assert poles.triangle.tolist() == [surface.source_triangle[inner]]
+
+
+def test_poles_that_share_a_vertex_of_the_faces_are_said():
+    guide = guide_of("torus")
+    surface, planes = guide.surface, guide.planes(Progress())
+    settings, measured = core.GuidanceSettings(), guide.measured(Progress())
+    cross = cross_field(surface, measured, settings, Progress())
+    features = find_features(surface, settings)
+    # Three corners have room for three, and cancelling poles for none.
+    for sign, astray in ([1, -1], 0), ([1, -1, 1, -1], 1):
+        triangle = np.full(len(sign), 100)
+        found = with_poles(surface, planes, cross, features, triangle, np.array(sign), Progress())
+        assert found.astray == astray
+        poles = plan_poles(surface, planes, cross, guide.detection.umbilics, [])
+        said = disagreements(surface, 0, found, poles)
+        assert [f"in {astray} places" in text for text in said] == [True] * astray

@@ -113,6 +113,7 @@ def test_errors_of_neighbours_that_are_shared_count():
         places(surface, dataclasses.replace(fit, closer=each, degree=4))
         for each in (scale, dataclasses.replace(scale, factor=3.0))
     )
+    assert one.slope_error[0] > 0.0
     for name, times in (("error", 3.0), ("slope_error", 3.0), ("clarity", 1.0 / 3.0)):
         np.testing.assert_allclose(getattr(three, name), times * getattr(one, name))
 
@@ -204,6 +205,37 @@ def test_noise_is_looked_at_by_degree_four_and_the_cubic_stays_elsewhere():
     assert fitted_anew.any() and not fitted_anew.all()
     np.testing.assert_array_equal(after.field.k1[~fitted_anew], before.field.k1[~fitted_anew])
     assert (after.field.k1[fitted_anew] != before.field.k1[fitted_anew]).all()
+
+
+@pytest.mark.parametrize(
+    "change, factor, at_one",
+    [
+        ({}, 1.0, False),
+        ({"focused": True}, 1.0, True),
+        ({"stretch": 2.0}, 1.0, True),
+        ({}, 2.0 * closer.SHARED, True),
+    ],
+)
+def test_windows_are_compared_where_noise_is_even(monkeypatch, change, factor, at_one):
+    """On clean and on stretched meshes, and where errors are shared, one scale serves all."""
+    monkeypatch.setattr(closer, "_at_one_scale", lambda *_: "one scale")
+    surface, fit = fitted(*graph(LEMON, 0.05))
+    around = dataclasses.replace(fit.neighbourhood, **{"rings": 3, "focused": False} | change)
+    scale = Scale(around, fit.field.normal, factor)
+    found = look_closer(surface, fit.field, fit.radius, scale, Progress())
+    assert (found == "one scale") == at_one
+
+
+def test_a_place_is_refined_over_the_narrowest_window_around_it():
+    """And where cubics stayed over theirs, wider by as much as the degree asks for."""
+    surface, fit = fitted(*graph(LEMON, 0.05))
+    triangle, _ = beginning(surface, (0.0, 0.0))
+    rings = np.zeros(len(surface.vertices), np.int64)
+    scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4), fit.field.normal, 1.0)
+    fit = dataclasses.replace(fit, closer=scale, degree=4, rings=rings)
+    assert refining._rings(surface, triangle, fit).tolist() == [4 + refining.NOISY[1]]
+    rings[surface.triangles[triangle[0], :2]] = 7, 3
+    assert refining._rings(surface, triangle, fit).tolist() == [3]
 
 
 @pytest.mark.parametrize("cells, degree", [(24, 5), (5, 4), (4, 4), (3, 3)])

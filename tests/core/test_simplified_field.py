@@ -1,5 +1,7 @@
 """Fields made to have exactly the singularities that are wanted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fields import field_on_plane, flat_surface, surface_of
@@ -14,6 +16,7 @@ from core.fields.directions import DirectionField
 from core.fields.winding import certified_index, edge_turns
 from core.retopology.cross_field import cross_field
 from core.retopology.field.agreement import with_index
+from core.retopology.field.simplified import _candidates_at, _nearest
 
 
 def guided(vertices, triangles, **chosen):
@@ -230,3 +233,31 @@ def test_a_pole_that_avoids_a_zone_is_where_the_field_has_it():
     assert guidance.poles.moved.sum() == 4
     quarters = np.bincount(guidance.poles.triangle, minlength=len(mesh.triangles))
     assert np.array_equal(4 * guidance.triangle_index, quarters)
+
+
+def test_each_candidate_goes_with_a_triangle_of_its_own():
+    """Two of them may be nearest to one triangle, and a compound is two of its halves."""
+    mesh = ellipsoid(subdivisions=3)
+    detection, guide = guided(mesh.vertices, mesh.triangles)
+    surface = guide.surface
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    middle = middle * surface.unit + surface.origin
+    single = np.array([10, 11, 500, 900])
+    index = np.array([0.5, 0.5, 0.5, 0.5])
+    shift = 0.6 * middle[single[0]] + 0.4 * middle[single[1]]
+    place = np.array([shift, middle[single[0]], 0.5 * (middle[single[2]] + middle[single[3]])])
+    some = detection.umbilics.select(np.array([0, 1, 2]))
+    candidates = replace(
+        some, position=place, index=np.array([0.5, 0.5, 1.0]), triangle=single[[0, 0, 2]]
+    )
+    found = _candidates_at(surface, single, index, candidates)
+    assert found.tolist() == [1, 0, 2, 2]
+
+
+def test_umbilics_of_two_components_at_one_place_are_told_apart():
+    mesh = ellipsoid(subdivisions=3)
+    detection, _ = guided(mesh.vertices, mesh.triangles)
+    candidates = detection.candidates.select(np.array([0, 0, 1]))
+    candidates = replace(candidates, triangle=np.array([5, 9, 3]))
+    for rows in ([0], [1], [1, 2], [0, 1, 2]):
+        assert _nearest(candidates.select(np.array(rows)), candidates).tolist() == rows

@@ -11,6 +11,7 @@ from core.base.progress import Progress
 from core.fields.planes import lay_out
 from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
+from core.retopology.dipoles import _around_pairs
 from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.separatrices import discs, unwound
 from core.retopology.lines.tracing import LIMIT, Traces
@@ -70,6 +71,28 @@ def test_an_umbilic_stops_lines_on_its_own_side_of_a_thin_sheet():
     stopped = surface.source_triangle[discs(surface, umbilic) == 0]
     assert row in stopped and len(stopped) > 10
     assert (middle[stopped, 2] > -0.005).all()
+
+
+def test_opposite_poles_on_two_sides_of_a_thin_sheet_are_not_taken_together():
+    surface, _ = clean(*sheet(0.01))
+    upright, _ = surface.face_normal_area
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    front, back = (
+        np.flatnonzero(upright[:, 2] * side > 0.9)[
+            np.linalg.norm(middle[upright[:, 2] * side > 0.9, :2] - place, axis=1).argmin()
+        ]
+        for side, place in ((1, (0.0, 0.0)), (-1, (0.2, 0.0)))
+    )
+    beside = np.argsort(np.linalg.norm(middle - middle[front] - (0.2, 0.0, 0.0), axis=1))
+    beside = next(row for row in beside if upright[row, 2] > 0.9)
+    normal = vertex_normals(surface)
+    for other, near in ((back, False), (beside, True)):
+        index = np.zeros(len(surface.triangles))
+        index[[front, other]] = 0.25, -0.25
+        chosen = _around_pairs(surface, index, normal, 0.5, 1.0)
+        assert chosen.any() == near
+        # Nor is anything of the other side forgotten between two of this one.
+        assert not chosen[surface.triangles[back]].any()
 
 
 def test_lines_on_two_sides_of_a_thin_sheet_do_not_join():

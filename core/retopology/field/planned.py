@@ -51,12 +51,14 @@ def with_poles(
     none = np.zeros(len(quarters))
     found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
     part = progress.part("Moving poles", 0.5, 1.0)
-    faces = _faces(surface, planes, cross, _beside(surface, features), triangle, sign, part)
+    held = _beside(surface, features)
+    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part)
     return replace(
         cross,
         direction=found.field.direction,
         triangle_index=found.index,
         face_direction=faces,
+        astray=astray,
     )
 
 
@@ -68,16 +70,19 @@ def _faces(
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
-) -> np.ndarray:
-    """(m, 3) directions in the triangles, with the poles for their singular vertices; those
-    `beside` (m,) bool features stay."""
+) -> tuple[np.ndarray, int]:
+    """(m, 3) directions in the triangles, with the poles for their singular vertices, and how many
+    of these are others than the poles; directions `beside` (m,) bool features stay."""
     vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
     charge = np.zeros(len(surface.vertices), np.int64)
     charge[vertex] = quarters
-    np.subtract.at(charge, *_corners(surface, charge, triangle, sign))
+    corner, value = _corners(surface, charge, triangle, sign)
+    np.subtract.at(charge, corner, value)
+    # Poles on a border, and those that must share a vertex.
+    astray = len(triangle) - len(np.unique(corner))
     changing = np.flatnonzero(charge)
     if not len(changing):
-        return cross.face_direction
+        return cross.face_direction, astray
     angle = np.zeros(len(surface.triangles))
     for patch in (Patch.around(surface, changing, NEARBY), Patch.whole(surface)):
         turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
@@ -90,7 +95,8 @@ def _faces(
         if not settled.left.any():
             break
     across = np.cross(surface.face_normal_area[0], cross.face_direction)
-    return rotated(cross.face_direction, across, angle)
+    astray += int(np.count_nonzero(settled.left))
+    return rotated(cross.face_direction, across, angle), astray
 
 
 def _beside(surface: Surface, features: Features) -> np.ndarray:

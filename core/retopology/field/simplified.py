@@ -16,6 +16,7 @@ from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...curvature.noise import field_noise
 from ...fields.winding import certified_index
+from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..smoothing import NOISE_RATIO, WEAK_GAP
@@ -144,9 +145,14 @@ def _candidates_at(
         return np.arange(len(index))
     # Directions that were stored and read again may turn otherwise at a few places, and a compound
     # is several: of each half that a candidate is made of one triangle, of what is left the nearest
-    # pairs first.
-    place = surface.vertices[surface.triangles[triangle]].mean(axis=1)
-    there = (candidates.position - surface.origin) / surface.unit
+    # pairs first. Components, one of which may lie within another, are apart along a fourth axis.
+    component = surface.component[surface.triangles[:, 0]]
+    inner, _ = places_on_surface(surface, candidates.triangle, candidates.barycentric)
+    apart = 4.0 * float(np.ptp(surface.vertices, axis=0).max())
+    middle = surface.vertices[surface.triangles[triangle]].mean(axis=1)
+    place = np.column_stack([middle, apart * component[triangle]])
+    position = (candidates.position - surface.origin) / surface.unit
+    there = np.column_stack([position, np.where(inner >= 0, apart * component[inner], 0.0)])
     halves, parts = (
         np.rint(2.0 * np.abs(some)).astype(np.int64) for some in (candidates.index, index)
     )
@@ -167,12 +173,13 @@ def _candidates_at(
 
 
 def _nearest(umbilics: Umbilics, candidates: Umbilics) -> np.ndarray:
-    """(k,) the candidate that each of the umbilics is: of its index and at its place."""
+    """(k,) the candidate that each of the umbilics is: of its index, in its triangle and at its
+    place, which components may share."""
     if not len(umbilics) or not len(candidates):
         return np.zeros(0, np.int64)
     extent = float(np.ptp(candidates.position, axis=0).max()) + 1.0
     one, two = (
-        np.column_stack([some.position, 2.0 * extent * some.index])
+        np.column_stack([some.position, 2.0 * extent * some.index, extent * some.triangle])
         for some in (candidates, umbilics)
     )
     return cKDTree(one).query(two)[1]

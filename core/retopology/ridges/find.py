@@ -30,10 +30,9 @@ WEAK, CERTAIN = 5.0, 20.0
 # Rings of fits from which on they are made near crests only: narrower ones cost less than to look.
 WIDE = 5
 # A chain must be longer than this many radii of the fits: shorter ones say the same thing once.
-# Twice as many lost crests at the corners of a stretched quartic under noise; half as many breaks
-# lines of x^8 + y^8 + z^8 = 1 on marching cubes. False lines do not change, on benchmarks.ridges
-# neither.
-SHORTEST = 1.0
+# Two lose crests at the corners of a stretched quartic under noise, one leaves false ones on
+# marching cubes of a skewed ellipsoid; x^8 + y^8 + z^8 = 1 is the same with all three.
+SHORTEST = 1.5
 # Kinds, by number: elliptic means a maximum of the larger curvature or a minimum of the smaller.
 KINDS = ("crest", "maximal", "minimal", "hyperbolic maximal", "hyperbolic minimal")
 CREST = 0

@@ -8,10 +8,27 @@ and where nothing can cancel.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...mesh.surface import Surface
+
+
+@dataclass(frozen=True)
+class _Passes:
+    """Passes between basins, lowest first: the two basins (e,) that each joins, and its rank or
+    name (e,)."""
+
+    first: np.ndarray
+    second: np.ndarray
+    rank: np.ndarray
+
+    def after(self, basin: np.ndarray) -> _Passes:
+        """Those that are left where basins have become others, the `basin` (b,) of each."""
+        first, second = basin[self.first], basin[self.second]
+        kept = np.flatnonzero(first != second)
+        return _Passes(first[kept], second[kept], self.rank[kept])
 
 
 def merge_tree(
@@ -27,73 +44,92 @@ def merge_tree(
     order = _ascending(gap)
     rank = np.empty(vertices, dtype=np.int32)
     rank[order] = np.arange(vertices, dtype=np.int32)
-
-    # Seeds have value 0, below everything: umbilics first, then regions.
-    corners = [surface.triangles[triangle].ravel()]
-    seeds = [np.repeat(np.arange(count), 3)]
-    for number, rows in enumerate(regions):
-        inside = np.unique(surface.triangles[rows])
-        corners.append(inside)
-        seeds.append(np.full(len(inside), count + number))
-    corner, seed = np.concatenate(corners), np.concatenate(seeds)
-    seed_node = (seed + vertices).astype(np.int32)
-
+    corner, seed = _seeds(surface, triangle, regions)
+    seed = (seed + vertices).astype(np.int32)
     around = rank[surface.neighbours]
     lowest = np.minimum.reduceat(around, surface.neighbour_start[:-1])
     below = np.arange(vertices + count + len(regions), dtype=np.int32)
     below[:vertices] = np.where(lowest < rank, order[lowest], below[:vertices])
-    below[corner] = seed_node
+    below[corner] = seed
     basin, basins = label_roots(below)
-
-    mine = np.repeat(basin[:vertices], np.diff(surface.neighbour_start))
-    other = basin[surface.neighbours]
-    crossing = np.flatnonzero(mine < other)
-    owner = np.repeat(np.arange(vertices, dtype=np.int32), np.diff(surface.neighbour_start))
-    first = np.concatenate([mine[crossing], basin[corner]])
-    second = np.concatenate([other[crossing], basin[seed_node]])
-    weight = np.concatenate([np.maximum(rank[owner[crossing]], around[crossing]), rank[corner]])
-    different = np.flatnonzero(first != second)
-    first, second, weight = first[different], second[different], weight[different]
-    # Sorting keys is several times faster than sorting places, and as strict.
-    key = np.sort(weight.astype(np.int64) << 32 | np.arange(len(weight)))
-    ascending = key & 0xFFFFFFFF
-    first, second, weight = first[ascending], second[ascending], weight[ascending]
-
+    passes = _passes(surface, basin, rank, corner, seed)
+    row = np.full(basins, -1, dtype=np.int32)
     umbilic = basin[vertices : vertices + count]
+    row[umbilic] = np.arange(count, dtype=np.int32)
     neutral = np.ones(basins, dtype=bool)
     neutral[umbilic[charged]] = False
-    row = np.full(basins, -1, dtype=np.int32)
-    row[umbilic] = np.arange(count, dtype=np.int32)
+    passes, row = _between_umbilics(passes, row, neutral)
+    chosen = _spanning_tree(passes, len(row))
+    low, high = row[passes.first[chosen]], row[passes.second[chosen]]
+    return low, high, gap[order[passes.rank[chosen]]]
+
+
+def _seeds(
+    surface: Surface, triangle: np.ndarray, regions: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (c,) of value 0, below everything, and what each belongs to: umbilics first, then
+    regions."""
+    corners = [surface.triangles[triangle].ravel()]
+    seeds = [np.repeat(np.arange(len(triangle)), 3)]
+    for number, rows in enumerate(regions, start=len(triangle)):
+        inside = np.unique(surface.triangles[rows])
+        corners.append(inside)
+        seeds.append(np.full(len(inside), number))
+    return np.concatenate(corners), np.concatenate(seeds)
+
+
+def _passes(
+    surface: Surface, basin: np.ndarray, rank: np.ndarray, corner: np.ndarray, seed: np.ndarray
+) -> _Passes:
+    """The edges of the mesh from basin to basin, and those from corners to the seeds beside."""
+    vertices = len(rank)
+    valence = np.diff(surface.neighbour_start)
+    mine = np.repeat(basin[:vertices], valence)
+    other = basin[surface.neighbours]
+    crossing = np.flatnonzero(mine < other)
+    owner = np.repeat(np.arange(vertices, dtype=np.int32), valence)[crossing]
+    beyond = surface.neighbours[crossing]
+    first = np.concatenate([mine[crossing], basin[corner]])
+    second = np.concatenate([other[crossing], basin[seed]])
+    height = np.concatenate([np.maximum(rank[owner], rank[beyond]), rank[corner]])
+    different = np.flatnonzero(first != second)
+    first, second, height = first[different], second[different], height[different]
+    # Sorting keys is several times faster than sorting places, and as strict.
+    key = np.sort(height.astype(np.int64) << 32 | np.arange(len(height)))
+    ascending = key & 0xFFFFFFFF
+    return _Passes(first[ascending], second[ascending], height[ascending])
+
+
+def _between_umbilics(
+    passes: _Passes, row: np.ndarray, neutral: np.ndarray
+) -> tuple[_Passes, np.ndarray]:
+    """The passes between umbilics alone, and the umbilic of each basin that is left: what is
+    `neutral` (b,) has joined the basin across its lowest pass."""
     while True:
-        hook, used = lowest_passes(first, second, lowest_edges(first, second, basins), neutral)
+        lowest = lowest_edges(passes.first, passes.second, len(row))
+        hook, used = lowest_passes(passes.first, passes.second, lowest, neutral)
         if len(used) == 0:
-            break
+            return passes, row
         basin, basins = label_roots(hook)
-        first, second = basin[first], basin[second]
-        kept = np.flatnonzero(first != second)
-        first, second, weight = first[kept], second[kept], weight[kept]
+        passes = passes.after(basin)
         # A basin that takes neutral ones up keeps its umbilic.
         held, was = np.flatnonzero(~neutral), row
         neutral, row = np.ones(basins, dtype=bool), np.full(basins, -1, dtype=np.int32)
         neutral[basin[held]] = False
         row[basin[held]] = was[held]
 
-    # Only umbilics are left. The same steps, all of them hooking, give the spanning tree.
-    low, high = row[first], row[second]
-    edge = np.arange(len(first), dtype=np.int32)
-    tree = []
-    while len(first):
-        lowest = lowest_edges(first, second, basins)
-        hook, used = lowest_passes(first, second, lowest, np.ones(basins, dtype=bool))
-        tree.append(edge[used])
+
+def _spanning_tree(passes: _Passes, basins: int) -> np.ndarray:
+    """(e,) bool, the passes of the spanning tree: the same steps, all basins hooking."""
+    chosen = np.zeros(len(passes.rank), dtype=bool)
+    left = replace(passes, rank=np.arange(len(chosen), dtype=np.int32))
+    while len(left.first):
+        lowest = lowest_edges(left.first, left.second, basins)
+        hook, used = lowest_passes(left.first, left.second, lowest, np.ones(basins, dtype=bool))
+        chosen[left.rank[used]] = True
         basin, basins = label_roots(hook)
-        first, second = basin[first], basin[second]
-        kept = np.flatnonzero(first != second)
-        first, second, edge = first[kept], second[kept], edge[kept]
-    chosen = np.zeros(len(low), dtype=bool)
-    for used in tree:
-        chosen[used] = True
-    return low[chosen], high[chosen], gap[order[weight[chosen]]]
+        left = left.after(basin)
+    return chosen
 
 
 def _ascending(gap: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...by_hand import FAR, WantedPoles
+from ...by_hand import FAR, WantedPoles, first_said
 from .laying_out import LaidOut
 
 # A wanted pole is there if one of its valence is this near, in lengths of quads.
@@ -67,7 +67,7 @@ def _strokes(parts: list[LaidOut]) -> list[str]:
     every = [set(laid.planned.not_held) for laid in parts]
     common = set.intersection(*every) if every else set()
     said = {sentence for some in every for sentence in some if FAR not in sentence}
-    return sorted(said | common)
+    return list(first_said(sorted(said | common)))
 
 
 def _wanted(parts: list[LaidOut], wanted: WantedPoles) -> list[str]:
