@@ -7,6 +7,7 @@ from hypothesis.strategies import floats, integers
 from quad_guarantees import holds
 from quad_surfaces import bumpy, cube
 from scipy import sparse
+from surfaces import cylinder
 
 import core
 from core.base.progress import Progress
@@ -253,6 +254,22 @@ def test_small_holes_stay_open(seed, holes, quads):
     assert found.manifold and not torn(made.quads, len(made.vertices)).any()
     assert found.characteristic == surface.euler_characteristic.sum()
     assert len(made.quads) < 4 * quads
+
+
+def test_borders_have_three_edges_whatever_the_scale():
+    mesh = cylinder()
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    given = Given(mesh.triangles, detection, None, None, None, None)
+    laid = prepare(guide, given, core.RemeshSettings(quads=100), Progress()).parts[0]
+    layout, crosses = laid.layout, laid.map_.crosses
+    lengths = integers_.whole_lengths(layout, 1e-3, set(), 0, Progress())
+    around = {True: 0, False: 0}
+    for track, length in zip(layout.arc_track.tolist(), lengths.tolist(), strict=True):
+        if layout.tracks[track].border:
+            start = crosses.tail[layout.tracks[track].chain[0]]
+            around[bool(crosses.vertices[start, 2] > 0.0)] += length
+    assert min(around.values()) >= 3
 
 
 def test_quads_tell_where_they_are_torn():
