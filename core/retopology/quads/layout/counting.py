@@ -10,7 +10,8 @@ from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ..conformity import conformity, torn
 from .grids import Grids, grids, violations
-from .integers import Count, lengths_of_count, whole_lengths
+from .integer_program import Count
+from .integers import lengths_of_count, whole_lengths
 from .laying_out import LaidOut
 
 # The number of quads may be off by this part; rounds of asking for more or fewer, and the part by
