@@ -7,11 +7,14 @@ from hypothesis.strategies import floats, integers
 from quad_guarantees import holds
 from quad_surfaces import bumpy, cube
 from scipy import sparse
+from surfaces import cylinder
 
 import core
 from core.base.progress import Progress
 from core.fields.multigrid import solve_part
 from core.mesh.repair import clean
+from core.retopology.quads.conformity import conformity, torn
+from core.retopology.quads.layout import integers as integers_
 from core.retopology.quads.layout import laying_out
 from core.retopology.quads.preparation import Given, prepare
 from core.retopology.quads.surface.flipping import flipped
@@ -235,6 +238,63 @@ def test_layouts_begin_anew_without_creases(monkeypatch, marked):
     wishes = laid[0].wishes
     assert wishes.dropped == 12 and wishes.smoothed == wishes.unmarked == 0
     assert (wishes.feature > 0).any() == marked and not (wishes.feature & CREASE).any()
+
+
+@hypothesis.settings(max_examples=3, deadline=None, derandomize=True, phases=FEW)
+@hypothesis.given(seed=integers(0, 10**6), holes=integers(2, 6), quads=integers(40, 120))
+def test_small_holes_stay_open(seed, holes, quads):
+    """Quads larger than the holes: around each there are three edges at least."""
+    vertices, triangles = bumpy(seed, level=3)
+    random = np.random.default_rng(seed)
+    gone = random.choice(len(vertices), holes, replace=False)
+    triangles = triangles[~np.isin(triangles, gone).any(axis=1)]
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads))
+    found = conformity(made.quads, len(made.vertices))
+    surface, _ = clean(vertices, triangles)
+    assert found.manifold and not torn(made.quads, len(made.vertices)).any()
+    assert found.characteristic == surface.euler_characteristic.sum()
+    assert len(made.quads) < 4 * quads
+
+
+def test_borders_have_three_edges_whatever_the_scale():
+    mesh = cylinder()
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    given = Given(mesh.triangles, detection, None, None, None, None)
+    laid = prepare(guide, given, core.RemeshSettings(quads=100), Progress()).parts[0]
+    layout, crosses = laid.layout, laid.map_.crosses
+    lengths = integers_.whole_lengths(layout, 1e-3, set(), 0, Progress())
+    around = {True: 0, False: 0}
+    for track, length in zip(layout.arc_track.tolist(), lengths.tolist(), strict=True):
+        if layout.tracks[track].border:
+            start = crosses.tail[layout.tracks[track].chain[0]]
+            around[bool(crosses.vertices[start, 2] > 0.0)] += length
+    assert min(around.values()) >= 3
+
+
+def test_quads_tell_where_they_are_torn():
+    vertices, triangles = cube(2)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=54))
+    count = len(made.vertices)
+    assert not torn(made.quads, count).any()
+    twice = np.concatenate([made.quads, made.quads[:1]])
+    assert set(np.flatnonzero(torn(twice, count))) == set(made.quads[0])
+    pinched = made.quads.copy()
+    far = int(np.argmax(np.linalg.norm(made.vertices - made.vertices[0], axis=1)))
+    pinched[pinched == far] = 0
+    assert np.flatnonzero(torn(pinched, count)).tolist() == [0]
+    assert not conformity(twice, count).manifold and not conformity(pinched, count).manifold
+
+
+def test_a_layout_without_whole_numbers_is_said_and_not_refused(monkeypatch):
+    """A layout whose lengths contradict what must stay apart; there is a bound to the search."""
+    vertices, triangles = bumpy(1, level=3)
+    monkeypatch.setattr(integers_, "_dive", lambda *_, **__: None)
+    monkeypatch.setattr(integers_, "_searched", lambda *_: None)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=200))
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold and found.characteristic == 2 and not found.border.any()
+    assert any("No layout" in sentence for sentence in made.warnings)
 
 
 def test_systems_of_wide_weights_are_solved():

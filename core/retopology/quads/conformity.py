@@ -65,8 +65,29 @@ def conformity(quads: np.ndarray, count: int) -> Conformity:
     return Conformity(manifold, border, valence, used - len(edge) + len(quads))
 
 
+def torn(quads: np.ndarray, count: int) -> np.ndarray:
+    """(count,) bool vertices at which quads (q, 4) make no manifold: corners of a quad that has one
+    twice, ends of edges that are used more than once in one sense, and those of several fans."""
+    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    found = np.zeros(count, bool)
+    ordered = np.sort(quads, axis=1)
+    found[quads[(np.diff(ordered, axis=1) == 0).any(axis=1)]] = True
+    directed, uses = np.unique(tail * count + head, return_counts=True)
+    again = directed[uses > 1]
+    found[again // count] = found[again % count] = True
+    fan = _fans(quads, count)
+    corner = np.unique(tail * (int(fan.max(initial=0)) + 1) + fan) // (int(fan.max(initial=0)) + 1)
+    return found | (np.bincount(corner, minlength=count) > 1)
+
+
 def _one_fan(quads: np.ndarray, count: int) -> bool:
     """Whether the quads at each vertex are joined across edges at it."""
+    fans = int(_fans(quads, count).max(initial=-1)) + 1
+    return fans == np.count_nonzero(np.bincount(quads.ravel(), minlength=count))
+
+
+def _fans(quads: np.ndarray, count: int) -> np.ndarray:
+    """(4 q,) number of the fan of quads joined across edges at a vertex that each corner is in."""
     m = quads.size
     tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
     key, back = tail * count + head, head * count + tail
@@ -76,8 +97,8 @@ def _one_fan(quads: np.ndarray, count: int) -> bool:
     half = np.flatnonzero(twin >= 0)
     following = half - half % 4 + (half + 1) % 4
     graph = sparse.coo_array((np.ones(len(half)), (following, twin[half])), shape=(m, m))
-    fans, _ = csgraph.connected_components(graph, directed=False)
-    return fans == np.count_nonzero(np.bincount(quads.ravel(), minlength=count))
+    _, label = csgraph.connected_components(graph, directed=False)
+    return np.asarray(label, np.int64)
 
 
 def scaled_jacobian(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...base.errors import RemeshError
 from ...base.progress import Progress
 from ...mesh.surface import Surface
 from ...umbilics.detect import detect
@@ -23,8 +24,10 @@ from .finishing.finished import filled
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
 from .finishing.reporting import reported
-from .finishing.unlaid import cut_in_three
-from .layout.counting import counted
+from .finishing.unlaid import Unlaid, cut_in_three
+from .layout.counting import countable, counted
+from .layout.grids import Grids
+from .layout.laying_out import LaidOut
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words, words_of_unlaid
 from .preparation import Given, prepare
@@ -92,12 +95,12 @@ def remesh(
     clock.lap("map and layout")
     parts, warnings = prepared.parts, prepared.warnings
     part = progress.part("Whole numbers", 0.7, 0.75)
-    whole_numbers = counted(parts, prepared.asked, part) if parts else []
+    parts, without, whole_numbers = _whole_numbers(parts, prepared.asked, part)
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.75, 0.95)
     done, torn = filled(parts, whole_numbers, settings.relaxation, part)
     clock.lap("evening out")
-    unlaid = prepared.unlaid + torn
+    unlaid = prepared.unlaid + without + torn
     warnings += words_of_unlaid(len(unlaid))
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
@@ -146,6 +149,20 @@ def quad_layout(
     said = words_of_unlaid(len(prepared.unlaid))
     said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
+
+
+def _whole_numbers(
+    parts: list[LaidOut], asked: int, progress: Progress
+) -> tuple[list[LaidOut], list[Unlaid], list[Grids]]:
+    """The pieces that have whole numbers of quads, those that have none, and the grids of the
+    first."""
+    without: list[LaidOut] = []
+    try:
+        made = counted(parts, asked, progress) if parts else []
+    except RemeshError:
+        parts, without = countable(parts, progress)
+        made = counted(parts, asked, progress) if parts else []
+    return parts, [Unlaid(laid.working, laid.wishes) for laid in without], made
 
 
 class _Clock:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
@@ -84,8 +85,11 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         again = laid_out(working, wishes, progress, LAST_LOCAL)
         if again is None:
             break
+        try:
+            grid = counted([again], len(grid.quads), progress)[0]
+        except RemeshError:
+            break
         laid = again
-        grid = counted([laid], len(grid.quads), progress)[0]
     return min(tries, key=lambda one: (one.folded, one.bad), default=None)
 
 

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ....base.errors import RemeshError
 from ....base.progress import Progress
-from ..conformity import conformity
+from ..conformity import conformity, torn
 from .grids import Grids, grids, violations
 from .integer_program import Count
 from .integers import lengths_of_count, whole_lengths
@@ -20,17 +21,42 @@ CLOSE, ROUNDS, CLOSEST = 0.025, 5, 1e-4
 LINEAR_ROUNDS = 4
 # Fewer quads than this part of those before are fewer.
 LESS = 0.98
-# Rounds of forbidding merges before every arc gets a length, and the most that each gets.
-MOST_CUTS, MOST_LEAST = 12, 3
+# Rounds of forbidding merges before every arc gets a length; those in which arcs where quads do not
+# join up get longer, before all do, and the most that each gets.
+MOST_CUTS, LONGER, MOST_LEAST = 12, 8, 3
+
+
+def countable(parts: list[LaidOut], progress: Progress) -> tuple[list[LaidOut], list[LaidOut]]:
+    """The parts that have whole numbers of quads at all, and those that have none, as their lengths
+    contradict what must stay apart."""
+    having: list[LaidOut] = []
+    without: list[LaidOut] = []
+    for laid in parts:
+        try:
+            whole_grids(laid, 1.0, first_cuts(laid), progress)
+        except RemeshError:
+            without.append(laid)
+        else:
+            having.append(laid)
+    return having, without
 
 
 def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
-    """Grids with about as many quads as asked for."""
+    """Grids with about as many quads as asked for.
+
+    Raises
+    ------
+    RemeshError
+        A part has no whole numbers, see `countable`.
+    """
     scale = 1.0
     best: tuple[float, float, list[Grids]] = np.inf, scale, []
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
     # Scales that are known to make too few and too many.
     low, high, fewest = 0.0, np.inf, np.inf
+    # With more rectangles than quads most have no width as it is, and other scales, each of many
+    # seconds then, win little.
+    crowded = sum(len(laid.layout.rectangles) for laid in parts) >= asked
     for attempt in range(ROUNDS):
         progress.step(attempt / ROUNDS)
         made = [
@@ -40,7 +66,7 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]
         off = float(abs(np.log(max(total, 1) / asked)))
         if off < best[0]:
             best = off, scale, made
-        if off <= CLOSE or (total > asked and total >= LESS * fewest):
+        if off <= CLOSE or (total > asked and (crowded or total >= LESS * fewest)):
             # Smaller lengths no longer make fewer: what must stay apart needs so many.
             break
         fewest = min(fewest, total) if total > asked else fewest
@@ -55,7 +81,7 @@ def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]
                 break
             scale = float(np.sqrt(low * high))
     off, scale, made = best
-    if off > CLOSE:
+    if off > CLOSE and not crowded:
         made = _bounded(parts, asked, scale, made, cuts, progress)
     return made
 
@@ -100,13 +126,28 @@ def whole_grids(
     """Grids that merge nothing that must stay apart; `cuts` gathers what was forbidden."""
     layout = laid.layout
     found = _sound(laid, cuts, lambda: whole_lengths(layout, scale, cuts, 0, progress))
-    least = 0
-    while found is None or (least < MOST_LEAST and not _conforms(found, laid)):
-        # Where every arc has a length nothing is merged; sides of one quad may still come back to
-        # where they began, and those of two quads meet twice.
-        least += 1
+    if found is not None:
+        return found
+    # Where every arc has a length nothing is merged; sides of one quad may still come back to
+    # where they began, and those of two quads meet twice.
+    least = np.ones(len(layout.arc_track), np.int64)
+    found = grids(layout, whole_lengths(layout, scale, set(), least, progress))
+    for _ in range(LONGER):
+        here = _arcs_at(found, torn(found.merged[found.quads], found.count))
+        if _conforms(found, laid) or not here.any():
+            break
+        least = np.where(here, np.maximum(found.lengths, least) + 1, least)
         found = grids(layout, whole_lengths(layout, scale, set(), least, progress))
+    each = 1
+    while each < MOST_LEAST and not _conforms(found, laid):
+        each += 1
+        found = grids(layout, whole_lengths(layout, scale, set(), each, progress))
     return found
+
+
+def _arcs_at(made: Grids, vertices: np.ndarray) -> np.ndarray:
+    """(a,) bool arcs with a vertex in a set (n,) bool of merged ones."""
+    return np.array([bool(vertices[made.merged[along]].any()) for along in made.arc_vertices])
 
 
 def grids_of_count(
@@ -131,7 +172,12 @@ def _sound(
         grid = grids(laid.layout, found)
         new = violations(laid.layout, grid) - cuts
         if not new and len(grid.quads):
-            return grid if _conforms(grid, laid) else None
+            if _conforms(grid, laid):
+                return grid
+            here = _arcs_at(grid, torn(grid.merged[grid.quads], grid.count)) & (found == 0)
+            new = {frozenset([arc]) for arc in np.flatnonzero(here).tolist()} - cuts
+        if not new:
+            return None
         cuts |= new
     return None
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import csgraph
 
 from .rectangles import Layout
 
@@ -16,6 +17,8 @@ ARC_WEIGHT = 0.1
 LEAST_ACROSS, MOST_ACROSS = 0.5, 30.0
 # Unit steps up and down that have a cost of their own; farther ones cost like the last.
 STEPS = 4
+# Edges around a border.
+LEAST_BORDER = 3.0
 
 
 @dataclass(frozen=True)
@@ -82,10 +85,14 @@ def sides_of(layout: Layout) -> sparse.csr_array:
     return sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
 
 
-def program_of(layout: Layout, sides: sparse.csr_array, scale: float, least: int) -> Program:
+def program_of(
+    layout: Layout, sides: sparse.csr_array, scale: float, least: int | np.ndarray
+) -> Program:
     """The program of a layout; see `whole_lengths`."""
     length = layout.length * scale
     arcs, count = len(length), len(layout.rectangles)
+    # What widths have at least follows from the arcs in them.
+    least = np.concatenate([np.broadcast_to(least, arcs), np.full(2 * count, np.min(least))])
     # Width and height of each rectangle, by the first two of its sides.
     extent = (sides @ length).reshape(-1, 4)[:, :2]
     owner = np.arange(4 * count)
@@ -127,14 +134,36 @@ def program_of(layout: Layout, sides: sparse.csr_array, scale: float, least: int
     )
 
 
-def lengths_of_cuts(cuts: set[frozenset[int]], program: Program) -> LeastSums:
-    """At least 1 for each of the cuts."""
-    ordered = sorted(sorted(cut) for cut in cuts)
+def lengths_of_cuts(
+    cuts: set[frozenset[int]], program: Program, layout: Layout
+) -> LeastSums:
+    """At least 1 for each of the cuts, and `LEAST_BORDER` around each border: with fewer its edges
+    lie on each other and the hole is shut."""
+    loops = _borders(layout)
+    ordered = sorted(sorted(cut) for cut in cuts) + loops
     row = np.repeat(np.arange(len(ordered)), [len(cut) for cut in ordered]).astype(np.int64)
     column = np.array([arc for cut in ordered for arc in cut], np.int64)
     shape = (len(ordered), len(program.base))
     sums = sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
-    return LeastSums(sums, np.ones(len(ordered)))
+    least = np.ones(len(ordered))
+    least[len(ordered) - len(loops) :] = LEAST_BORDER
+    return LeastSums(sums, least)
+
+
+def _borders(layout: Layout) -> list[list[int]]:
+    """The arcs around each border."""
+    border = np.array([track.border for track in layout.tracks], bool)
+    arc = np.flatnonzero(border[layout.arc_track])
+    if not len(arc):
+        return []
+    count = len(layout.nodes)
+    ends = layout.arc_node[arc]
+    graph = sparse.coo_array((np.ones(len(arc)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    _, label = csgraph.connected_components(graph, directed=False)
+    around = label[ends[:, 0]]
+    order = np.argsort(around, kind="stable")
+    cuts = np.flatnonzero(np.diff(around[order])) + 1
+    return [rows.tolist() for rows in np.split(arc[order], cuts)]
 
 
 def counted_too(bounds: LeastSums, count: Count, sides: sparse.csr_array) -> LeastSums:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.sparse import csgraph
 
+from ....base.errors import RemeshError
 from ....base.progress import Progress
 from .integer_program import (
     Count,
@@ -26,11 +27,14 @@ from .integer_program import (
 )
 from .rectangles import Layout
 
-# Rounds of fixing before branch and bound takes over, its nodes, those for a number of quads that
-# is only wished for, and its gap.
-MOST_ROUNDS, BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 200, 0.02
-# Rectangles of a layout for which branch and bound is quick.
-SMALL = 60
+# Rounds of fixing before branch and bound takes over, its nodes at first and at most, those for a
+# number of quads that is only wished for, and its gap.
+MOST_ROUNDS, BRANCHES, MOST_BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 50_000, 200, 0.02
+# How often numbers beside parts of wholes get more room.
+WIDER = 3
+# Rectangles of a layout for which branch and bound is quick, and for which linear programs with
+# bounds of the number of quads are.
+SMALL, MANY = 60, 300
 NEARLY_WHOLE, NEARLY_HALF = 1e-6, 1e-3
 
 
@@ -38,7 +42,7 @@ def whole_lengths(
     layout: Layout,
     scale: float,
     cuts: set[frozenset[int]],
-    least: int,
+    least: int | np.ndarray,
     progress: Progress,
 ) -> np.ndarray:
     """(a,) int64 number of quads along each arc.
@@ -50,12 +54,12 @@ def whole_lengths(
     cuts:
         Sets of arcs that must not all be 0.
     least:
-        What every arc has at least.
+        What every arc has at least, or (a,) int64 each of them.
     """
     program = program_of(layout, sides_of(layout), scale, least)
-    bounds = lengths_of_cuts(cuts, program)
+    bounds = lengths_of_cuts(cuts, program, layout)
     value = _dive(program, bounds, progress)
-    if value is None and least == 0 and len(layout.rectangles) > SMALL:
+    if value is None and not np.any(least) and len(layout.rectangles) > SMALL:
         # Where every arc has a length none of the cuts is all 0.
         return whole_lengths(layout, scale, set(), 1, progress)
     if value is None:
@@ -70,17 +74,29 @@ def lengths_of_count(
     found."""
     sides = sides_of(layout)
     program = program_of(layout, sides, scale, 0)
-    bounds = counted_too(lengths_of_cuts(cuts, program), count, sides)
-    value = _dive(program, bounds, progress)
+    free = lengths_of_cuts(cuts, program, layout)
+    bounds = counted_too(free, count, sides)
+    if len(layout.rectangles) <= MANY:
+        value = _dive(program, bounds, progress)
+    else:
+        none = np.full(len(program.base), np.inf)
+        value = _relaxed(program, bounds, -none, none)
+        value = None if value is None else _rounded(program, free, value, progress)
     if value is None and len(layout.rectangles) <= SMALL:
         value = _searched(program, bounds, FEW_BRANCHES)
     return None if value is None else value[: program.arcs]
 
 
-def _dive(program: Program, bounds: LeastSums, progress: Progress) -> np.ndarray | None:
-    """Whole numbers by linear programs, None where fixing has led to none."""
-    low = np.full(len(program.base), -np.inf)
-    high = np.full(len(program.base), np.inf)
+def _dive(
+    program: Program,
+    bounds: LeastSums,
+    progress: Progress,
+    low: np.ndarray | None = None,
+    high: np.ndarray | None = None,
+) -> np.ndarray | None:
+    """Whole numbers from low to high by linear programs, None where fixing has led to none."""
+    low = np.full(len(program.base), -np.inf) if low is None else low
+    high = np.full(len(program.base), np.inf) if high is None else high
     value = _relaxed(program, bounds, low, high)
     share = 1.0
     for _ in range(MOST_ROUNDS):
@@ -112,6 +128,27 @@ def _dive(program: Program, bounds: LeastSums, progress: Progress) -> np.ndarray
             next_high[chosen[up]] = down[up]
             found = _relaxed(program, bounds, next_low, next_high)
         low, high, value = next_low, next_high, found
+    return None
+
+
+def _rounded(
+    program: Program, bounds: LeastSums, value: np.ndarray, progress: Progress
+) -> np.ndarray | None:
+    """Whole numbers near those of a linear program with bounds of the sum, None where none were
+    found.
+
+    Few numbers are parts of wholes then. Cleared under the bounds of the sum each would leave its
+    part to another; so these go, and only numbers beside a part change by a whole one.
+    """
+    low, high = np.floor(value + NEARLY_WHOLE), np.ceil(value - NEARLY_WHOLE)
+    near = (high > low).astype(float)
+    rows = abs(program.rows)
+    for _ in range(WIDER):
+        found = _dive(program, bounds, progress, low, high)
+        if found is not None:
+            return found
+        near = rows.T @ (rows @ near)
+        low, high = low - (near > 0), high + (near > 0)
     return None
 
 
@@ -167,11 +204,20 @@ def _relaxed(
 
 
 def _branched(program: Program, bounds: LeastSums) -> np.ndarray:
-    """Whole numbers by branch and bound; a solution exists whatever the cuts."""
+    """Whole numbers by branch and bound.
+
+    Raises
+    ------
+    RemeshError
+        None were found with `MOST_BRANCHES` nodes, or there are none.
+    """
     nodes = BRANCHES
-    while (found := _searched(program, bounds, nodes)) is None:
+    while nodes <= MOST_BRANCHES:
+        found = _searched(program, bounds, nodes)
+        if found is not None:
+            return found
         nodes *= 4
-    return found
+    raise RemeshError("No whole numbers of quads suit the layout of a piece. Ask for more quads.")
 
 
 def _searched(program: Program, bounds: LeastSums, nodes: int) -> np.ndarray | None:

@@ -36,7 +36,7 @@ FAULT_RINGS, SMOOTHED_RINGS = 3, 3
 ATTEMPTS, ONE_EACH, LAST_LOCAL = 9, 2, 3
 # What the smoothness grows by in each beginning anew, and where there are more poles than quads.
 SMOOTHER = 0.3
-# What the reach of poles that cancel grows by in each attempt.
+# What the reach of poles that cancel grows by in each attempt but the first ones.
 FARTHER = 4.0
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
@@ -148,7 +148,7 @@ def _next(
     number, between = divmod(attempt - LAST_LOCAL, 2)
     if attempt >= LAST_LOCAL and not between:
         return replace(_bare(working, asked, number), reach=FARTHER ** (2 * number))
-    farther = wishes.reach * FARTHER if attempt else wishes.reach
+    farther = wishes.reach * FARTHER if attempt >= ONE_EACH else wishes.reach
     return replace(gentler(working, wishes, faults, residual, attempt), reach=farther)
 
 
