@@ -24,6 +24,7 @@ import cosmic_ray.plugins
 import pytest
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
+from decisions import DECISIONS
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 # The modules that decide, and the tests that are to notice; the quickest first.
@@ -140,6 +141,22 @@ def run(module: str, count: int, seed: int, folder: Path) -> tuple[int, int]:
     return len(mutants), killed
 
 
+def run_decisions(folder: Path) -> tuple[int, int]:
+    """How many decisions were switched off, and how many of them a test noticed."""
+    killed = 0
+    for one in DECISIONS:
+        path = folder / one.module
+        source = path.read_text()
+        if source.count(one.before) != 1:
+            raise SystemExit(f"{one.module}: {one.before!r} does not stand there once")
+        path.write_text(source.replace(one.before, one.after))
+        outcome = outcome_of(folder, [f"tests/core/{one.tests}"], 600.0)
+        killed += outcome != SURVIVED
+        print(f"{outcome}: {one.change} ({one.tests})", flush=True)
+        path.write_text(source)
+    return len(DECISIONS), killed
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         prog="tools/mutate",
@@ -149,6 +166,9 @@ def main() -> None:
     parser.add_argument("modules", nargs="*", metavar="MODULE", help=f"of {', '.join(MODULES)}")
     parser.add_argument("--sample", type=int, default=30, help="mutants of each (default: 30)")
     parser.add_argument("--seed", type=int, default=0, help="which are drawn (default: 0)")
+    parser.add_argument(
+        "--decisions", action="store_true", help="switch off those of tools/decisions.py instead"
+    )
     chosen = parser.parse_args()
     unknown = set(chosen.modules) - set(MODULES)
     if unknown:
@@ -164,9 +184,11 @@ def main() -> None:
         shutil.copytree(
             REPOSITORY, folder, ignore=shutil.ignore_patterns(".git", "__pycache__", ".*_cache")
         )
-        totals = [
-            run(module, chosen.sample, chosen.seed, folder) for module in chosen.modules or MODULES
-        ]
+        if chosen.decisions:
+            totals = [run_decisions(folder)]
+        else:
+            modules = chosen.modules or MODULES
+            totals = [run(module, chosen.sample, chosen.seed, folder) for module in modules]
     made, killed = map(sum, zip(*totals, strict=True))
     print(f"{killed} of {made} mutants killed ({100.0 * killed / made:.1f} %)")
 

@@ -17,6 +17,7 @@ from ..base.unit import phase
 from ..mesh.surface import Surface
 from .directions import DirectionField
 from .frames import side_axes
+from .transport import as_complex
 
 BLOCK = 1 << 15
 # Ratio of the singular values of the deviator's change below which it is taken for rank one. On
@@ -88,7 +89,7 @@ def lay_out(surface: Surface, field: DirectionField, progress: Progress) -> Face
         x /= np.maximum(length, np.finfo(float).tiny)[:, None]
         y = np.cross(normal[rows], x)
         zb = length.astype(complex)
-        zc = np.einsum("rc,rc->r", c - a, x) + 1j * np.einsum("rc,rc->r", c - a, y)
+        zc = as_complex(c - a, x, y)
         corner[rows, 1], corner[rows, 2] = zb, zc
         sides = np.stack([zb, zc - zb, -zc], axis=1)
         edge[rows] = phase(sides)
@@ -142,5 +143,4 @@ def second_and_third(
 
 def in_plane(surface: Surface, triangle: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """(r,) complex128 of modulus 1: vectors (r, 3) laid into the planes of their triangles."""
-    x, y = side_axes(surface, triangle)
-    return phase(np.einsum("rc,rc->r", vectors, x) + 1j * np.einsum("rc,rc->r", vectors, y))
+    return phase(as_complex(vectors, *side_axes(surface, triangle)))

@@ -40,10 +40,15 @@ def rotation(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     return phase(np.einsum("cr,cr->r", source.conj(), target))
 
 
+def as_complex(vectors: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(...) complex128: tangent vectors (..., 3) in orthonormal axes x, y (..., 3)."""
+    real = np.einsum("...c,...c->...", vectors, x)
+    return np.asarray(real + 1j * np.einsum("...c,...c->...", vectors, y))
+
+
 def doubled_angle(
     vectors: np.ndarray, e1: np.ndarray, e2: np.ndarray, length: np.ndarray | float = 1.0
 ) -> np.ndarray:
     """(n,) complex: unit tangents (n, 3) in the frames e1, e2 with their angle doubled, times
     `length`; the deviator of an operator with this direction and that gap."""
-    unit = np.einsum("ij,ij->i", vectors, e1) + 1j * np.einsum("ij,ij->i", vectors, e2)
-    return length * unit**2
+    return length * as_complex(vectors, e1, e2) ** 2

@@ -75,7 +75,17 @@ QUAD_KINDS = ("quads", "quads_ply")
 
 @dataclass(frozen=True)
 class Exported:
-    """What there is to write; lines and quads may be None where their kind is not asked for."""
+    """What there is to write: a mesh, the plan for it and what was made by it.
+
+    Attributes
+    ----------
+    vertices, triangles:
+        (n, 3) float64 and (m, 3) integer, those of `guide`: rows and coordinates of the files.
+    guide, guidance:
+        What was prepared for planning, and the plan.
+    lines, separatrices, ridges, quads:
+        None where their kind is not asked for.
+    """
 
     vertices: np.ndarray
     triangles: np.ndarray

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from ...fields.frames import side_axes
 from ...fields.planes import FaceFrames, barycentric_of
+from ...fields.transport import as_complex
 from ...mesh.surface import Surface
 from .polylines import points_of, sparse_rows
 from .tracing import FEATURE, LIMIT, MET, Traces
@@ -122,7 +123,7 @@ def _laid(surface: Surface, triangle: np.ndarray, point: np.ndarray) -> np.ndarr
     """(r,) complex places of points (r, 3) of triangles (r,) in their planes."""
     x, y = side_axes(surface, triangle)
     away = point - surface.vertices[surface.triangles[triangle, 0]]
-    return np.asarray(np.einsum("rc,rc->r", away, x) + 1j * np.einsum("rc,rc->r", away, y))
+    return as_complex(away, x, y)
 
 
 def _crossings(

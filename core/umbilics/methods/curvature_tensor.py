@@ -10,7 +10,7 @@ from ...base.progress import Progress
 from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...fields.frames import side_axes
-from ...fields.transport import carried, tangents
+from ...fields.transport import as_complex, carried, tangents
 from ...mesh.surface import Surface
 from ...mesh.unfolding.charts import (
     Charts,
@@ -124,7 +124,7 @@ def detect_by_curvature_tensor(
     turned, _ = vertex_maps(surface, curvature.normal, unfolding)
     progress.step(0.5)
     e1, e2 = tangents(curvature.normal)
-    first = np.einsum("ij,ij->i", curvature.d1, e1) + 1j * np.einsum("ij,ij->i", curvature.d1, e2)
+    first = as_complex(curvature.d1, e1, e2)
     deviator = curvature.gap[charts.vertex] * (first[charts.vertex] * phase(turned)) ** 2
     triangle, barycentric, index = zeros_in_triangles(deviator[charts.corners])
     return RawUmbilics(
@@ -187,7 +187,7 @@ def vertex_maps(
     for k in range(3):
         vertex, chart_vertex = surface.triangles[:, k], charts.corners[:, k]
         laid = carried(e1[vertex], normal[vertex], face_normal)
-        unit = np.einsum("ij,ij->i", laid, x) + 1j * np.einsum("ij,ij->i", laid, y)
+        unit = as_complex(laid, x, y)
         for total, part in (
             (similarity, area * unfolding.similarity * unit),
             (shear, area * unfolding.shear * unit.conj()),

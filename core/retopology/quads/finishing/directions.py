@@ -8,6 +8,7 @@ import numpy as np
 from ....base.progress import Progress
 from ....fields.frames import side_axes
 from ....fields.planes import FaceFrames, lay_out
+from ....fields.transport import as_complex
 from ..layout.laying_out import LaidOut
 from ..surface.working_surface import WorkingSurface
 
@@ -26,9 +27,7 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     """
     crosses = laid.map_.crosses
     x, y = side_axes(laid.working.surface)
-    of_cross = np.einsum("mc,mc->m", crosses.direction, x) + 1j * np.einsum(
-        "mc,mc->m", crosses.direction, y
-    )
+    of_cross = as_complex(crosses.direction, x, y)
     deviator = deviators(laid.working)
     size = np.abs(deviator)
     of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2

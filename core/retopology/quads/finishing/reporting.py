@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from ....base.subsets import places_in
 from ....fields.frames import side_axes
+from ....fields.transport import as_complex
 from ...poles import UNATTACHED
 from ..conformity import conformity
 from ..field.crosses import QUARTER
@@ -62,8 +63,7 @@ def angle_to_curvature(
     x, y = side_axes(surface, triangle)
     first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
     second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
-    one = np.einsum("qc,qc->q", first, x) + 1j * np.einsum("qc,qc->q", first, y)
-    two = np.einsum("qc,qc->q", second, x) + 1j * np.einsum("qc,qc->q", second, y)
+    one, two = as_complex(first, x, y), as_complex(second, x, y)
     axis = one / np.maximum(np.abs(one), 1e-300) - 1j * two / np.maximum(np.abs(two), 1e-300)
     turn = np.angle(axis) - 0.5 * np.angle(deviator)
     off = np.degrees(np.abs(turn - QUARTER * np.rint(turn / QUARTER)))

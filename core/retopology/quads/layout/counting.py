@@ -9,7 +9,8 @@ import numpy as np
 from ....base.progress import Progress
 from ..conformity import conformity
 from .grids import Grids, grids, violations
-from .integers import Count, lengths_of_count, whole_lengths
+from .integer_program import Count
+from .integers import lengths_of_count, whole_lengths
 from .laying_out import LaidOut
 
 # The number of quads may be off by this part; rounds of asking for more or fewer, and the part by

@@ -10,70 +10,28 @@ that are known it is linear, and bounds on it are two more rows.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.sparse import csgraph
 
 from ....base.progress import Progress
+from .integer_program import (
+    Count,
+    LeastSums,
+    Program,
+    counted_too,
+    lengths_of_cuts,
+    program_of,
+    sides_of,
+)
 from .rectangles import Layout
 
-# Single arcs matter this much beside the widths of rectangles.
-ARC_WEIGHT = 0.1
-# Widths weigh by what lies across, within these bounds.
-LEAST_ACROSS, MOST_ACROSS = 0.5, 30.0
-# Unit steps up and down that have a cost of their own; farther ones cost like the last.
-STEPS = 4
 # Rounds of fixing before branch and bound takes over, its nodes, those for a number of quads that
 # is only wished for, and its gap.
 MOST_ROUNDS, BRANCHES, FEW_BRANCHES, GAP = 60, 2000, 200, 0.02
 # Rectangles of a layout for which branch and bound is quick.
 SMALL = 60
 NEARLY_WHOLE, NEARLY_HALF = 1e-6, 1e-3
-
-
-@dataclass(frozen=True)
-class Count:
-    """How many quads there shall be.
-
-    Attributes
-    ----------
-    near:
-        (a,) int64 quads along the arcs of a solution of which the one that is sought is not far.
-    least, most:
-        Bounds of the number of quads.
-    """
-
-    near: np.ndarray
-    least: float
-    most: float
-
-
-@dataclass(frozen=True)
-class _Program:
-    """min cost s for base + steps s, rows of it 0."""
-
-    base: np.ndarray
-    quantity: np.ndarray  # of each step
-    sign: np.ndarray
-    cost: np.ndarray
-    upper: np.ndarray
-    rows: sparse.csr_array
-    weight: np.ndarray
-    arcs: int
-
-
-@dataclass(frozen=True)
-class _Bounds:
-    """Sums of quantities that are at least so much."""
-
-    sums: sparse.csr_array
-    least: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.least)
 
 
 def whole_lengths(
@@ -94,8 +52,8 @@ def whole_lengths(
     least:
         What every arc has at least.
     """
-    program = _program(layout, _sides(layout), scale, least)
-    bounds = _lengths(cuts, program)
+    program = program_of(layout, sides_of(layout), scale, least)
+    bounds = lengths_of_cuts(cuts, program)
     value = _dive(program, bounds, progress)
     if value is None and least == 0 and len(layout.rectangles) > SMALL:
         # Where every arc has a length none of the cuts is all 0.
@@ -110,92 +68,16 @@ def lengths_of_count(
 ) -> np.ndarray | None:
     """As `whole_lengths` of least 0, with bounds of the number of quads; None where none were
     found."""
-    sides = _sides(layout)
-    program = _program(layout, sides, scale, 0)
-    bounds = _counted(_lengths(cuts, program), count, sides)
+    sides = sides_of(layout)
+    program = program_of(layout, sides, scale, 0)
+    bounds = counted_too(lengths_of_cuts(cuts, program), count, sides)
     value = _dive(program, bounds, progress)
     if value is None and len(layout.rectangles) <= SMALL:
         value = _searched(program, bounds, FEW_BRANCHES)
     return None if value is None else value[: program.arcs]
 
 
-def _sides(layout: Layout) -> sparse.csr_array:
-    """(4 r, a) the arcs in the sums of each rectangle's four sides."""
-    every = [side for rectangle in layout.rectangles for side in rectangle]
-    row = np.repeat(np.arange(len(every)), [len(side) for side in every])
-    column = np.array([half // 2 for side in every for half in side])
-    shape = (len(every), len(layout.arc_track))
-    return sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
-
-
-def _program(layout: Layout, sides: sparse.csr_array, scale: float, least: int) -> _Program:
-    length = layout.length * scale
-    arcs, count = len(length), len(layout.rectangles)
-    # Width and height of each rectangle, by the first two of its sides.
-    extent = (sides @ length).reshape(-1, 4)[:, :2]
-    owner = np.arange(4 * count)
-    of = arcs + 2 * (owner // 4) + owner % 2
-    widths = sparse.coo_array(
-        (np.full(4 * count, -1.0), (owner, of - arcs)), shape=(4 * count, 2 * count)
-    ).tocsr()
-    wanted = np.concatenate([length, extent.ravel()])
-    across = np.clip(extent[:, ::-1], LEAST_ACROSS, MOST_ACROSS)
-    weight = np.concatenate([np.full(arcs, ARC_WEIGHT), across.ravel()])
-    weight = weight / np.maximum(wanted, 1.0)
-    base = np.maximum(np.floor(wanted), least)
-    quantity, sign, cost, upper = [], [], [], []
-    name = np.arange(len(wanted))
-
-    def price(value: np.ndarray) -> np.ndarray:
-        return weight * (value - wanted) ** 2
-
-    for step in range(STEPS):
-        quantity.append(name)
-        sign.append(np.ones(len(name)))
-        cost.append(price(base + step + 1) - price(base + step))
-        upper.append(np.full(len(name), 1.0 if step < STEPS - 1 else np.inf))
-        room = base - least - step
-        has = room > 0
-        quantity.append(name[has])
-        sign.append(np.full(np.count_nonzero(has), -1.0))
-        cost.append((price(base - step - 1) - price(base - step))[has])
-        upper.append(np.minimum(room, 1.0 if step < STEPS - 1 else np.inf)[has])
-    return _Program(
-        base,
-        np.concatenate(quantity),
-        np.concatenate(sign),
-        np.concatenate(cost),
-        np.concatenate(upper),
-        sparse.hstack([sides, widths]).tocsr(),
-        weight,
-        arcs,
-    )
-
-
-def _lengths(cuts: set[frozenset[int]], program: _Program) -> _Bounds:
-    """At least 1 for each of the cuts."""
-    ordered = sorted(sorted(cut) for cut in cuts)
-    row = np.repeat(np.arange(len(ordered)), [len(cut) for cut in ordered]).astype(np.int64)
-    column = np.array([arc for cut in ordered for arc in cut], np.int64)
-    shape = (len(ordered), len(program.base))
-    sums = sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
-    return _Bounds(sums, np.ones(len(ordered)))
-
-
-def _counted(bounds: _Bounds, count: Count, sides: sparse.csr_array) -> _Bounds:
-    """The bounds and those of the number of quads, sum w h = sum w h0 + w0 h - w0 h0 nearly."""
-    extent = (sides @ count.near).reshape(-1, 4)[:, :2]
-    row = np.concatenate([np.zeros(len(count.near)), extent[:, ::-1].ravel()])
-    row = row / max(count.most, 1.0)
-    known = float((extent[:, 0] * extent[:, 1]).sum())
-    least, most = ((bound + known) / max(count.most, 1.0) for bound in (count.least, count.most))
-    both = sparse.csr_array(np.stack([row, -row]))
-    return _Bounds(
-        sparse.vstack([bounds.sums, both]).tocsr(), np.concatenate([bounds.least, [least, -most]])
-    )
-
-
-def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray | None:
+def _dive(program: Program, bounds: LeastSums, progress: Progress) -> np.ndarray | None:
     """Whole numbers by linear programs, None where fixing has led to none."""
     low = np.full(len(program.base), -np.inf)
     high = np.full(len(program.base), np.inf)
@@ -215,7 +97,7 @@ def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray 
         # part, the nearer is what that needs.
         part = value[chosen] - down
         even = np.abs(part - 0.5) < NEARLY_HALF
-        wanted = np.where(even, _wanted(program, chosen), value[chosen])
+        wanted = np.where(even, program.wanted(chosen), value[chosen])
         up = np.abs(down + 1.0 - wanted) < np.abs(down - wanted)
         next_low, next_high = low.copy(), high.copy()
         next_low[chosen[up]] = down[up] + 1.0
@@ -233,14 +115,7 @@ def _dive(program: _Program, bounds: _Bounds, progress: Progress) -> np.ndarray 
     return None
 
 
-def _wanted(program: _Program, chosen: np.ndarray) -> np.ndarray:
-    """The real value of quantities, back from the cost of their first step up."""
-    # price(b + 1) - price(b) = weight (2 (b - x) + 1), and the first steps come first.
-    rest = program.cost[chosen] / np.maximum(program.weight[chosen], 1e-300) - 1.0
-    return program.base[chosen] - 0.5 * rest
-
-
-def _one_of_each_piece(program: _Program, half: np.ndarray) -> np.ndarray:
+def _one_of_each_piece(program: Program, half: np.ndarray) -> np.ndarray:
     """The heaviest of the quantities `half` in each set that their rows connect."""
     part = program.rows[:, half]
     _, label = csgraph.connected_components(part.T @ part, directed=False)
@@ -250,7 +125,7 @@ def _one_of_each_piece(program: _Program, half: np.ndarray) -> np.ndarray:
     return chosen[np.argsort(-program.weight[chosen], kind="stable")]
 
 
-def _reach(program: _Program, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _reach(program: Program, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of the steps for quantities within low and high."""
     least, most = np.zeros(len(program.cost)), program.upper.copy()
     touched = np.flatnonzero((np.isfinite(low) | np.isfinite(high))[program.quantity])
@@ -272,11 +147,11 @@ def _reach(program: _Program, low: np.ndarray, high: np.ndarray) -> tuple[np.nda
 
 
 def _relaxed(
-    program: _Program, bounds: _Bounds, low: np.ndarray, high: np.ndarray
+    program: Program, bounds: LeastSums, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray | None:
     """The quantities of the linear program, None where the bounds leave none."""
     least, most = _reach(program, low, high)
-    steps = _steps(program)
+    steps = program.steps
     solution = linprog(
         program.cost,
         A_eq=program.rows @ steps,
@@ -291,13 +166,7 @@ def _relaxed(
     return program.base + steps @ solution.x
 
 
-def _steps(program: _Program) -> sparse.csr_array:
-    shape = (len(program.base), len(program.cost))
-    place = program.quantity, np.arange(len(program.cost))
-    return sparse.coo_array((program.sign, place), shape=shape).tocsr()
-
-
-def _branched(program: _Program, bounds: _Bounds) -> np.ndarray:
+def _branched(program: Program, bounds: LeastSums) -> np.ndarray:
     """Whole numbers by branch and bound; a solution exists whatever the cuts."""
     nodes = BRANCHES
     while (found := _searched(program, bounds, nodes)) is None:
@@ -305,9 +174,9 @@ def _branched(program: _Program, bounds: _Bounds) -> np.ndarray:
     return found
 
 
-def _searched(program: _Program, bounds: _Bounds, nodes: int) -> np.ndarray | None:
+def _searched(program: Program, bounds: LeastSums, nodes: int) -> np.ndarray | None:
     """Whole numbers by branch and bound with so many nodes, None where they do not do."""
-    steps = _steps(program)
+    steps = program.steps
     conditions = [LinearConstraint(program.rows @ steps, *([-program.rows @ program.base] * 2))]
     if len(bounds):
         lacking = bounds.least - bounds.sums @ program.base
