@@ -122,6 +122,8 @@ class Tally:
     ----------
     true, found, near:
         Resolved true umbilics, those found within `WITHIN` edges and within `REACH`.
+    determined, determined_found:
+        Of the first two those whose place the mesh determines, see `ceiling.determined`.
     false, certain_false:
         Umbilics that are no true one, resolved or not, and those of them marked certain.
     kinds_right, kinds_uncertain, kinds_wrong:
@@ -131,6 +133,8 @@ class Tally:
     true: int = 0
     found: int = 0
     near: int = 0
+    determined: int = 0
+    determined_found: int = 0
     false: int = 0
     certain_false: int = 0
     kinds_right: int = 0
@@ -149,6 +153,7 @@ def tally(
     index: np.ndarray,
     kinds: np.ndarray | None = None,
     certain: np.ndarray | None = None,
+    determined: np.ndarray | None = None,
 ) -> Tally:
     """Match umbilics (k, 3) of indices (k,) with the true ones one to one, the nearest first.
 
@@ -187,10 +192,13 @@ def tally(
     named = kinds[match[paired]] if kinds is not None else np.zeros(0, "<U9")
     right = int((named == truth.kind[paired]).sum()) if len(named) else 0
     unsure = int((named == UNCERTAIN).sum())
+    clear = resolved & (determined if determined is not None else False)
     return Tally(
         true=int(resolved.sum()),
         found=int((resolved & (distance <= WITHIN)).sum()),
         near=int((resolved & (distance <= SPLIT_REACH)).sum()),
+        determined=int(clear.sum()),
+        determined_found=int((clear & (distance <= WITHIN)).sum()),
         false=int((~taken).sum()),
         certain_false=int((~taken & certain).sum()) if certain is not None else 0,
         kinds_right=right,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..umbilics.result import Umbilics
+from ..umbilics.result import UNCERTAIN, Umbilics
 
 # Relative difference of curvature, and cosine of normals and separatrices, within a pair.
 CURVATURE, NORMAL, RAY = 0.25, 0.85, 0.8
@@ -25,7 +25,7 @@ def proposed_planes(umbilics: Umbilics, size: float) -> list[tuple[np.ndarray, f
     one, two = rows[one], rows[two]
     curvature = umbilics.curvature
     larger = np.maximum(np.abs(curvature[one]), np.abs(curvature[two]))
-    alike = umbilics.kind[one] == umbilics.kind[two]
+    alike = _alike(umbilics, one, two)
     alike &= np.abs(curvature[one] - curvature[two]) <= CURVATURE * larger
     across = umbilics.position[one] - umbilics.position[two]
     length = np.linalg.norm(across, axis=1)
@@ -63,6 +63,13 @@ def proposed_planes(umbilics: Umbilics, size: float) -> list[tuple[np.ndarray, f
     return chosen
 
 
+def _alike(umbilics: Umbilics, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """(p,) bool, umbilics of one index and, as far as that is known, of one kind."""
+    kind, index = umbilics.kind, umbilics.index
+    same = (kind[one] == kind[two]) | (kind[one] == UNCERTAIN) | (kind[two] == UNCERTAIN)
+    return np.asarray(same & (index[one] == index[two]))
+
+
 def _turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Vectors (…, p, 3) mirrored along unit normals (p, 3)."""
     return vectors - 2.0 * np.sum(vectors * normal, axis=-1, keepdims=True) * normal
@@ -71,13 +78,14 @@ def _turned(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
 def mirrored_pairs(
     umbilics: Umbilics, normal: np.ndarray, offset: float, reach: float
 ) -> np.ndarray:
-    """(p, 2) umbilics whose mirror images lie within reach of one of the same kind."""
+    """(p, 2) umbilics whose mirror images lie within reach of one like them."""
     if not len(umbilics):
         return np.zeros((0, 2), np.int64)
     image = reflected(umbilics.position, normal, offset)
     distance, near = cKDTree(umbilics.position).query(image)
-    good = (distance <= reach) & (umbilics.kind[near] == umbilics.kind)
-    pair = np.stack([np.arange(len(umbilics)), near], axis=1)[good]
+    rows = np.arange(len(umbilics))
+    good = (distance <= reach) & _alike(umbilics, rows, near)
+    pair = np.stack([rows, near], axis=1)[good]
     return np.unique(np.sort(pair, axis=1), axis=0)
 
 

@@ -12,6 +12,8 @@ from .result import COMPOUND, LEMON, MONSTAR, STAR, UNCERTAIN
 
 # Directions in which the cubic form is moved by its error to see whether it stays what it is.
 DIRECTIONS = 8
+# |q| over |p| that it is moved to at most where the index is positive.
+INSIDE = 0.99
 
 
 def from_gradient(along_x: np.ndarray, along_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,14 +90,18 @@ def kinds(
 ) -> np.ndarray:
     """(k,) kind of each umbilic: "compound" where the certified index is no generic one,
     "uncertain" where p, q contradict it, and where they are within their standard error (k,) of
-    being a lemon instead of a monstar or the other way round."""
+    being a lemon instead of a monstar or the other way round. That error holds what the linear form
+    changes by over the error of the place that it is read at."""
     named = _named(p, q)
     if error is not None:
         # An error of p moves q / p as one of q of the same share does.
-        reach = error * np.hypot(1.0, np.abs(q) / np.maximum(np.abs(p), np.finfo(float).tiny))
+        least = np.maximum(np.abs(p), 1e-6 * np.abs(q) + np.finfo(float).tiny)
+        reach = error * np.hypot(1.0, np.abs(q) / least)
         for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
-            other = _named(p, q + reach * np.exp(1j * angle))
-            named = np.where((other != named) & (other != STAR) & (named != STAR), UNCERTAIN, named)
+            moved = q + reach * np.exp(1j * angle)
+            # The index is known: |q| < |p|.
+            moved *= np.minimum(1.0, INSIDE * np.abs(p) / np.maximum(np.abs(moved), 1e-300))
+            named = np.where((_named(p, moved) != named) & (named != STAR), UNCERTAIN, named)
     generic = np.abs(certified) == 0.5
     return np.where(generic, np.where(index(p, q) == certified, named, UNCERTAIN), COMPOUND)
 

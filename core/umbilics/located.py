@@ -10,12 +10,13 @@ import numpy as np
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.estimate import Estimate
+from ..curvature.jets import DEGREE
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .methods.raw import RawUmbilics
 from .methods.shape_operators import face_deviators
 from .pairing.persistence import made_by_noise
-from .refine import refine
+from .refine import SLOPE_ERROR, refine
 
 # Share of the error below which pairs are not looked at more finely.
 DROWNED = 1.0 / 3.0
@@ -112,6 +113,11 @@ def locate(
         noise = np.full(len(hits), np.nan)
     seen, clarity = np.ones(len(hits), bool), np.full(len(hits), np.nan)
     slope_error, asked = np.zeros(len(hits)), np.ones(len(hits), bool)
+    if fitted.neighbourhood is not None:
+        # Corners of one triangle share most of their samples: the slopes between them err as those
+        # of one fit do.
+        reach = np.maximum(fitted.radius[corners].mean(axis=1), np.finfo(float).tiny)
+        slope_error = SLOPE_ERROR[DEGREE] * noise / reach
     as_found = settings.method == "I" or settings.triangles == "published"
     if fitted.neighbourhood is not None and not as_found:
         # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has

@@ -44,6 +44,10 @@ SLOPE_ERROR = {3: 2.6, 4: 0.6, 5: 0.6}
 # points on each.
 CIRCLES = (0.2, 0.35, 0.5, 0.7)
 CIRCLE = 24
+# Directions of an error of the deviator, over which its effect on the slopes is averaged.
+DIRECTIONS = 4
+# Distance over which the slopes are differenced, in radii.
+NEXT = 0.05
 # Triangles that the walk to the refined place may cross before it is given up.
 WALK = 16
 # Among long thin triangles there are as many more in the way.
@@ -217,7 +221,8 @@ def _refine_block(
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
     places.error[chosen] = (factor * fit.gap_error / radius)[found]
     error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
-    places.slope_error[chosen] = (SLOPE_ERROR[degree] * factor * fit.gap_error / radius**2)[found]
+    slope_error = np.hypot(SLOPE_ERROR[degree] * error, _slope_change(fit, u, v, error))
+    places.slope_error[chosen] = (slope_error / radius**2)[found]
     places.clarity[chosen] = (_clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True
 
@@ -228,6 +233,27 @@ def _slopes(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, n
     along_u = deviator_at(c, u + STEP, v) - deviator_at(c, u - STEP, v)
     along_v = deviator_at(c, u, v + STEP) - deviator_at(c, u, v - STEP)
     return along_u / (2 * STEP), along_v / (2 * STEP)
+
+
+def _slope_change(fit: HeightFit, u: np.ndarray, v: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """(b,) how much p and q change over the error of the place (u, v) that an error of the deviator
+    makes, each in the units of the fit; root of the mean square over its directions."""
+    along_u, along_v = _slopes(fit, u, v)
+    p, q = from_gradient(along_u, along_v)
+    determinant = np.abs(p) ** 2 - np.abs(q) ** 2
+    square = np.zeros((2, len(u)))
+    for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+        # Where p z + q conj(z) is the error.
+        turned = error * np.exp(1j * angle)
+        safe = np.where(determinant == 0, np.inf, determinant)
+        z = (np.conj(p) * turned - q * np.conj(turned)) / safe
+        size = np.abs(z)
+        ahead = NEXT * z / np.maximum(size, np.finfo(float).tiny)
+        moved = from_gradient(*_slopes(fit, u + ahead.real, v + ahead.imag))
+        # The fit tells nothing of what lies further than its samples.
+        change = np.abs(np.stack(moved) - np.stack([p, q])) / NEXT
+        square += (change * np.minimum(size, 1.0)) ** 2
+    return np.asarray(np.sqrt(square.max(axis=0) / DIRECTIONS))
 
 
 def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -25,6 +25,15 @@ def test_the_three_patterns():
     assert cubic_form.kinds(*from_cubic(1, 0, -1, 0), np.array([0.5])) == ["uncertain"]
 
 
+def test_the_kind_is_open_where_its_error_reaches_the_other():
+    lemon, monstar, star = from_cubic(5, 0, 2, 0), from_cubic(3, 0, 2, 0), from_cubic(1, 0, -1, 0)
+    # An error larger than the form itself leaves the most open.
+    for (p, q), name in ((lemon, "lemon"), (monstar, "monstar")):
+        for share, expected in ((0.01, name), (0.6, "uncertain"), (10.0, "uncertain")):
+            assert cubic_form.kinds(p, q, np.array([0.5]), share * np.abs(p)) == [expected]
+    assert cubic_form.kinds(*star, np.array([-0.5]), np.array([10.0])) == ["star"]
+
+
 @given(numbers, numbers, numbers, numbers)
 def test_index_is_the_sign_of_the_discriminant(b0, b1, b2, b3):
     discriminant = b2 * (b0 - b2) - b1 * (b1 - b3)

@@ -118,6 +118,22 @@ def test_errors_of_neighbours_that_are_shared_count():
         np.testing.assert_allclose(getattr(three, name), times * getattr(one, name))
 
 
+def test_slopes_are_as_uncertain_as_the_place_that_they_are_read_at():
+    """Of two surfaces with the same linear form the one on which it changes more, under the same
+    errors of the points."""
+    errors = []
+    for fourth in (0.0, 60.0):
+        vertices, triangles = graph(LEMON, 0.002)
+        x, y = vertices[:, :2].T
+        vertices[:, 2] += fourth * (x**4 - 6.0 * x * x * y * y + y**4) / 24.0
+        surface, fit = fitted(vertices, triangles, scale=3.0)
+        scale = Scale(dataclasses.replace(fit.neighbourhood, rings=6), fit.field.normal, 1.0)
+        found = places(surface, dataclasses.replace(fit, closer=scale, degree=4))
+        assert found.found.all()
+        errors.append(found.slope_error[0] / found.error[0])
+    assert errors[1] > 1.5 * errors[0]
+
+
 def test_where_there_is_no_zero_nothing_changes():
     """Too far from the umbilic, on a cylinder, and without jets."""
     surface, fit = fitted(*graph(LEMON))

@@ -1,11 +1,14 @@
 """The mirror plane of shapes whose planes are known."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from surfaces import ellipsoid, sphere
 from surfaces.sampling import icosphere
 
 import core
+from core.matching.mirror_planes import mirrored_pairs, proposed_planes
 
 
 def mirror(vertices, triangles):
@@ -97,3 +100,17 @@ def test_what_is_not_symmetric_has_no_plane():
     skew = np.stack([x + 0.2 * y * z, y * (1 + 0.12 * x) + 0.1 * y**2, z + 0.25 * x * y], axis=1)
     with pytest.raises(core.GuidanceError):
         mirror(skew, triangles)
+
+
+def test_a_kind_that_is_open_has_its_mirror_image():
+    surface = ellipsoid(subdivisions=3)
+    found = core.detect(surface.vertices, surface.triangles).umbilics
+    across = found.position[:, 0] > 0.0
+    half = dataclasses.replace(found, kind=np.where(across, "uncertain", found.kind))
+    for umbilics, pairs in ((found, 2), (half, 2)):
+        assert len(mirrored_pairs(umbilics, np.array([1.0, 0.0, 0.0]), 0.0, 0.1)) == pairs
+        normals = np.array([normal for normal, _ in proposed_planes(umbilics, 6.0)])
+        assert (np.abs(normals[:, 0]) > 0.99).any()
+    # Of another index nothing is an image.
+    other = dataclasses.replace(half, index=np.where(across, -0.5, 0.5))
+    assert len(mirrored_pairs(other, np.array([1.0, 0.0, 0.0]), 0.0, 0.1)) == 0

@@ -175,6 +175,24 @@ class ImplicitSurface:
             raise ValueError(f"{self.name}: deviator {worst:.1e} at an umbilic")
         return UmbilicPoints(found, index, kind)
 
+    def normals(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) unit normals at points of the surface."""
+        gradient = self.jet(points).gradient
+        return np.asarray(gradient / np.linalg.norm(gradient, axis=1)[:, None])
+
+    def slopes(self, points: np.ndarray) -> np.ndarray:
+        """(n,) least change of the deviator by length at points, in 1 / length^2."""
+        e1, e2 = self._frames(points)
+        ahead, left = (
+            (
+                self._deviator(self.projected(points + _STEP * e), e1, e2)
+                - self._deviator(self.projected(points - _STEP * e), e1, e2)
+            )
+            / (2 * _STEP)
+            for e in (e1, e2)
+        )
+        return np.asarray(np.abs(np.abs(ahead - 1j * left) - np.abs(ahead + 1j * left)) / 2)
+
     def _frames(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         gradient = self.jet(points).gradient
         return tangent_frame(gradient / np.linalg.norm(gradient, axis=1)[:, None])
