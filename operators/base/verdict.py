@@ -27,7 +27,9 @@ _HELP = {
 _FAIR = "trust fair"
 _NOISY = "the noise is not small beside the shape"
 # Finer than this a subdivided cage has more faces than anybody waits for.
-_MOST_LEVELS = 4
+_MOST_LEVELS, _MOST_FACES = 4, 1_000_000
+# Corners for each face above which most faces have four: somebody has modelled them.
+_QUADS = 3.5
 
 
 @dataclass(frozen=True)
@@ -84,13 +86,24 @@ def _remedy(summary: bpy.types.PropertyGroup) -> str:
         return CREASES
     if core.SMOOTH_MORE not in texts:
         return ""
-    return SUBDIVIDE if _is_subdivided(summary) else SMOOTH
+    return SUBDIVIDE if _is_modelled(summary) else SMOOTH
 
 
-def _is_subdivided(summary: bpy.types.PropertyGroup) -> bool:
-    """Whether what was analysed is made smooth by a modifier that has finer levels to give: then
-    its noise is that of few faces."""
-    return summary.source == "EVALUATED" and any(
-        modifier.type == "SUBSURF" and modifier.show_viewport and modifier.levels < _MOST_LEVELS
-        for modifier in summary.id_data.modifiers
-    )
+def _is_modelled(summary: bpy.types.PropertyGroup) -> bool:
+    """Whether what was analysed is a cage that a modifier makes smooth, or could: then its noise is
+    that of few faces, and finer levels have less of it.
+
+    With one level the ratio of noise to shape fell from 1.6 to 0.15 on MakeHuman's base, from 0.87
+    to 0.18 on a torso and from 1.5 to 0.23 on a sword, all of quads; with two from 1.8 to 0.17 on
+    Suzanne.
+    """
+    obj = summary.id_data
+    levels = [
+        modifier.levels
+        for modifier in obj.modifiers
+        if modifier.type == "SUBSURF" and modifier.show_viewport
+    ]
+    if levels and summary.source == "EVALUATED":
+        return min(levels) < _MOST_LEVELS
+    faces, corners = len(obj.data.polygons), len(obj.data.loops)
+    return corners > _QUADS * faces and 4 * faces <= _MOST_FACES

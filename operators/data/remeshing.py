@@ -19,7 +19,8 @@ class Delivery:
     hide_original: bool = core.setting(
         True,
         label="Hide Original",
-        help="Hide the mesh that the quads were made of, which lies in the same place",
+        help="Hide the mesh that the quads were made of, which lies in the same place, with its "
+        "umbilics, poles and lines; Alt H shows them again",
         kind="flag",
     )
     shrinkwrap: bool = core.setting(

@@ -4,6 +4,7 @@ Everything that is found goes into the JSON file named last on the command line,
 beside it. tests/gui/test_retopology.py reads them.
 """
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -27,8 +28,9 @@ from stage import Report, clear_scene, monkey, part, running, settled
 
 # The code of the key, as names are taken for others with Ctrl and Alt.
 F9 = "75"
-# Where the first row of what it opens has its value, from where the mouse was.
-FIRST_VALUE = (215, 51)
+# Where the first row of what it opens has its value, from where the mouse was; left of it may be
+# a switch.
+FIRST_VALUE = (265, 51)
 
 report = Report(Path(sys.argv[-1]))
 found = report.found
@@ -94,6 +96,8 @@ def adjusted():
     with view.inside():
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
         bpy.context.object.scale = (1.5, 1.2, 1.0)
+        # So that there is a number to adjust.
+        bpy.context.scene.umbilics_guidance.smoothness_auto = False
         bpy.ops.ed.undo_push(message="ellipsoid")
 
     def ellipsoid():
@@ -161,8 +165,10 @@ def confirm_the_file_browser():
 def files(obj):
     """The window lives while files are written: its timers tick."""
     folder = report.folder / "files"
-    # The file browser leaves a folder that does not exist for another one.
-    folder.mkdir(exist_ok=True)
+    # What is there from an earlier play would not be overwritten; and the file browser leaves a
+    # folder that does not exist for another one.
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
     monkey(view, 4)
     ticks = []
 

@@ -9,12 +9,35 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import bpy
 import numpy as np
-from hands import View, click, open_tab, pixels, play, point, press
-from stage import Report, clear_scene, press_detect
+from hands import View, click, insist, open_tab, pixels, play, point, press
+from stage import REMEDY, Report, clear_scene, in_tab, part, press_detect, settled
 
 report = Report(Path(sys.argv[-1]))
 found = report.found
 view = View()
+
+
+def mended():
+    """Detect on Blender's cube, and then what the verdict advises."""
+    clear_scene(view)
+    with view.inside():
+        bpy.ops.mesh.primitive_cube_add()
+        obj = bpy.context.object
+        bpy.ops.ed.undo_push(message="cube")
+    yield 1.0
+
+    def judged():
+        verdict = part("operators.base.verdict").verdict(obj.umbilics)
+        return {"good": verdict.is_good, "remedy": verdict.remedy, "found": verdict.found}
+
+    yield from press_detect(view)
+    found["cube"] = judged()
+    report.picture("cube")
+    yield from insist(lambda: bool(obj.modifiers), in_tab(view, 0.5, REMEDY))
+    yield from settled()
+    found["modifiers"] = [modifier.type for modifier in obj.modifiers]
+    found["mended"] = judged()
+    report.picture("mended")
 
 
 def cage():
@@ -54,6 +77,7 @@ def state(obj):
 def scenario():
     yield from open_tab(view)
     view.space.overlay.show_cursor = False
+    yield from mended()
     obj = cage()
     yield 1.0
     yield from press_detect(view)

@@ -20,6 +20,8 @@ NAME = "bl_ext.user_default.umbilics"
 # Where things are in the tab after a detection, in pixels below its top, if the verdict under
 # Detect takes two lines and has no button; else see `in_tab`.
 DETECT, STRENGTH, FIRST_ROW, ROW = 100, 246, 538, 21
+# The verdict's button.
+REMEDY = 178
 # In parts of its width and in pixels below its top.
 SHOW_MAP = 0.75, 705
 # Heights of a line and of a button of the verdict.

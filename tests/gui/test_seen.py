@@ -17,6 +17,13 @@ def test_the_first_click_analyses_what_is_seen_and_leaves_the_object_alone(found
     assert detected["mode"] == "OBJECT"
 
 
+def test_the_verdict_has_a_button_that_does_what_it_says(found):
+    assert found["cube"]["remedy"] == "SUBDIVIDE" and not found["cube"]["good"]
+    assert found["modifiers"] == ["SUBSURF"]
+    # The limit of a cube has an umbilic at each face and corner.
+    assert found["mended"] == {"good": True, "remedy": "", "found": "14 umbilics"}
+
+
 def test_the_map_covers_the_surface_and_lets_clicks_through(found):
     assert found["grey"] < 0.2
     assert found["mapped"] > 0.9

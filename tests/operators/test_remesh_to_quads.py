@@ -40,6 +40,27 @@ def test_quads_alone_closed_beside_the_original(obj):
     assert [vertex.co for vertex in obj.data.vertices] == before
 
 
+def test_what_stands_on_the_original_is_hidden_with_it(obj):
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.guide()
+    bpy.ops.umbilics.lines()
+    bpy.ops.umbilics.preview_layout(quads=300)
+    others = {child.name for child in obj.children}
+    (layout,) = (child for child in obj.children if "layout" in child.name.lower())
+    # The user steers by it.
+    bpy.context.scene.umbilics_guidance.strokes = layout
+
+    def seen():
+        return {child.name for child in obj.children if not child.hide_get()}
+
+    made = remesh(hide_original=False)
+    assert seen() == others
+    bpy.data.objects.remove(made)
+    bpy.context.view_layer.objects.active = obj
+    remesh(hide_original=True)
+    assert obj.hide_get() and seen() == {layout.name}
+
+
 def test_outwards_and_in_place_under_a_mirrored_stretched_object(obj):
     obj.scale = (-1.0, 2.0, 1.0)
     obj.location = (3.0, 0.0, 0.0)

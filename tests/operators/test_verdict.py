@@ -19,22 +19,20 @@ def test_a_fine_ellipsoid_is_trusted(judged):
 
 
 @pytest.mark.parametrize(
-    ("primitive", "levels"), [("cube", 4), ("cone", 3), ("cylinder", 3), ("monkey", 2)]
+    ("primitive", "levels"), [("cube", [3]), ("cone", [3]), ("cylinder", [3, 4]), ("monkey", [2])]
 )
 def test_what_is_too_coarse_gets_a_subdivision(judged, primitive, levels):
-    """One click is enough."""
+    """One click is enough but for the cylinder, which becomes a barrel with 32 shallow grooves."""
     getattr(bpy.ops.mesh, f"primitive_{primitive}_add")()
     obj = bpy.context.object
     bpy.ops.umbilics.detect()
-    found = judged(obj)
-    assert (found.remedy, found.is_good) == ("SUBDIVIDE", False)
-    assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
-    assert [modifier.levels for modifier in obj.modifiers] == [levels]
+    for wanted in levels:
+        found = judged(obj)
+        assert (found.remedy, found.is_good) == ("SUBDIVIDE", False)
+        assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
+        assert [modifier.levels for modifier in obj.modifiers] == [wanted]
     assert "Subdivision" in obj.umbilics.analysed
     assert judged(obj).remedy != "SUBDIVIDE"
-    # Another click adds a level to the modifier that is there.
-    assert bpy.ops.umbilics.mend(way=found.remedy) == {"FINISHED"}
-    assert [modifier.levels for modifier in obj.modifiers] == [levels + 1]
 
 
 def box():
@@ -94,6 +92,28 @@ def test_strong_noise_wants_a_wider_scale(judged):
     before = obj.umbilics.scale
     assert bpy.ops.umbilics.mend(way="SMOOTH") == {"FINISHED"}
     assert 1.3 * before < obj.umbilics.scale < 2.0 * before
+
+
+def test_noise_of_modelled_quads_is_that_of_few_faces(judged):
+    """No scan is made of quads; triangles may be one."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=40, ring_count=20)
+    obj = bpy.context.object
+    points = np.array([vertex.co for vertex in obj.data.vertices]) * (1.2, 1.1, 1.0)
+    points += 0.004 * np.sin(40.0 * points[:, [1, 2, 0]])
+    obj.data.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    obj.data.update()
+    settings = bpy.context.scene.umbilics
+    settings.scale_auto, settings.scale = False, 2.0
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "SUBDIVIDE"
+    assert bpy.ops.umbilics.mend(way="SUBDIVIDE") == {"FINISHED"}
+    assert [modifier.levels for modifier in obj.modifiers] == [2]
+    assert judged(obj).remedy == ""
+    obj.modifiers.clear()
+    obj.modifiers.new("Triangulate", "TRIANGULATE")
+    bpy.ops.object.modifier_apply(modifier="Triangulate")
+    bpy.ops.umbilics.detect()
+    assert judged(obj).remedy == "SMOOTH"
 
 
 def test_few_faces_of_a_subdivided_cage_want_another_level(judged):

@@ -17,9 +17,10 @@ from ...mesh.attributes import write_attributes
 from ...mesh.build import from_polygons
 from ...mesh.fetch import fetch
 from ...mesh.read import MeshArrays
+from .. import empties, homes
 from ..targets import is_local
 from ..transaction import Transaction
-from . import shape_keys
+from . import guidance_objects, shape_keys
 
 ATTRIBUTES = {
     "umbilics_valence": ("POINT", "INT"),
@@ -133,26 +134,36 @@ def _come_forward(
     hide: bool,
     transaction: Transaction,
 ) -> None:
-    """Select the new object alone, and hide what it was made of."""
+    """Select the new object alone, and hide what it was made of, with what stands on that."""
     layer = context.view_layer
-    before = layer.objects.active, list(layer.objects.selected), source.hide_get()
-    transaction.on_failure(_as_before, layer, source, *before)
+    covering = _in_sight(context, source) if hide else []
+    before = layer.objects.active, list(layer.objects.selected)
+    transaction.on_failure(_as_before, layer, covering, *before)
     for other in list(layer.objects.selected):
         other.select_set(False)
     made.select_set(True)
     layer.objects.active = made
-    if hide:
-        source.hide_set(True)
+    for one in covering:
+        one.hide_set(True)
+
+
+def _in_sight(context: bpy.types.Context, source: bpy.types.Object) -> list[bpy.types.Object]:
+    """The object, its umbilics, poles and guides, as far as they are seen; without a curve that
+    the user steers by."""
+    owner = homes.owner_of(source)
+    ours = [*empties.empties_of(owner), *guidance_objects.parts_of(owner)]
+    ours = [one for one in ours if one != context.scene.umbilics_guidance.strokes]
+    return [one for one in (source, *ours) if one.visible_get(view_layer=context.view_layer)]
 
 
 def _as_before(
     layer: bpy.types.ViewLayer,
-    source: bpy.types.Object,
+    hidden: list[bpy.types.Object],
     active: bpy.types.Object | None,
     selected: list[bpy.types.Object],
-    hidden: bool,
 ) -> None:
-    source.hide_set(hidden)
+    for one in hidden:
+        one.hide_set(False)
     for other in selected:
         other.select_set(True)
     layer.objects.active = active
