@@ -42,7 +42,7 @@ MODULES = {
     "core/retopology/pole_places.py": ("test_poles.py",),
     "core/retopology/cross_field.py": ("test_cross_field_minimum.py", "test_cross_field.py"),
     "core/retopology/smoothing.py": ("test_smoothing.py", "test_cross_field_minimum.py"),
-    "core/retopology/dipoles.py": ("test_dipoles.py", "test_cross_field_minimum.py"),
+    "core/retopology/dipoles.py": ("test_dipoles.py", "test_thin_sheets.py"),
 }
 # Loaded once: each mutant is run in a fork of this process.
 WARM = ("numpy", "scipy.sparse.linalg", "scipy.sparse.csgraph", "scipy.spatial", "hypothesis")
