@@ -480,3 +480,17 @@ def test_lines_that_meet_go_on_as_one():
     assert (second[:40] == 101 + np.arange(40)).all() and second[-1] == 100
     assert np.abs(points[second][60:, 1]).max() == 0.0
     assert fourth[-1] == 0 and (np.diff(fourth[1:]) == -1).all()
+
+
+def test_a_line_beside_one_that_leads_back_still_joins_the_next():
+    """It starts beside a loop of its own umbilic and then comes to a line that arrives elsewhere."""
+    ways = [np.linspace(0.0, 0.4, 41), np.linspace(0.0, 1.4, 141), np.linspace(0.6, 1.5, 91)]
+    height = [0.0, 0.02, 0.0]
+    points = np.concatenate([np.c_[x, 0 * x + y, 0 * x] for x, y in zip(ways, height, strict=True)])
+    line = np.repeat(np.arange(3), [len(x) for x in ways])
+    source, target = np.array([3, 3, 4]), np.array([3, -1, 6])
+    normal = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    joined = joined_bundles(points, normal, line, np.zeros(3), source, target, 0.05, 0.2)
+    assert joined.target.tolist() == [3, 6, 6]
+    second = points[joined.row[joined.line == 1]]
+    assert np.abs(second[second[:, 0] > 0.65, 1]).max() == 0.0

@@ -73,8 +73,7 @@ def joined_bundles(
         if len(rows):
             links = pairs[first[rows[0]] : first[rows[-1] + 1]]
             links = links[taken[links[:, 1]]]
-            cut = _run(rows, arc, links[:, 0], least)
-            if cut is not None:
+            while (cut := _run(rows, arc, links[:, 0], least)) is not None:
                 beside = links[links[:, 0] == cut, 1]
                 other = beside[np.linalg.norm(points[beside] - points[cut], axis=1).argmin()]
                 tail, end = _onward(
@@ -84,6 +83,9 @@ def joined_bundles(
                 if end != source[number] or target[number] == source[number]:
                     rows = np.arange(rows[0], cut + 1)
                     way[number], target[number] = np.concatenate([rows, tail]), end
+                    break
+                # Another one may lead further.
+                links = links[line[links[:, 1]] != line[other]]
             taken[rows] = True
     label = np.repeat(np.arange(count), [len(rows) for rows in way])
     return Bundled(np.concatenate(way) if way else line, label, target)
