@@ -483,7 +483,7 @@ def test_lines_that_meet_go_on_as_one():
 
 
 def test_a_line_beside_one_that_leads_back_still_joins_the_next():
-    """It starts beside a loop of its own umbilic and then comes to a line that arrives elsewhere."""
+    """It starts beside a loop of its own umbilic, then comes to a line that arrives elsewhere."""
     ways = [np.linspace(0.0, 0.4, 41), np.linspace(0.0, 1.4, 141), np.linspace(0.6, 1.5, 91)]
     height = [0.0, 0.02, 0.0]
     points = np.concatenate([np.c_[x, 0 * x + y, 0 * x] for x, y in zip(ways, height, strict=True)])
