@@ -221,7 +221,10 @@ def _refine_block(
     places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
     places.error[chosen] = (factor * fit.gap_error / radius)[found]
     error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
-    slope_error = np.hypot(SLOPE_ERROR[degree] * error, _slope_change(fit, u, v, error))
+    slope_error = SLOPE_ERROR[degree] * error
+    if weights is None:
+        # On clean meshes the error is bias, which moves the place and the form read there alike.
+        slope_error = np.hypot(slope_error, _slope_change(fit, u, v, error))
     places.slope_error[chosen] = (slope_error / radius**2)[found]
     places.clarity[chosen] = (_clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True

@@ -161,6 +161,20 @@ def test_curved_surfaces_are_not_flipped():
     assert np.array_equal(flipped(mesh).triangles, mesh.triangles)
 
 
+def test_two_triangles_in_a_plane_are_no_flat_face():
+    """A roof of two flat sides, each cut along its longer diagonal, as marching cubes have."""
+    x, y, z = np.meshgrid([0.0, 1.0], [0.0, 1.0, 2.0], [0.0], indexing="ij")
+    vertices = np.stack([x.ravel() + 0.5 * y.ravel(), y.ravel(), z.ravel()], axis=1)
+    vertices[vertices[:, 1] == 1.0, 2] = 0.5
+    a, b = np.array([0, 1]), np.array([3, 4])
+    triangles = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
+    mesh = as_triangles(vertices, triangles)
+    assert np.array_equal(flipped(mesh).triangles, mesh.triangles)
+    # In one plane the four of them are one.
+    flat = as_triangles(vertices * (1.0, 1.0, 0.0), triangles)
+    assert smallest_angle(flipped(flat)) > smallest_angle(flat)
+
+
 def as_triangles(vertices, triangles, feature=None):
     kind = np.zeros(3 * len(triangles), np.int8)
     if feature is not None:

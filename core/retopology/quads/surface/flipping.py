@@ -10,12 +10,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ....mesh.half_edges import following, link, previous
 from .subdivision import Triangles
 
 # How far the surface may move, in the size of the whole; single precision is that coarse.
 FLAT = 2e-7
+# Triangles of the smallest flat face: on marching cubes pairs of them lie in a plane by chance, and
+# are no better the other way.
+FACE = 4
 # Radians by which the two angles across from an edge must exceed a half turn.
 CLEARLY = 1e-6
 # Radians that a cap's wide angle is off a half turn by at most.
@@ -55,20 +60,31 @@ def _candidates(mesh: Triangles, twin: np.ndarray) -> tuple[np.ndarray, np.ndarr
     excess = wide[0] + wide[1] - np.pi
     cap = (wide[0] > np.pi - CAP) ^ (wide[1] > np.pi - CAP)
     likely = (excess > CLEARLY) & (c != d) & ((mesh.feature[half] == 0) | cap)
+    # The tetrahedron of the four corners is as high as the two edges are far from each other.
+    across = np.cross(at[b] - at[a], at[d] - at[c])
+    size = np.linalg.norm(across, axis=1)
+    flat = np.abs(np.einsum("ec,ec->e", across, at[c] - at[a])) <= FLAT * size
+    likely &= flat & _in_faces(half, twin, flat, len(mesh.triangles))
     half, excess = half[likely], excess[likely]
     a, b, c, d = (at[row[likely]] for row in (a, b, c, d))
-    # The tetrahedron of the four corners is as high as the two edges are far from each other.
-    across = np.cross(b - a, d - c)
-    size = np.linalg.norm(across, axis=1)
-    height = np.abs(np.einsum("ec,ec->e", across, c - a))
-    flat = height <= FLAT * size
     here, there = np.cross(b - a, c - a), np.cross(a - b, d - b)
     up = here + there
     made = np.cross(d - a, c - a), np.cross(b - d, c - d)
+    flat = np.ones(len(half), bool)
     for normal, least in ((here, -CLEARLY), (there, -CLEARLY), (made[0], 0.0), (made[1], 0.0)):
         along = np.einsum("ec,ec->e", normal, up)
         flat &= along > least * np.einsum("ec,ec->e", up, up)
     return half[flat], excess[flat]
+
+
+def _in_faces(half: np.ndarray, twin: np.ndarray, flat: np.ndarray, count: int) -> np.ndarray:
+    """(e,) bool edges, given by a half-edge each, in flat faces of `FACE` triangles or more, which
+    hang together over the edges that are `flat`."""
+    one, two = half[flat] // 3, twin[half[flat]] // 3
+    graph = sparse.coo_array((np.ones(len(one), np.int8), (one, two)), shape=(count, count))
+    _, face = csgraph.connected_components(graph, directed=False)
+    size = np.bincount(face, minlength=count)
+    return size[face[half // 3]] >= FACE
 
 
 def _angle(tip: np.ndarray, one: np.ndarray, two: np.ndarray) -> np.ndarray:
