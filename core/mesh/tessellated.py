@@ -99,7 +99,7 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     Parameters
     ----------
     angle:
-        Degrees from which an edge is a crease; None to look for the gap.
+        Degrees from which an edge is a crease; None for those in the gap.
     """
     edges = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
     sample = edges[:: max(len(edges) // SAMPLED, 1)]
@@ -109,7 +109,10 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     flat = _flat(surface, edges, turns)
     if flat.mean() < MOST_FLAT:
         return None
-    angles = _crease_angles(turns[~flat]) if angle is None else [angle]
+    angles = _crease_angles(turns[~flat])
+    if angle is not None and angles:
+        # Without a gap no angle makes facets of what bends all over between its creases.
+        angles = [angle]
     _, area = surface.face_normal_area
     best, most = None, MOST_EXACT * area.sum()
     for one in angles:

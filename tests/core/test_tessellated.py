@@ -117,6 +117,17 @@ def test_quads_of_a_round_body_are_no_part(mesh):
     """A third of their edges is flat, exactly as on CAD."""
     surface, _ = clean(*mesh)
     assert tessellation(surface) is None
+    assert tessellation(surface, 5.0) is None
+
+
+def test_without_a_gap_no_angle_makes_facets(meshes_folder):
+    """Its faces are round and free-form, its edges sharp to smooth, and two in five are flat."""
+    path = meshes_folder / "fandisk.obj"
+    if not path.is_file():
+        pytest.skip("the fandisk is not in the folder of meshes")
+    surface, _ = clean(*read_mesh(path))
+    assert tessellation(surface) is None
+    assert tessellation(surface, 30.0) is None
 
 
 @pytest.mark.parametrize(

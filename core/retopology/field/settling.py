@@ -27,8 +27,7 @@ LEAST_RINGS, MOST_RINGS = 2, 8
 # A turn up to this share of half a turn is certain in the presence of round-off.
 CERTAIN = 0.98
 # Rounds of weighting anew, those of them that also widen, and how many may pass without fewer turns
-# that are too large: what settles does so sooner (four rounds at most on nonconvex hulls, torn
-# scans and text of a program for solids; most in one).
+# that are too large: most of what settles does so in one.
 ROUNDS, WIDENING, PATIENCE = 20, 6, 6
 # Rings around a turn that is too large in which the directions are sought again.
 AROUND = 8
