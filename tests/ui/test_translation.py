@@ -108,6 +108,9 @@ def test_blender_is_given_them_and_lets_go_of_them(addon):
 # What a Blender says whose language is the system's.
 _SAYS = """
 import bpy, json, sys
+# Not every Blender translates its interface from the start.
+view = bpy.context.preferences.view
+view.use_translate_interface = view.use_translate_tooltips = view.use_translate_reports = True
 find = bpy.app.translations
 said = {"locale": find.locale, "button": find.pgettext_iface("Detect Umbilics", "Operator")}
 said["label"] = find.pgettext_iface("Most Important")
