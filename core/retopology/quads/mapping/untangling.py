@@ -16,13 +16,8 @@ from scipy import sparse
 from ....base.progress import Progress
 from .cones import cone_targets
 from .elimination import least_step
-from .seamless_map import (
-    FLIPPED,
-    SeamlessProblem,
-    determinant,
-    first_map,
-    least_squares,
-)
+from .first_map import FLIPPED, first_map, least_squares
+from .seamless_map import SeamlessProblem, determinant
 
 # How often fans are stiffened, by how much in them and in the ring around, and how many rings
 # then move.
