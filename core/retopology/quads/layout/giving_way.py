@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ....mesh.half_edges import following
+from ....mesh.rings import with_rings
 from ..surface.chains import chains
 from ..surface.subdivision import CREASE, MARK
 from ..surface.working_surface import WorkingSurface
@@ -58,14 +59,14 @@ def gentler(
     every second attempt, the directions are smoothed.
     """
     surface = working.surface
-    places = _grown(surface.triangles, faults, FAULT_RINGS)
+    places = with_rings(surface.triangles, faults, FAULT_RINGS)
     # What a user has marked stays as long as anything else can go.
     bits = CREASE if attempt < LAST_LOCAL else CREASE | MARK
     fewer, bare = _without_creases(
         working, wishes, places, bits, residual, every=attempt >= ONE_EACH
     )
     smoothed = bare if attempt % 2 == 0 else places
-    near = _grown(surface.triangles, smoothed, SMOOTHED_RINGS * attempt)
+    near = with_rings(surface.triangles, smoothed, SMOOTHED_RINGS * attempt)
     touched = near[surface.triangles].any(axis=1)
     if (touched & ~fewer.undirected).any():
         undirected = fewer.undirected | touched
@@ -177,11 +178,3 @@ def least_feature(
     chosen = np.zeros(len(feature), bool)
     chosen[gone] = chosen[surface.twin[gone]] = True
     return chosen
-
-
-def _grown(triangles: np.ndarray, seed: np.ndarray, rings: int) -> np.ndarray:
-    """(n,) bool, a set of vertices and so many rings around."""
-    found = seed.copy()
-    for _ in range(rings):
-        found[triangles[found[triangles].any(axis=1)]] = True
-    return found

@@ -15,6 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ....base.plane import corner_angles, doubled_areas
 from ....mesh.half_edges import following
 from ..field.crosses import QUARTER, TURNS, Crosses, fans
 from ..field.sectors import sector_turns
@@ -118,9 +119,7 @@ class SeamlessProblem:
 
     def turns(self, x: np.ndarray) -> np.ndarray:
         """(n,) right angles that the triangles around each vertex make in the plane."""
-        at = self.places(x)
-        out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
-        angle = np.angle(back * out.conj()).ravel()
+        angle = corner_angles(self.places(x))
         return np.bincount(self.crosses.tail, angle, len(self.crosses.vertices)) / QUARTER
 
     @cached_property
@@ -137,9 +136,7 @@ class SeamlessProblem:
         """(v,) vertices around which, or in a sector of which, the map makes other than the wanted
         turns."""
         crosses = self.crosses
-        at = self.places(x)
-        out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
-        angle = np.angle(back * out.conj()).ravel()
+        angle = corner_angles(self.places(x))
         total = np.bincount(crosses.tail, angle, len(crosses.vertices)) / QUARTER
         wrong = np.abs(total - crosses.quarter_turns) > 0.5
         wrong &= ~crosses.border & ~crosses.on_feature
@@ -195,7 +192,7 @@ def pose(crosses: Crosses) -> SeamlessProblem:
         (values, (rows, unknown[columns])), shape=(4 * len(edge), number)
     ).tocsr()
     shifts.eliminate_zeros()
-    area = 0.5 * _double_areas(crosses.corner)
+    area = 0.5 * doubled_areas(crosses.corner)
     corner = np.concatenate([unknown[cut.sheet], unknown[n + cut.sheet]], axis=1)
     weight = np.maximum(area / area.mean(), LEAST_WEIGHT)
     target = np.array([1.0, 0.0, 0.0, 1.0]) + TRACE * _scatter(crosses.vertices, crosses.triangles)
@@ -228,14 +225,9 @@ def _scatter(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.sin(vertices[triangles].mean(axis=1) @ (3.0 * waves) + waves[0])
 
 
-def _double_areas(corner: np.ndarray) -> np.ndarray:
-    """(m,) twice the areas of triangles with complex corners (m, 3)."""
-    return ((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag
-
-
 def _gradients(corner: np.ndarray) -> np.ndarray:
     """(m, 3) complex gradients of the hat functions at corners (m, 3)."""
     side = np.roll(corner, 1, axis=1) - np.roll(corner, -1, axis=1)
     least = 1e-6 * (np.abs(side) ** 2).max(axis=1)
-    double = np.maximum(_double_areas(corner), np.maximum(least, np.finfo(float).tiny))
+    double = np.maximum(doubled_areas(corner), np.maximum(least, np.finfo(float).tiny))
     return 1j * side / double[:, None]
