@@ -17,7 +17,7 @@ from core.retopology.lines.polylines import points_of
 from core.retopology.lines.separatrices import BUNDLED, ENDS
 from core.retopology.lines.streamlines import AUTO_SPACING
 from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, Starts, trace
-from core.retopology.lines.winding import Barriers, ended_on_features, unwound
+from core.retopology.lines.truncation import Barriers, ended_on_features, truncated
 
 
 def guided(mesh):
@@ -362,15 +362,15 @@ def test_a_line_without_end_is_cut_where_it_winds(winding):
     """A turn of radius r lies 2 pi r tan(0.03) inside."""
     surface, planes, spiral, _ = winding
     assert spiral.end == LIMIT
-    wide = unwound(surface, planes, spiral, 0.15 / surface.unit)
+    wide = truncated(surface, planes, spiral, 0.15 / surface.unit)
     assert 0.75 < wide.travelled[-1] * surface.unit / (2 * np.pi * 0.5) < 1.1
-    narrow = unwound(surface, planes, spiral, 0.01 / surface.unit)
+    narrow = truncated(surface, planes, spiral, 0.01 / surface.unit)
     assert len(narrow.travelled) == len(spiral.travelled) and narrow.end == LIMIT
 
 
 def test_a_winding_line_ends_on_the_last_feature_that_it_crosses(winding):
     surface, planes, spiral, middle = winding
-    wide = unwound(surface, planes, spiral, 0.15 / surface.unit)
+    wide = truncated(surface, planes, spiral, 0.15 / surface.unit)
     none = np.zeros((0, 3))
     assert wide.end == MET
 

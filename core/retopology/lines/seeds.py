@@ -70,7 +70,7 @@ class Family:
         return ~np.isfinite(distance)
 
 
-def strewn(canvas: Canvas, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def random_seeds(canvas: Canvas, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Random places on the directed part of the surface, two to a square spacing."""
     weight = np.where(canvas.obstacle < 0, canvas.surface.face_normal_area[1], 0.0)
     count = int(np.clip(2.0 * weight.sum() / canvas.spacing**2, 64, 200_000))
