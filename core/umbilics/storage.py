@@ -30,6 +30,7 @@ _NUMBERS = {
     "trust_ratio": (0.0, math.inf),
     "noise": (0.0, math.inf),
     "scale": (0.0, math.inf),
+    "crease_angle": (0.0, 180.0),
 }
 
 
