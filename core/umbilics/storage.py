@@ -63,6 +63,15 @@ def unpack(data: bytes) -> Detection:
     ------
     ValueError
         The bytes are not a detection of this version, or something in them cannot be.
+
+    Examples
+    --------
+    Of an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> data = core.pack(core.detect(vertices, triangles))
+    >>> two = core.filtered(core.unpack(data), core.Settings(at_most=2))
+    >>> len(two.candidates), len(two.umbilics)
+    (4, 2)
     """
     text, arrays = decode(_COLUMNS, data)
     if (arrays["partner"] >= len(arrays["partner"])).any():

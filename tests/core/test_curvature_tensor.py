@@ -149,6 +149,7 @@ def test_weights_are_barycentric(values: list[complex]) -> None:
     assert len(rows) == len(index)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [seed_patch(21600), renumbered(seed_patch(21600), 1)],
                          ids=["patch", "renumbered"])  # fmt: skip
 def test_the_patch_with_exact_operators(mesh) -> None:

@@ -82,7 +82,8 @@ def changed_text(change):
 def test_every_number_is_kept():
     found = replace(detection(), crease_angle=40.0, borders_joined=False)
     kept = core.unpack(core.pack(found))
-    numbers = [item.name for item in fields(core.Detection) if item.type in ("int", "float", "bool")]
+    kinds = ("int", "float", "bool")
+    numbers = [item.name for item in fields(core.Detection) if item.type in kinds]
     assert len(numbers) == 9
     for name in numbers:
         assert getattr(kept, name) == pytest.approx(getattr(found, name), nan_ok=True), name
