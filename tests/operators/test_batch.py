@@ -105,7 +105,8 @@ def test_bad_files_do_not_stop_the_others(said_by, tmp_path):
     (tmp_path / "in/broken.ply").write_text("no mesh")
     (tmp_path / "in/empty.stl").write_text("")
     out = tmp_path / "out"
-    code, said = said_by(tmp_path / "in", tmp_path / "none.obj", "--out", out, "--jobs", 2, "--also", "ply")
+    files = tmp_path / "in", tmp_path / "none.obj"
+    code, said = said_by(*files, "--out", out, "--jobs", 2, "--also", "ply")
     assert code == 1
     assert "2 done, 3 failed" in said
     assert "none.obj: FAILED, there is no such file." in said

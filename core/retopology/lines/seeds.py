@@ -52,12 +52,14 @@ class Family:
         self.tree = cKDTree(np.concatenate(self.samples), balanced_tree=False)
 
     def add_seeds(self, triangle: np.ndarray, z: np.ndarray, parent: np.ndarray) -> None:
+        """Places (s,) at which lines may begin, and which of the new lines they lie beside."""
         self.seed_triangle = np.concatenate([self.seed_triangle, triangle])
         self.seed_z = np.concatenate([self.seed_z, z])
         self.seed_parent = np.concatenate([self.seed_parent, parent + self.parents])
         self.parents += int(parent.max(initial=-1)) + 1
 
     def keep_seeds(self, rows: np.ndarray) -> None:
+        """Forget the other seeds; a mask or rows."""
         self.seed_triangle = self.seed_triangle[rows]
         self.seed_z = self.seed_z[rows]
         self.seed_parent = self.seed_parent[rows]
