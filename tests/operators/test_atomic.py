@@ -62,6 +62,7 @@ def _of_object(obj):
         "parent": obj.parent.name if obj.parent else "",
         "place": [tuple(row) for row in obj.matrix_world],
         "hidden": obj.hide_get(),
+        "modifiers": [(one.name, one.type, one.show_viewport) for one in obj.modifiers],
         "tags": {
             key: str(obj[key].to_list() if hasattr(obj[key], "to_list") else obj[key])
             for key in obj.keys()  # noqa: SIM118
