@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.unit import unit
+from .normals import corner_weights
 
 # Cosine between a triangle and the mean about its corner from which on that is a crease.
 _SMOOTH = float(np.cos(np.radians(30.0)))
@@ -35,14 +36,14 @@ def points_at(
     """(s, 3) points of the surface that the triangles stand for, over the triangles `row` (s,) at
     barycentric `weights` (s, 3), and (s, 3) unit normals there.
 
-    The normals go over from corner to corner: each has the mean of its triangles' by area, where
-    that is no crease. The points are lifted off the triangles to parabolas over their edges that
+    The normals go over from corner to corner: each has the mean of its triangles', where that is no
+    crease. The points are lifted off the triangles to parabolas over their edges that
     have these normals at the ends: a plane through points of a rounded surface lies on its inner
     side, the deeper the coarser the mesh, and two meshes of one surface would differ by that.
     """
     normal, _ = face_normal_area
     corners = triangles[row]
-    own = mean_normals(triangles, face_normal_area, len(vertices))[corners]
+    own = mean_normals(vertices, triangles, face_normal_area)[corners]
     smooth = np.einsum("skc,sc->sk", own, normal[row]) > _SMOOTH
     own = np.where(smooth[..., None], own, normal[row][:, None])
     across = unit(np.einsum("sk,skc->sc", weights, own))
@@ -67,13 +68,18 @@ def _height(corner: np.ndarray, normal: np.ndarray, weights: np.ndarray) -> np.n
 
 
 def mean_normals(
-    triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray], count: int
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    face_normal_area: tuple[np.ndarray, np.ndarray],
 ) -> np.ndarray:
-    """(count, 3) unit means of the normals of each vertex' triangles by area."""
+    """(n, 3) unit means of the normals of each vertex' triangles by `corner_weights`."""
     normal, area = face_normal_area
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    squares = tuple(np.einsum("tc,tc->t", side, side) for side in (b - a, c - b, a - c))
+    weights = corner_weights(area, squares)
     mean: np.ndarray = np.stack(
         [
-            np.bincount(triangles.ravel(), np.repeat(normal[:, k] * area, 3), count)
+            np.bincount(triangles.ravel(), (weights * normal[:, k, None]).ravel(), len(vertices))
             for k in range(3)
         ],
         axis=1,
