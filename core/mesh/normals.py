@@ -25,11 +25,9 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
 
 
-def corner_weights(
-    area: np.ndarray, side_squares: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> np.ndarray:
-    """(m, 3) of the unit normals of triangles in the normals of their corners (Max 1999), from
-    their areas (m,) and the squares ab, bc, ca of their sides, (m,) each."""
+def corner_weights(area: np.ndarray, side_squares: np.ndarray) -> np.ndarray:
+    """(m, 3) weights of the unit normals of triangles in the normals of their corners (Max 1999),
+    from their areas (m,) and the squares of their sides ab, bc, ca (3, m)."""
     ab, bc, ca = side_squares
     # Area / (|a|^2 |b|^2) by the side across from the corner. Where a side has no length the
     # triangle is degenerate, and nothing is known of its normal.

@@ -75,7 +75,7 @@ def mean_normals(
     """(n, 3) unit means of the normals of each vertex' triangles by `corner_weights`."""
     normal, area = face_normal_area
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    squares = tuple(np.einsum("tc,tc->t", side, side) for side in (b - a, c - b, a - c))
+    squares = np.stack([np.einsum("tc,tc->t", side, side) for side in (b - a, c - b, a - c)])
     weights = corner_weights(area, squares)
     mean: np.ndarray = np.stack(
         [
