@@ -89,7 +89,9 @@ def choose(
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
     )
-    grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
+    grown = grow_while_it_falls(
+        surface, normals, wide, centres, progress, most=MOST_RINGS, first=two
+    )
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0)
     return grown
@@ -103,6 +105,7 @@ def grow_while_it_falls(
     progress: Progress,
     degree: int = DEGREE,
     most: int = MOST_RINGS,
+    first: Jets | None = None,
 ) -> Scale:
     """Rings, from those of the neighbourhood up to `most`, as long as the change falls.
 
@@ -114,6 +117,10 @@ def grow_while_it_falls(
         (c,) vertices whose fits are compared.
     degree:
         Degree of the fits.
+    first:
+        Fits at the centres that stay where no more rings are taken: those that weigh near samples
+        more follow the errors of the points more than equal weights over as many rings. None for
+        these.
     """
 
     def at(rings: int, start: np.ndarray) -> Jets:
@@ -122,7 +129,9 @@ def grow_while_it_falls(
 
     axes = normals[centres]
     rings, smoothed = neighbourhood.rings, normals
-    fits = [at(rings + more, normals) for more in range(3)]
+    fits = [at(rings + more, normals) for more in range(1 if first else 0, 3)]
+    if first:
+        fits.insert(0, first)
     changes = [_change(*pair, axes) for pair in pairwise(fits)]
     while changes[1] < FALLING * changes[0] and rings < most:
         rings += 1
