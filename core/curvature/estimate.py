@@ -139,7 +139,7 @@ def _from_jets(
         start = starting_normals(surface, normals, neighbourhood, choosing)
         scale = Scale(neighbourhood, start, 1.0)
     fitting = progress.part("Fitting jets", 0.1, 0.9)
-    if centres is None and worth_spreading(scale.neighbourhood):
+    if centres is None and worth_spreading(scale):
         jets = fit_spread(surface, scale.normals, scale.neighbourhood, fitting)
     else:
         jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)

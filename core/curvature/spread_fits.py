@@ -23,6 +23,7 @@ from ..mesh.surface import Surface
 from .height_fit import HeightFit
 from .jets import DEGREE, Jets, fit_each, fit_jets
 from .monge import operator_at
+from .scale import Scale
 
 # Rings from which on fits at a twelfth of the vertices suffice instead of at a quarter: on noisy
 # ellipsoids both leave less error than fits at all vertices do.
@@ -68,9 +69,14 @@ class _Fits:
     residual: np.ndarray
 
 
-def worth_spreading(neighbourhood: Neighbourhood) -> bool:
-    """Whether the mesh is so large that fits at all vertices would take long."""
-    return len(neighbourhood.surface.vertices) >= FEWEST
+def worth_spreading(scale: Scale) -> bool:
+    """Whether fits at some vertices save time on this mesh, and lose nothing.
+
+    Focused fits over two rings that follow errors of the points, as those of single precision on
+    dense meshes, would follow them farther from their middles.
+    """
+    around = scale.neighbourhood
+    return len(around.surface.vertices) >= FEWEST and (scale.clean or not around.focused)
 
 
 def fit_spread(

@@ -14,6 +14,7 @@ import core
 from core.base.progress import Progress
 from core.curvature import spread_fits as module
 from core.curvature.jets import fit_jets
+from core.curvature.scale import choose
 from core.curvature.spread_fits import fit_spread
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
@@ -106,7 +107,7 @@ def test_noise_is_averaged_out_better_than_by_fits_everywhere(rings):
 
 
 def test_fits_are_moved_to_the_vertex_together():
-    """Of a mesh whose curvature changes the mean of fits to one side would be wrong: at a border."""
+    """The mean of fits to one side would be wrong where the curvature changes: at a border."""
     exact = surfaces.seed_patch(2500)
     surface = surface_of(exact)
     normals = vertex_normals(surface)
@@ -170,3 +171,16 @@ def test_large_meshes_are_fitted_at_some_vertices(monkeypatch):
         after.umbilics.position[:, None] - before.umbilics.position, axis=2
     ).min(axis=1)
     assert places.max() < 1e-3
+
+
+def test_errors_of_the_points_keep_focused_fits_at_all_vertices(monkeypatch):
+    """Such little noise that two rings stay, and yet it is most of their error."""
+    monkeypatch.setattr(module, "FEWEST", 0)
+    exact = surfaces.ellipsoid((1.3, 1.1, 1.0), 4)
+    spread_over = []
+    for noise in (0.0, 2e-4):
+        surface = surface_of(surfaces.noisy(exact, noise) if noise else exact)
+        scale = choose(surface, vertex_normals(surface), around(surface), Progress())
+        assert scale.neighbourhood.focused
+        spread_over.append(module.worth_spreading(scale))
+    assert spread_over == [True, False]
