@@ -20,7 +20,8 @@ from .refine import SLOPE_ERROR, refine
 
 # True over stated errors of places, where independent residuals would tell them: on clean meshes
 # the error is bias, of which residuals show half, elsewhere neighbours share some. Chosen on seeds
-# 200 and 201 of benchmarks.people, confirmed on 300 and 301.
+# 200, 201, 300 and 301 of benchmarks.people; on 400 and 401 then 48 % of the places on clean meshes
+# lie within one error, 41 % on others, 40 % under noise (39 % of a Gaussian).
 BIAS_CLEAN, BIAS = 2.0, 1.2
 # The diagonal of the unit box: where no error is smaller nothing is known of the place.
 LARGEST = 2.0 * np.sqrt(3.0)
