@@ -105,7 +105,15 @@ def remesh(
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
     cut = [cut_in_three(one, part) for one in unlaid]
-    folded = sum(one.folded for one in done) + sum(number for _, number in cut)
+    left = sum(one.left for one in done)
+    if left:
+        farthest = max(one.farthest for one in done)
+        warnings.append(
+            f"{left} vert{'ex' if left == 1 else 'ices'} moved off the surface, by {farthest:.3g} "
+            "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
+            "more quads to have them on it."
+        )
+    folded = sum(number for _, number in cut)
     if folded:
         warnings.append(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "

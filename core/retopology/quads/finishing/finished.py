@@ -19,15 +19,21 @@ from .mending import mend, oriented_quality
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed
+from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
+# With more than this share of its quads folded a piece has no room for them: others would be too.
+HOPELESS = 0.05
+# Vertices count as off the surface beyond this part of a side.
+OFF = 1e-6
 
 
 @dataclass(frozen=True)
 class Finished:
-    """The quads of a piece in their places, and how many of them are folded and bad."""
+    """The quads of a piece in their places, how many of them are folded and bad, how many of the
+    vertices are off the surface so that none is folded, and how far at most."""
 
     laid: LaidOut
     grid: Grids
@@ -36,6 +42,8 @@ class Finished:
     triangle: np.ndarray
     folded: int
     bad: int
+    left: int = 0
+    farthest: float = 0.0
 
 
 def filled(
@@ -69,7 +77,7 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         quality = oriented_quality(position, placed.quads, guides)
         folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
         tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
-        if not bad or attempt == ATTEMPTS - 1:
+        if not bad or attempt == ATTEMPTS - 1 or folded > HOPELESS * len(quality):
             break
         working = laid.working
         wrong = quality <= (0.0 if folded else BAD)
@@ -90,7 +98,35 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         except RemeshError:
             break
         laid = again
-    return min(tries, key=lambda one: (one.folded, one.bad), default=None)
+    best = min(tries, key=lambda one: (one.folded, one.bad), default=None)
+    return best if best is None or not best.folded else _unfolded(best, progress)
+
+
+def _unfolded(one: Finished, progress: Progress) -> Finished | None:
+    """Without folded quads, vertices off the surface where it leaves no room; None where that was
+    not found."""
+    guides, quads = _guides(one.placed, one.laid), one.placed.quads
+    fine = one.laid.working.fine
+    if fine is not None:
+        guides = replace(guides, surface=ClosestPoints(fine.vertices, fine.triangles, fine.twin))
+    position = unfolded(one.position, quads, guides, progress)
+    if (own_quality(position, quads) <= 0.0).any():
+        return None
+    normals = vertex_normals(position, quads)
+    off = np.linalg.norm(guides.surface(position, normals)[1] - position, axis=1)
+    side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
+    surface = one.laid.working.surface
+    triangle, _ = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(
+        position, normals
+    )
+    return replace(
+        one,
+        position=position,
+        triangle=triangle,
+        folded=0,
+        left=int(np.count_nonzero(off > OFF * side)),
+        farthest=float(off.max()) * surface.unit,
+    )
 
 
 def _on_fine(
