@@ -19,6 +19,7 @@ import numpy as np
 
 from ..base.progress import Progress
 from ..fields.winding import Winding
+from ..mesh.rings import with_rings
 from ..mesh.surface import Surface
 from .blend import Blend
 from .field import CurvatureField
@@ -173,6 +174,4 @@ def _around_umbilics(surface: Surface, winding: Winding, seen: np.ndarray) -> np
     """Vertices around the umbilics of a field that were not looked at."""
     near = np.zeros(len(seen), bool)
     near[surface.triangles[np.flatnonzero(winding.index)]] = True
-    for _ in range(AROUND):
-        near[surface.triangles[surface.touching(near)]] = True
-    return np.flatnonzero(near & ~seen)
+    return np.flatnonzero(with_rings(surface.triangles, near, AROUND) & ~seen)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.plane import corner_angles
 from ..mesh.half_edges import previous
 from ..mesh.surface import Surface
 from .planes import FaceFrames, in_plane
@@ -40,9 +41,7 @@ def face_field_singularities(
     turn[twin[lower]] = -turn[lower]
     corner = np.arange(len(twin))
     vertex = surface.triangles.ravel()
-    out = np.roll(planes.corner, -1, axis=1) - planes.corner
-    back = np.roll(planes.corner, 1, axis=1) - planes.corner
-    angle = np.angle(back * out.conj()).ravel()
+    angle = corner_angles(planes.corner)
     # Anticlockwise around a vertex one leaves a triangle by the side that comes back to it.
     around = np.bincount(vertex, weights=turn[previous(corner)] - angle, minlength=n)
     index = (around + 2.0 * np.pi) / (2.0 * np.pi)

@@ -19,7 +19,8 @@ from .judged import Evidence, judge
 from .located import locate
 from .methods.raw import RawUmbilics
 from .pairing.persistence import importance, trust_ratio
-from .regions import RegionMap, describe_regions
+from .regions.region_map import RegionMap
+from .regions.report import describe_regions
 from .result import Detection, Umbilics
 
 

@@ -22,7 +22,7 @@ from .judged import Evidence, Judged
 from .located import Located
 from .methods.shape_operators import nearest_inside
 from .pairing.persistence import measure_persistence
-from .unresolved import unresolved_sets
+from .regions.unresolved import unresolved_sets
 
 # Umbilics looked at around each: more than these within an edge are of one group anyway.
 NEIGHBOURS = 8

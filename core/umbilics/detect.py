@@ -24,14 +24,15 @@ from ..mesh.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Analysed, InputMesh, Turning, assemble
-from .drowned import drowned_share, drowned_words
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.persistence import measure_persistence
-from .region_shapes import resolved_by_wider_fits
-from .regions import RegionMap, find_regions, with_curves, with_faces, without
+from .regions.drowned import drowned_share, drowned_words
+from .regions.find import find_regions
+from .regions.region_map import RegionMap, with_curves, with_faces, without
+from .regions.round_shapes import resolved_by_wider_fits
+from .regions.unresolved import low_vertices, unresolved_sets
 from .result import Detection
-from .unresolved import low_vertices, unresolved_sets
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2

@@ -13,10 +13,11 @@ import numpy as np
 from ..base.parallel import run
 from ..base.progress import Progress
 from ..curvature.estimate import Estimate
-from ..curvature.height_fit import HeightFit, fit_heights
-from ..curvature.monge import deviator_at, operator_at
+from ..curvature.height_fit import fit_heights
+from ..curvature.monge import operator_at
 from ..fields.frames import frame
 from ..mesh.surface import Surface
+from .fitted_zero import clear_of_zero, slope_change, slopes, zero
 from .kind import from_gradient
 
 # Degree and rings beyond the jets' own. On clean meshes degree five over one more ring places
@@ -29,7 +30,6 @@ NOISY = (4, 2)
 FOCUS = 1.0
 # Samples for each coefficient, below which a fit swings between them.
 SAMPLES_PER_TERM = 1.5
-NEWTON_STEPS = 8
 # The zero may leave the triangle that the winding names, but not its neighbourhood: beyond this
 # many edges the fit has found another zero or none.
 FARTHEST = 1.5
@@ -40,21 +40,10 @@ BLOCK = 4096
 # vertices of the surfaces of benchmarks.people, seeds 0 to 2) it called nine right kinds uncertain
 # for two wrong ones.
 SLOPE_ERROR = {3: 2.6, 4: 0.6, 5: 0.6}
-# Radii of the circles on which the fit is read, in root mean square distances of its samples, and
-# points on each.
-CIRCLES = (0.2, 0.35, 0.5, 0.7)
-CIRCLE = 24
-# Directions of an error of the deviator, over which its effect on the slopes is averaged.
-DIRECTIONS = 4
-# Distance over which the slopes are differenced, in radii.
-NEXT = 0.05
 # Triangles that the walk to the refined place may cross before it is given up.
 WALK = 16
 # Among long thin triangles there are as many more in the way.
 THIN_WALK = 64
-# Step of the derivative by central differences, for coordinates of order 1: the cube root of
-# the rounding unit balances truncation against round-off.
-STEP = 6e-6
 
 
 @dataclass(frozen=True)
@@ -200,9 +189,9 @@ def _refine_block(
     # Edges of the triangle itself or, where that is a small one, of as many vertices spread
     # evenly over the disc of the samples.
     spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))
-    u, v, settled = _zero(fit, FARTHEST * np.maximum(edge / radius, spread))
+    u, v, settled = zero(fit, FARTHEST * np.maximum(edge / radius, spread))
     operator = operator_at(fit.coefficients, u, v)
-    along_u, along_v = _slopes(fit, u, v)
+    along_u, along_v = slopes(fit, u, v)
     # From the parameters u, v to lengths along the tangents x, y of the fitted surface.
     a, b, d = operator.root
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
@@ -224,75 +213,10 @@ def _refine_block(
     slope_error = SLOPE_ERROR[degree] * error
     if weights is None:
         # On clean meshes the error is bias, which moves the place and the form read there alike.
-        slope_error = np.hypot(slope_error, _slope_change(fit, u, v, error))
+        slope_error = np.hypot(slope_error, slope_change(fit, u, v, error))
     places.slope_error[chosen] = (slope_error / radius**2)[found]
-    places.clarity[chosen] = (_clear_of_zero(fit, u, v, p, q) / error)[found]
+    places.clarity[chosen] = (clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True
-
-
-def _slopes(fit: HeightFit, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of the deviator of a fit along u and v."""
-    c = fit.coefficients
-    along_u = deviator_at(c, u + STEP, v) - deviator_at(c, u - STEP, v)
-    along_v = deviator_at(c, u, v + STEP) - deviator_at(c, u, v - STEP)
-    return along_u / (2 * STEP), along_v / (2 * STEP)
-
-
-def _slope_change(fit: HeightFit, u: np.ndarray, v: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """(b,) how much p and q change over the error of the place (u, v) that an error of the deviator
-    makes, each in the units of the fit; root of the mean square over its directions."""
-    along_u, along_v = _slopes(fit, u, v)
-    p, q = from_gradient(along_u, along_v)
-    determinant = np.abs(p) ** 2 - np.abs(q) ** 2
-    square = np.zeros((2, len(u)))
-    for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
-        # Where p z + q conj(z) is the error.
-        turned = error * np.exp(1j * angle)
-        safe = np.where(determinant == 0, np.inf, determinant)
-        z = (np.conj(p) * turned - q * np.conj(turned)) / safe
-        size = np.abs(z)
-        ahead = NEXT * z / np.maximum(size, np.finfo(float).tiny)
-        moved = from_gradient(*_slopes(fit, u + ahead.real, v + ahead.imag))
-        # The fit tells nothing of what lies further than its samples.
-        change = np.abs(np.stack(moved) - np.stack([p, q])) / NEXT
-        square += (change * np.minimum(size, 1.0)) ** 2
-    return np.asarray(np.sqrt(square.max(axis=0) / DIRECTIONS))
-
-
-def _zero(fit: HeightFit, farthest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the deviator of the fit vanishes: (u, v) by Newton's method, and where it settled."""
-    u, v = np.zeros((2, len(farthest)))
-    step = np.full(len(farthest), np.inf)
-    for _ in range(NEWTON_STEPS):
-        value = deviator_at(fit.coefficients, u, v)
-        along_u, along_v = _slopes(fit, u, v)
-        determinant = (np.conj(along_u) * along_v).imag
-        safe = np.where(determinant == 0, np.inf, determinant)
-        du = -(np.conj(value) * along_v).imag / safe
-        dv = -(np.conj(along_u) * value).imag / safe
-        # No step longer than the reach: far from the zero the linear model overshoots.
-        length = np.hypot(du, dv)
-        short = farthest / np.maximum(length, farthest)
-        u, v, step = u + short * du, v + short * dv, length
-    distance = np.hypot(u, v)
-    return u, v, (distance <= farthest) & (step <= 1e-6) & (determinant != 0)
-
-
-def _clear_of_zero(
-    fit: HeightFit, u: np.ndarray, v: np.ndarray, p: np.ndarray, q: np.ndarray
-) -> np.ndarray:
-    """(b,) least length of the deviator on the best of a few circles around (u, v) on which it
-    turns as around the zero p z + q conj(z); 0 where there is none."""
-    best = np.zeros(len(u))
-    turns = np.sign(np.abs(p) - np.abs(q))
-    angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
-    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    for size in CIRCLES:
-        around = deviator_at(fit.coefficients, u + size * cosine, v + size * sine)
-        jump = np.angle(np.roll(around, -1, axis=0) * around.conj())
-        right = np.rint(jump.sum(axis=0) / (2.0 * np.pi)) == turns
-        best = np.where(right, np.maximum(best, np.abs(around).min(axis=0)), best)
-    return best
 
 
 def _landing(

@@ -17,3 +17,9 @@ def mesh_behind(obj: bpy.types.Object | None) -> bpy.types.Object | None:
         return obj
     parent = obj.parent
     return parent if parent is not None and parent.type == "MESH" else obj
+
+
+def active_mesh() -> bpy.types.Object | None:
+    """The object that is meant where a property of the scene is read or put."""
+    # Not every context that a property is read in has an active object.
+    return mesh_behind(getattr(bpy.context, "active_object", None))

@@ -1,7 +1,5 @@
 """What is analysed, and what is shown of the results and how; one group for each scene."""
 
-import math
-
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
@@ -9,7 +7,8 @@ from ... import core
 from ..base import property_groups
 from ..base.changes import notify
 from . import reading, record
-from .belonging import mesh_behind
+from .belonging import active_mesh
+from .strength import get_strength, put_strength
 
 KIND_ITEMS = [
     ("star", "Stars", "Index -1/2, three separatrices", 1),
@@ -47,8 +46,6 @@ SORTS = [
     ("kind", "Kind", "Stars, lemons, monstars, compounds, uncertain"),
     ("curvature", "Curvature", "The most strongly curved places first"),
 ]
-# The slider of the filter spans the persistences that there are, on a logarithmic scale.
-_DECADES = 4.0
 
 
 def _filter_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
@@ -68,53 +65,15 @@ def _map_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> N
     notify("map", context)
 
 
-def _top(obj: bpy.types.Object) -> float:
-    """The largest finite persistence of the object's candidates; 0 without any."""
-    kept = record.of(obj)
-    return kept.top if kept else 0.0
-
-
-def _active() -> bpy.types.Object | None:
-    # Not every context that a property is read in has an active object.
-    return mesh_behind(getattr(bpy.context, "active_object", None))
-
-
-def _get_strength(self: bpy.types.PropertyGroup) -> float:
-    settings = self.id_data.umbilics
-    top = _top(_active())
-    level = settings.persistence
-    if settings.persistence_auto:
-        kept = record.of(_active())
-        level = kept.automatic_level if kept and top else 0.0
-    return strength_of(level, top)
-
-
-def strength_of(level: float, top: float) -> float:
-    """Where a persistence is on the slider, whose end is just above the largest one."""
-    if top <= 0.0 or level <= 0.0:
-        return 0.0
-    return min(max(1.0 + math.log10(level / (1.001 * top)) / _DECADES, 0.0), 1.0)
-
-
-def _set_strength(self: bpy.types.PropertyGroup, value: float) -> None:
-    settings = self.id_data.umbilics
-    top = _top(_active())
-    level = 1.001 * top * 10.0 ** (_DECADES * (value - 1.0)) if value > 0.0 else 0.0
-    # In this order the first change has no effect while the switch is on.
-    settings.persistence = level
-    if settings.persistence_auto:
-        settings.persistence_auto = False
-
-
 def _get_opened(self: bpy.types.PropertyGroup) -> bool:
     return self.id_data.umbilics.opening > 0
 
 
 def _set_opened(self: bpy.types.PropertyGroup, value: bool) -> None:
     settings = self.id_data.umbilics
-    kept = record.of(_active())
-    strength = (kept.settings.opening if kept else 0) or core.USUAL_OPENING
-    settings.opening = strength if value else 0
+    kept = record.of(active_mesh())
+    usual = (kept.settings.opening if kept else 0) or core.USUAL_OPENING
+    settings.opening = usual if value else 0
 
 
 class UMBILICS_PG_display(bpy.types.PropertyGroup):
@@ -128,8 +87,8 @@ class UMBILICS_PG_display(bpy.types.PropertyGroup):
         min=0.0,
         max=1.0,
         precision=3,
-        get=_get_strength,
-        set=_set_strength,
+        get=get_strength,
+        set=put_strength,
     )
     opened: BoolProperty(
         name="Opening",

@@ -10,8 +10,8 @@ import core
 from core.base.progress import Progress
 from core.curvature.tolerances import CURVE
 from core.mesh.repair import clean
-from core.umbilics.regions import RegionMap, with_curves
-from core.umbilics.unresolved import UnresolvedSets, unresolved_sets
+from core.umbilics.regions.region_map import RegionMap, with_curves
+from core.umbilics.regions.unresolved import UnresolvedSets, unresolved_sets
 
 
 def rough(vertices, triangles, share, seed=0):

@@ -7,7 +7,7 @@ import pytest
 import surfaces
 
 import core
-from core.umbilics.drowned import drowned_words
+from core.umbilics.regions.drowned import drowned_words
 
 WORDS = "of the surface the two curvatures differ by no more than their error"
 

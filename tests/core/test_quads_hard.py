@@ -14,8 +14,8 @@ from core.base.progress import Progress
 from core.fields.multigrid import solve_part
 from core.mesh.repair import clean
 from core.retopology.quads.conformity import conformity, torn
+from core.retopology.quads.layout import giving_way, laying_out
 from core.retopology.quads.layout import integers as integers_
-from core.retopology.quads.layout import laying_out
 from core.retopology.quads.preparation import Given, prepare
 from core.retopology.quads.surface.flipping import flipped
 from core.retopology.quads.surface.subdivision import CREASE, Triangles
@@ -243,7 +243,8 @@ def test_layouts_begin_anew_without_creases(monkeypatch, marked):
 
     monkeypatch.setattr(laying_out, "injective_map", never_with_creases)
     # Giving way in places takes one crease a time at most, and no time is to be lost with that.
-    monkeypatch.setattr(laying_out, "_least", lambda *_: None)
+    for module in (giving_way, laying_out):
+        monkeypatch.setattr(module, "least_feature", lambda *_: None)
     detection = core.detect(vertices, triangles)
     guide = core.Guide(vertices, triangles, detection)
     given = Given(triangles, detection, sharp, None, None, None)

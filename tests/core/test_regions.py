@@ -23,17 +23,13 @@ from surfaces import (
 import core
 from core.curvature.noise import field_noise
 from core.curvature.tolerances import REGION_SIZE
+from core.mesh.exact_shapes import PLANAR, SPHERICAL
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
 from core.mesh.tessellated import Tessellation
-from core.umbilics.regions import (
-    PLANAR,
-    SPHERICAL,
-    RegionMap,
-    describe_regions,
-    find_regions,
-    with_faces,
-)
+from core.umbilics.regions.find import find_regions
+from core.umbilics.regions.region_map import RegionMap, with_faces
+from core.umbilics.regions.report import describe_regions
 
 
 def _surface(surface) -> Surface:

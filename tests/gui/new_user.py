@@ -145,7 +145,7 @@ class NewUser:
         # Sorted from the largest, those without one first.
         levels = np.sort(kept.detection.candidates.persistence)[::-1]
         level = float(levels[np.isnan(levels).sum() + self.shown // 2])
-        value = part("operators.data.display").strength_of(level, kept.top)
+        value = part("operators.data.strength").strength_of(level, kept.top)
         yield from insist_on_value(
             lambda: abs(display.strength - value) < 1e-3, in_tab(self.view, 0.6, STRENGTH), value
         )

@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.errors import ChartError, InvalidMeshError
+from ...base.plane import doubled_areas
 from ...base.progress import Progress
 from ..half_edges import following
 from ..input_map import kept_vertices
@@ -184,8 +185,7 @@ def unfold(surface: Surface, charts: Charts, progress: Progress | None = None) -
 
 def scaled_to_area(surface: Surface, charts: Charts, place: np.ndarray) -> np.ndarray:
     """The places (c,) with each chart turned the right side up and given its own area."""
-    a, b, c = (place[charts.corners[:, k]] for k in range(3))
-    signed = np.bincount(charts.chart, 0.5 * (np.conj(b - a) * (c - a)).imag)
+    signed = np.bincount(charts.chart, 0.5 * doubled_areas(place[charts.corners]))
     true = np.bincount(charts.chart, surface.face_normal_area[1])
     scale = np.sqrt(true / np.where(signed == 0, 1.0, np.abs(signed)))
     chart_of_vertex = np.empty(len(charts.vertex), dtype=np.int64)

@@ -16,7 +16,8 @@ from ..planner import Guide
 from ..settings import GuidanceSettings
 from .finishing.mirroring import ON, Plane, halved, wanted_plane
 from .finishing.unlaid import Unlaid
-from .layout.laying_out import LaidOut, Wishes, laid_out
+from .layout.laying_out import LaidOut, laid_out
+from .layout.wishes import Wishes
 from .settings import RemeshSettings
 from .surface.sizes import sizes
 from .surface.subdivision import pieces

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ....base.plane import corner_angles
 from ....base.unit import unit
 from ....mesh.half_edges import previous
 
@@ -97,9 +98,7 @@ class Crosses:
     @cached_property
     def corner_angle(self) -> np.ndarray:
         """(3 m,) float64 angle of the triangle at each corner."""
-        out = np.roll(self.corner, -1, axis=1) - self.corner
-        back = np.roll(self.corner, 1, axis=1) - self.corner
-        return np.angle(back * out.conj()).ravel()
+        return corner_angles(self.corner)
 
     @cached_property
     def quarter_turns(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ....base.factors import definite_factors
+from ....base.plane import doubled_areas
 from .crosses import QUARTER, Crosses, fans
 from .sectors import fitting_turns, least_turns, sector_angles, sector_turns
 
@@ -193,8 +194,7 @@ def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
         (np.repeat([1.0, -1.0], len(half)), (np.tile(row, 2), np.concatenate([one, two]))),
         shape=(len(half), m),
     ).tocsr()
-    corner = crosses.corner
-    area = 0.5 * ((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag
+    area = 0.5 * doubled_areas(crosses.corner)
     weight = np.maximum(area, 1e-9) / SETTLED**2
     aligned = crosses.feature.reshape(-1, 3).any(axis=1)
     weight = np.where(aligned, HELD, weight)

@@ -11,8 +11,9 @@ from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
 from ..layout.counting import characteristic, counted
+from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
-from ..layout.laying_out import LAST_LOCAL, LaidOut, gentler, laid_out, without_open_creases
+from ..layout.laying_out import LaidOut, laid_out
 from .directions import guiding_directions
 from .guides import Guides, vertex_normals
 from .mending import mend, oriented_quality

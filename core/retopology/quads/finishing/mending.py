@@ -12,6 +12,7 @@ import numpy as np
 from ....base.progress import Progress
 from ....base.subsets import places_in
 from ....base.unit import unit
+from ....mesh.rings import with_rings
 from ..conformity import scaled_jacobian
 from .guides import Guides, moved_along, surface_axes, vertex_normals
 from .opening import WANTED, Opening
@@ -38,8 +39,7 @@ def mend(position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Prog
             return
         near = np.zeros(len(position), bool)
         near[quads[bad]] = True
-        for _ in range(rings):
-            near[quads[near[quads].any(axis=1)]] = True
+        near = with_rings(quads, near, rings)
         rows = np.flatnonzero(near & movable)
         mine = np.flatnonzero(near[quads].any(axis=1))
         if not len(rows):

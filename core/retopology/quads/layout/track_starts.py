@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ....base.plane import corner_angles
 from ..field.crosses import QUARTER, fans
 from ..mapping.seamless_map import SeamlessMap
 from .feature_chains import Around, FeatureChains
@@ -54,8 +55,7 @@ class TrackStarts:
         self.x, self.y = map_.place.real.tolist(), map_.place.imag.tolist()
         self.twin = crosses.twin.tolist()
         out = np.roll(map_.place, -1, axis=1) - map_.place
-        back = np.roll(map_.place, 1, axis=1) - map_.place
-        self._angle = np.angle(back * out.conj()).ravel()
+        self._angle = corner_angles(map_.place)
         self._leaves_at = np.angle(out).ravel()
         features = FeatureChains(crosses, self._angle)
         self.sound = features.sound

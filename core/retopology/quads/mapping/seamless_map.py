@@ -15,23 +15,17 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ....base.plane import corner_angles, doubled_areas
 from ....mesh.half_edges import following
 from ..field.crosses import QUARTER, TURNS, Crosses, fans
 from ..field.sectors import sector_turns
-from .elimination import free_basis, least_step
+from .elimination import free_basis
 from .seams import Seams, seams
 
 # No triangle weighs less than this part of the mean.
 LEAST_WEIGHT = 0.02
-# Flips that the first solution may have before all triangles are weighed anew, as a share, and
-# how often that is done at most.
-FEW_FLIPS, REWEIGHINGS = 0.003, 6
-# Determinant below which a triangle counts as flipped; 1 is undistorted.
-FLIPPED = 1e-3
 # How far the wanted Jacobians are off the identity.
 TRACE = 1e-3
-# Residuals count up to this when triangles are weighed anew.
-MOST_RESIDUAL = 5.0
 
 
 @dataclass(frozen=True)
@@ -125,9 +119,7 @@ class SeamlessProblem:
 
     def turns(self, x: np.ndarray) -> np.ndarray:
         """(n,) right angles that the triangles around each vertex make in the plane."""
-        at = self.places(x)
-        out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
-        angle = np.angle(back * out.conj()).ravel()
+        angle = corner_angles(self.places(x))
         return np.bincount(self.crosses.tail, angle, len(self.crosses.vertices)) / QUARTER
 
     @cached_property
@@ -144,9 +136,7 @@ class SeamlessProblem:
         """(v,) vertices around which, or in a sector of which, the map makes other than the wanted
         turns."""
         crosses = self.crosses
-        at = self.places(x)
-        out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
-        angle = np.angle(back * out.conj()).ravel()
+        angle = corner_angles(self.places(x))
         total = np.bincount(crosses.tail, angle, len(crosses.vertices)) / QUARTER
         wrong = np.abs(total - crosses.quarter_turns) > 0.5
         wrong &= ~crosses.border & ~crosses.on_feature
@@ -202,81 +192,16 @@ def pose(crosses: Crosses) -> SeamlessProblem:
         (values, (rows, unknown[columns])), shape=(4 * len(edge), number)
     ).tocsr()
     shifts.eliminate_zeros()
-    _, area = _areas(crosses)
+    area = 0.5 * doubled_areas(crosses.corner)
     corner = np.concatenate([unknown[cut.sheet], unknown[n + cut.sheet]], axis=1)
     weight = np.maximum(area / area.mean(), LEAST_WEIGHT)
     target = np.array([1.0, 0.0, 0.0, 1.0]) + TRACE * _scatter(crosses.vertices, crosses.triangles)
     return SeamlessProblem(crosses, cut, corner, shifts, weight, target)
 
 
-def least_squares(
-    problem: SeamlessProblem,
-    weight: np.ndarray,
-    x: np.ndarray | None = None,
-    basis: sparse.csr_array | None = None,
-    triangles: np.ndarray | None = None,
-    target: np.ndarray | None = None,
-) -> np.ndarray:
-    """The map whose Jacobians come nearest to the wanted ones, (unknowns,).
-
-    Parameters
-    ----------
-    weight:
-        (m,) weights of the triangles.
-    x, basis, triangles:
-        A solution that changes by a basis only, and the triangles (t,) that this touches; all of
-        them without.
-    target:
-        (m, 4) Jacobians that are wanted in place of the problem's.
-    """
-    target = problem.target if target is None else target
-    x = np.zeros(problem.count) if x is None else x
-    basis = problem.whole_basis if basis is None else basis
-    triangles = np.arange(len(weight)) if triangles is None else triangles
-    derivative, unknown = problem.derivative[triangles], problem.unknown[triangles]
-    rest = target[triangles] - np.einsum("mij,mj->mi", derivative, x[unknown])
-    by = weight[triangles]
-    right = np.einsum("m,mij,mi->mj", by, derivative, rest)
-    matrix = np.einsum("m,mij,mik->mjk", by, derivative, derivative, optimize=True)
-    return x + least_step(basis, unknown, matrix, right)
-
-
 def determinant(jacobian: np.ndarray) -> np.ndarray:
     """(m,) determinants of Jacobians (m, 4)."""
     return jacobian[:, 0] * jacobian[:, 3] - jacobian[:, 1] * jacobian[:, 2]
-
-
-def first_map(problem: SeamlessProblem) -> np.ndarray:
-    """(unknowns,) the least-squares map, its triangles weighed anew while many are flipped."""
-    weight = problem.weight
-    x = least_squares(problem, weight)
-    flips = determinant(problem.jacobian(x)) <= FLIPPED
-    best, least = x, np.count_nonzero(flips)
-    around = _around(problem.crosses)
-    for _ in range(REWEIGHINGS):
-        if least <= FEW_FLIPS * len(weight):
-            break
-        off = problem.jacobian(x) - np.array([1.0, 0.0, 0.0, 1.0])
-        residual = np.minimum((off**2).sum(axis=1), MOST_RESIDUAL)
-        weight = weight * (1.0 + residual) * np.where(flips, 2.0, 1.0)
-        # Neighbours share half of what is put on, so that weights do not jump.
-        weight = np.sqrt(weight * (around @ weight))
-        x = least_squares(problem, weight)
-        flips = determinant(problem.jacobian(x)) <= FLIPPED
-        if np.count_nonzero(flips) < least:
-            best, least = x, np.count_nonzero(flips)
-    return best
-
-
-def _around(crosses: Crosses) -> sparse.csr_array:
-    """(m, m) mean over the triangles that touch a triangle's corners."""
-    m, n = len(crosses.triangles), len(crosses.vertices)
-    touch = sparse.coo_array(
-        (np.ones(3 * m), (np.arange(3 * m) // 3, crosses.tail)), shape=(m, n)
-    ).tocsr()
-    count = np.asarray(touch.sum(axis=0)).ravel()
-    mean = sparse.diags_array(1.0 / np.maximum(count, 1.0)) @ touch.T
-    return (touch @ mean / 3.0).tocsr()
 
 
 def _merged(cut: Seams) -> tuple[np.ndarray, int]:
@@ -300,17 +225,9 @@ def _scatter(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.sin(vertices[triangles].mean(axis=1) @ (3.0 * waves) + waves[0])
 
 
-def _areas(crosses: Crosses) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 3) complex sides across from the corners, (m,) areas in quads."""
-    z = crosses.corner
-    side = np.roll(z, 1, axis=1) - np.roll(z, -1, axis=1)
-    area = 0.5 * ((z[:, 1] - z[:, 0]).conj() * (z[:, 2] - z[:, 0])).imag
-    return side, area
-
-
 def _gradients(corner: np.ndarray) -> np.ndarray:
     """(m, 3) complex gradients of the hat functions at corners (m, 3)."""
     side = np.roll(corner, 1, axis=1) - np.roll(corner, -1, axis=1)
-    double = ((corner[:, 1] - corner[:, 0]).conj() * (corner[:, 2] - corner[:, 0])).imag
     least = 1e-6 * (np.abs(side) ** 2).max(axis=1)
-    return 1j * side / np.maximum(double, np.maximum(least, np.finfo(float).tiny))[:, None]
+    double = np.maximum(doubled_areas(corner), np.maximum(least, np.finfo(float).tiny))
+    return 1j * side / double[:, None]

@@ -14,15 +14,11 @@ import numpy as np
 from scipy import sparse
 
 from ....base.progress import Progress
+from ....mesh.rings import with_rings
 from .cones import cone_targets
 from .elimination import least_step
-from .seamless_map import (
-    FLIPPED,
-    SeamlessProblem,
-    determinant,
-    first_map,
-    least_squares,
-)
+from .first_map import FLIPPED, first_map, least_squares
+from .seamless_map import SeamlessProblem, determinant
 
 # How often fans are stiffened, by how much in them and in the ring around, and how many rings
 # then move.
@@ -72,7 +68,7 @@ def injective_map(problem: SeamlessProblem, progress: Progress) -> tuple[np.ndar
             break
         idle = 0 if count < least else idle + 1
         least = min(count, least)
-        x = _newton(problem, x, _grown(problem, flipped, rings), progress)
+        x = _newton(problem, x, with_rings(problem.crosses.triangles, flipped, rings), progress)
         progress.step(0.6 + 0.4 * rings / MOST_RINGS)
         rings = int(rings * RING_GROWTH)
     flipped = _flipped(problem, x, 0.0)
@@ -85,16 +81,6 @@ def _flipped(problem: SeamlessProblem, x: np.ndarray, least: float = FLIPPED) ->
     found = np.zeros(len(problem.crosses.vertices), bool)
     wrong = determinant(problem.jacobian(x)) <= least
     found[problem.crosses.triangles[wrong]] = True
-    return found
-
-
-def _grown(problem: SeamlessProblem, seed: np.ndarray, rings: int) -> np.ndarray:
-    """(n,) bool, a set of vertices and so many rings around."""
-    triangles = problem.crosses.triangles
-    found = seed.copy()
-    for _ in range(rings):
-        touched = found[triangles].any(axis=1)
-        found[triangles[touched]] = True
     return found
 
 
@@ -124,12 +110,13 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
         if attempt == STIFFENINGS or not bad.any():
             break
         first = bad[crosses.triangles].any(axis=1)
-        second = _grown(problem, bad, 1)[crosses.triangles].any(axis=1)
+        second = with_rings(crosses.triangles, bad, 1)[crosses.triangles].any(axis=1)
         boost[first] *= STIFFER
         boost[second & ~first] *= STIFFER_AROUND
         fan, opened = cone_targets(problem, np.flatnonzero(bad & ~crosses.on_feature))
         target[fan] = opened
-        basis, triangles = _region(problem, _grown(problem, bad, STIFFENED_RINGS))
+        moving = with_rings(crosses.triangles, bad, STIFFENED_RINGS)
+        basis, triangles = _region(problem, moving)
         weight = np.maximum(problem.weight, 0.1) * boost
         x = least_squares(problem, weight, x, basis, triangles, target)
     return best

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.unit import unit
-from ..mesh.surface import Surface
+from ...base.median import weighted_median
+from ...base.unit import unit
+from ...mesh.surface import Surface
 
 # Angle in radians between the normals of a region and of the sphere or plane through it, in the
 # middle by area, from which on it is none. Noise of a tenth of the edges makes 0.15 (spheres),
@@ -72,7 +73,7 @@ def _round_shape(surface: Surface, rows: np.ndarray, mean: np.ndarray) -> RoundS
         return None
     points, normals, weight, bend = points[known], normals[known], weight[known], bend[known]
     best = None
-    for curvature in (0.0, _median(bend, weight)):
+    for curvature in (0.0, weighted_median(bend, weight)):
         if curvature == 0.0:
             centre = weight @ normals
             length = float(np.linalg.norm(centre))
@@ -82,16 +83,10 @@ def _round_shape(surface: Surface, rows: np.ndarray, mean: np.ndarray) -> RoundS
         else:
             middle = weight @ (points - normals / curvature) / weight.sum()
             shape = RoundShape(middle, 1.0 / curvature, 0.0)
-        spread = _median(shape.off(points, normals), weight)
+        spread = weighted_median(shape.off(points, normals), weight)
         if best is None or spread < best.spread:
             best = RoundShape(shape.centre, shape.radius, spread)
     return best if best is not None and best.spread <= OFF_SHAPE else None
-
-
-def _median(values: np.ndarray, weights: np.ndarray) -> float:
-    order = np.argsort(values)
-    share = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(share, 0.5 * share[-1])]])
 
 
 def grown_labels(

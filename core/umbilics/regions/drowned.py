@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature.tolerances import DROWNED_SIZE, REGION_BEND, UNRESOLVED
-from ..mesh.surface import Surface
-from .regions import connected, largest_disc
+from ...curvature.tolerances import DROWNED_SIZE, REGION_BEND, UNRESOLVED
+from ...mesh.surface import Surface
+from .region_map import connected, largest_disc
 
 
 def drowned_share(

@@ -16,12 +16,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..base.parallel import run
-from ..base.progress import Progress
-from ..base.unit import phase
-from ..curvature.field import CurvatureField
-from ..curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
-from ..mesh.surface import Surface
+from ...base.parallel import run
+from ...base.progress import Progress
+from ...base.unit import phase
+from ...curvature.field import CurvatureField
+from ...curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
+from ...mesh.surface import Surface
 
 BLOCK = 32768
 # Rings from a border that are left out: as far as fits reach.

@@ -1,0 +1,1 @@
+"""Areas and curves on which no umbilic stands by itself."""
