@@ -45,7 +45,7 @@ def unfolded(
         for _ in range(ROUNDS):
             progress.step(number / len(RINGS))
             up = _around(position, quads, averaged)
-            bad = own_quality(position, quads, up) < OPEN
+            bad = own_quality(position, quads) < OPEN
             if not bad.any():
                 return _on_surface(position, start, quads, guides)
             near = np.zeros(len(position), bool)
@@ -71,11 +71,9 @@ def fewer(position: np.ndarray, before: np.ndarray, quads: np.ndarray) -> bool:
     return bool(now < then)
 
 
-def own_quality(
-    position: np.ndarray, quads: np.ndarray, up: np.ndarray | None = None
-) -> np.ndarray:
-    """(q,) scaled Jacobians, negative where a quad faces against those around (q, 3)."""
-    up = _around(position, quads, 1) if up is None else up
+def own_quality(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(q,) scaled Jacobians, negative where a quad faces against those around."""
+    up = _around(position, quads, 0)
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     against = np.einsum("qc,qc->q", normal, up) < 0.0
@@ -112,25 +110,38 @@ def _on_surface(
     position: np.ndarray, start: np.ndarray, quads: np.ndarray, guides: Guides
 ) -> np.ndarray:
     """Positions as near to the surface, and to their creases, as no quad folds by it."""
-    moved = np.flatnonzero((position != start).any(axis=1))
-    if not len(moved):
+    moved = (position != start).any(axis=1)
+    if not moved.any():
         return position
+    back = moved & guides.fixed
+    return laid_on(position, moved, quads, guides, np.where(back[:, None], start, np.nan))
+
+
+def laid_on(
+    position: np.ndarray,
+    moving: np.ndarray,
+    quads: np.ndarray,
+    guides: Guides,
+    places: np.ndarray | None = None,
+) -> np.ndarray:
+    """Positions of which those `moving` (n,) bool are as near to the surface as no quad folds by
+    it, those on curves to these, those with one of the `places` (n, 3) to that."""
+    rows = np.flatnonzero(moving)
     for part in BACK:
         goal = position.copy()
-        goal[moved] = guides.surface(position[moved], vertex_normals(position, quads)[moved])[1]
-        on = moved[guides.curve[moved] >= 0]
+        normals = vertex_normals(position, quads)[rows]
+        goal[rows] = guides.surface(position[rows], normals)[1]
+        on = rows[guides.curve[rows] >= 0]
         for curve in np.unique(guides.curve[on]).tolist():
             mine = on[guides.curve[on] == curve]
             goal[mine] = on_curve(position[mine], *guides.curves[curve])
-        fixed = moved[guides.fixed[moved]]
-        goal[fixed] = start[fixed]
+        if places is not None:
+            goal = np.where(np.isnan(places), goal, places)
         before = np.minimum(own_quality(position, quads), KEPT)
-        going = np.zeros(len(position), bool)
-        going[moved] = True
+        going = moving.copy()
         for _ in range(STAYING):
             trial = np.where(going[:, None], position + part * (goal - position), position)
-            worse = own_quality(trial, quads) < before
-            stopped = quads[worse]
+            stopped = quads[own_quality(trial, quads) < before]
             if not going[stopped].any():
                 position = trial
                 break

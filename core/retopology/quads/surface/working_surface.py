@@ -20,8 +20,9 @@ from .decimation import SHARE, coarsened
 from .flipping import flipped
 from .subdivision import CREASE, MARK, Triangles, freed, refined
 
-# Edges are at most so many lengths of quads, and at least so many triangles are wanted.
-LONGEST, FEWEST = 1.0, 3000
+# Edges are at most so many lengths of quads, and at least so many triangles are wanted: no more
+# than the second for each quad, but the third.
+LONGEST, FEWEST, EACH, LEAST = 1.0, 3000, 24.0, 400
 # Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
 PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
 # Rounds of splitting: each halves the longest edges. Where too many triangles came of it edges may
@@ -113,7 +114,8 @@ def working_surface(
         fine = mesh
         mesh = coarsened(mesh, most, progress)
     mesh = flipped(mesh)
-    coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
+    fewest = np.clip(EACH * area / size**2, LEAST, FEWEST)
+    coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (fewest, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
     mesh = _refined(mesh, longest, int(SLACK * most))
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
