@@ -34,6 +34,9 @@ from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
 
+# A layout that needs so many times the quads that were asked for is not taken.
+CROWDED = 2.0
+
 
 def remesh(
     vertices: np.ndarray,
@@ -98,7 +101,7 @@ def remesh(
     parts, without, whole_numbers = _whole_numbers(parts, prepared.asked, part)
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.75, 0.95)
-    done, torn = filled(parts, whole_numbers, settings.relaxation, part)
+    done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     clock.lap("evening out")
     unlaid = prepared.unlaid + without + torn
     warnings += words_of_unlaid(len(unlaid))
@@ -170,7 +173,19 @@ def _whole_numbers(
     except RemeshError:
         parts, without = countable(parts, progress)
         made = counted(parts, asked, progress) if parts else []
-    return parts, [Unlaid(laid.working, laid.wishes) for laid in without], made
+    unlaid = [Unlaid(laid.working, laid.wishes) for laid in without]
+    # Poles that are nearer together than quads need many: then what is asked for counts more.
+    crowded = [
+        len(grid.quads) > CROWDED * Unlaid(laid.working, laid.wishes).asked
+        for laid, grid in zip(parts, made, strict=True)
+    ]
+    if any(crowded):
+        unlaid += [
+            Unlaid(one.working, one.wishes) for one, no in zip(parts, crowded, strict=True) if no
+        ]
+        parts = [one for one, no in zip(parts, crowded, strict=True) if not no]
+        made = [grid for grid, no in zip(made, crowded, strict=True) if not no]
+    return parts, unlaid, made
 
 
 class _Clock:

@@ -10,6 +10,7 @@ from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
+from ..layout.effort import Effort
 from ..layout.counting import characteristic, counted
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
@@ -48,14 +49,14 @@ class Finished:
 
 
 def filled(
-    parts: list[LaidOut], grids: list[Grids], steps: int, progress: Progress
+    parts: list[LaidOut], grids: list[Grids], steps: int, effort: Effort, progress: Progress
 ) -> tuple[list[Finished], list[Unlaid]]:
     """All pieces, evened out in so many steps, and those whose quads do not join up."""
     done, unlaid = [], []
     for number, (laid, grid) in enumerate(zip(parts, grids, strict=True)):
         share = number / len(parts), (number + 1) / len(parts)
         part = progress.part("Evening out", *share)
-        found = finished(laid, grid, steps, part)
+        found = finished(laid, grid, steps, effort, part)
         if found is None:
             unlaid.append(Unlaid(laid.working, laid.wishes))
         else:
@@ -63,7 +64,9 @@ def filled(
     return done, unlaid
 
 
-def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Finished | None:
+def finished(
+    laid: LaidOut, grid: Grids, steps: int, effort: Effort, progress: Progress
+) -> Finished | None:
     """A piece evened out; where quads stay folded, or bad beside an unsure crease, it is laid
     out anew with fewer wishes. None where quads do not join up: nothing torn is ever returned."""
     tries: list[Finished] = []
@@ -80,6 +83,8 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
         if not bad or attempt == ATTEMPTS - 1 or folded > HOPELESS * len(quality):
             break
+        if not effort.left:
+            break
         working = laid.working
         wrong = quality <= (0.0 if folded else BAD)
         corners = working.surface.triangles[triangle[placed.quads[wrong]]]
@@ -91,7 +96,7 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
             wishes = without_open_creases(working, laid.wishes, near)
             if wishes is laid.wishes:
                 break
-        again = laid_out(working, wishes, progress, LAST_LOCAL)
+        again = laid_out(working, wishes, progress, effort, LAST_LOCAL)
         if again is None:
             break
         try:

@@ -24,8 +24,8 @@ RINGS, STAY, AVERAGED = (1, 2, 3, 5, 8, 12), (0.1, 0.03, 0.01, 0.003, 0.001, 0.0
 CREASES_GIVE = 3
 # Rounds of each attempt.
 ROUNDS = 6
-# Scaled Jacobian that quads are opened to, and that going back to the surface leaves them.
-OPEN, KEPT = 0.2, 0.15
+# Scaled Jacobian below which quads are unfolded, and that going back to the surface leaves them.
+FOLDED, KEPT = 0.03, 0.15
 # Parts of the way back to the surface that are tried, one after the other.
 BACK = (1.0, 0.5, 0.5, 0.25)
 # Rounds in which vertices whose quads would fold stay.
@@ -45,7 +45,7 @@ def unfolded(
         for _ in range(ROUNDS):
             progress.step(number / len(RINGS))
             up = _around(position, quads, averaged)
-            bad = own_quality(position, quads) < OPEN
+            bad = own_quality(position, quads) < FOLDED
             if not bad.any():
                 return _on_surface(position, start, quads, guides)
             near = np.zeros(len(position), bool)

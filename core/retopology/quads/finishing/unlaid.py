@@ -22,14 +22,15 @@ from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
 from .guides import Guides, vertex_normals
+from .mending import mend
 from .projection import ClosestPoints
 from .reporting import angle_to_curvature
-from .unfolding import laid_on, own_quality, unfolded
+from .unfolding import fewer, laid_on, own_quality, unfolded
 
 # Quads that a triangle is cut into.
 EACH = 3
 # Features go where there are more triangles than so many times those that are wanted.
-FAR = 1.2
+FAR = 4.0
 # Quads of a tetrahedron: no closed surface has fewer triangles.
 FEWEST = 12
 
@@ -72,7 +73,12 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         beside=np.full((len(position), 2), -1),
         curves={},
     )
-    position = unfolded(laid_on(position, ~held, quads, guides), quads, guides, progress)
+    position = laid_on(position, ~held, quads, guides)
+    better = position.copy()
+    mend(better, quads, guides, progress)
+    if not fewer(position, better, quads):
+        position = better
+    position = unfolded(position, quads, guides, progress)
     folded = int(np.count_nonzero(own_quality(position, quads) <= 0.0))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))

@@ -126,11 +126,12 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     )
 
 
-def refined(mesh: Triangles, longest: float, rounds: int) -> Triangles:
-    """Edges longer than `longest` split, in so many rounds at most."""
+def refined(mesh: Triangles, longest: float, rounds: int, most: int) -> Triangles:
+    """Edges longer than `longest` split, in so many rounds at most and until there are more than
+    `most` triangles."""
     for _ in range(rounds):
         marked = mesh.lengths > longest
-        if not marked.any():
+        if not marked.any() or len(mesh.triangles) > most:
             break
         mesh = split_edges(mesh, marked)
     return mesh
