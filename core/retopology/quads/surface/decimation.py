@@ -40,8 +40,7 @@ def coarsened(
     mesh: Triangles, most: int, progress: Progress, borders: bool = False
 ) -> Triangles:
     """The mesh with about `most` triangles where it has more, its borders coarser too or not."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    area = mesh.area
     work = _Coarsening(mesh, borders)
     before = len(mesh.triangles)
     idle = 0

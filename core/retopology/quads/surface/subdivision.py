@@ -41,6 +41,11 @@ class Triangles:
         return self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
 
     @property
+    def area(self) -> float:
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+    @property
     def lengths(self) -> np.ndarray:
         """(3 m,) float64 of the half-edges."""
         tail, head = self.ends

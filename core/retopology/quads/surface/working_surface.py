@@ -25,6 +25,8 @@ from .subdivision import CREASE, MARK, Triangles, freed, refined
 LONGEST, FEWEST, EACH, LEAST, THIN = 1.0, 3000, 24.0, 400, 5.0
 # Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
 PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
+# Pieces of less area, in quads, are scraps: they are not refined, and no layout is sought for them.
+SCRAP = 0.5
 # Rounds of splitting: each halves the longest edges. Where too many triangles came of it edges may
 # be so many times longer.
 ROUNDS, LONGER = 12, 1.5
@@ -106,8 +108,7 @@ def working_surface(
     size:
         Length of a quad's edge, in the coordinates of `whole`.
     """
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    area = mesh.area
     most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
     fine = None
     if len(mesh.triangles) > SLACK * most:
@@ -118,7 +119,8 @@ def working_surface(
     fewest = np.clip(EACH * quads, LEAST, FEWEST)
     coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (fewest, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
-    mesh = _refined(mesh, longest, int(SLACK * np.clip(THIN * EACH * quads, THIN * LEAST, most)))
+    finest = SLACK * np.clip(THIN * EACH * quads, THIN * LEAST, most) if quads >= SCRAP else 0
+    mesh = _refined(mesh, longest, int(finest))
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     bordered = np.where(surface.twin < 0, CREASE, mesh.feature).astype(np.int8)
     mesh = freed(replace(mesh, feature=bordered), surface.border)
