@@ -110,9 +110,9 @@ def least_in_box(
     for _ in range(STEPS):
         free = (np.abs(x) < bound) | (slope * x > 0.0)
         way = np.where(free, -_curved(slope * free, steps, changes), 0.0)
-        promised = float(slope @ way)
+        promised = _dot(slope, way)
         if promised >= 0.0:
-            way, promised = -slope * free, -float((slope * free) @ slope)
+            way, promised = -slope * free, -_dot(slope * free, slope)
         if promised >= 0.0:
             break
         # Without any memory a step is by a tenth of the box at most.
@@ -126,7 +126,7 @@ def least_in_box(
         else:
             break
         step, change = trial - x, steeper - slope
-        if step @ change > 1e-12 * (change @ change):
+        if _dot(step, change) > 1e-12 * _dot(change, change):
             steps, changes = [*steps, step][-MEMORY:], [*changes, change][-MEMORY:]
         won, x, value, slope = value - found, trial, found, steeper
         if won <= LITTLE * max(abs(value), TINY):
@@ -139,11 +139,16 @@ def _curved(slope: np.ndarray, steps: list[np.ndarray], changes: list[np.ndarray
     way = slope.copy()
     shares = []
     for step, change in zip(reversed(steps), reversed(changes), strict=True):
-        share = (step @ way) / (step @ change)
+        share = _dot(step, way) / _dot(step, change)
         shares.append(share)
         way -= share * change
     if steps:
-        way *= (steps[-1] @ changes[-1]) / (changes[-1] @ changes[-1])
+        way *= _dot(steps[-1], changes[-1]) / _dot(changes[-1], changes[-1])
     for step, change, share in zip(steps, changes, reversed(shares), strict=True):
-        way += step * (share - (change @ way) / (step @ change))
+        way += step * (share - _dot(change, way) / _dot(step, change))
     return way
+
+
+def _dot(one: np.ndarray, two: np.ndarray) -> float:
+    """Without the threads of linear algebra, which wait for each other on a machine at work."""
+    return float(np.einsum("i,i->", one, two))

@@ -26,8 +26,12 @@ SHARE = 0.433
 SHORT, LONG = 1.1, 2.0
 # Lengths are aimed at that are so many times the present ones at most: triangles stay alike.
 GROWTH = 1.1
+# Where little has gone longer ones are aimed at: triangles without area make the mean too small.
+LONGER = 1.5
 # Cosine by which a triangle may turn, and the least shape (1 is equilateral) it may have then.
 TURN, SHAPE = 0.7, 0.25
+# Triangles of less shape have no normal.
+FLAT = 1e-6
 # Drawings of lots in a round: each adds vertices away from those that were chosen before.
 DRAWINGS = 3
 # A border may come so far from where it was, by the aimed-at length, each time a vertex of it goes.
@@ -49,7 +53,7 @@ def coarsened(
         if count <= most or idle >= PATIENCE:
             break
         progress.step((before - count) / max(before - most, 1))
-        aimed = min(area / most, GROWTH**2 * area / count) / SHARE
+        aimed = min(area / most, GROWTH**2 * area / count) * LONGER ** (2 * idle) / SHARE
         work.round(float(np.sqrt(aimed)), (count - most + 1) // 2)
         idle = idle + 1 if len(work.triangles) > (1.0 - LITTLE) * count else 0
     return work.result()
@@ -286,5 +290,7 @@ def _spoiled(place: np.ndarray, stars: _Stars, aim: float) -> np.ndarray:
         shapes.append(2.0 * np.sqrt(3.0) * size / total)
         longest = np.maximum(rim, np.maximum(*sides))
     turned = np.einsum("sc,sc->s", *normals) < TURN * sizes[0] * sizes[1]
+    # A triangle without area has no normal to keep.
+    turned &= shapes[0] > FLAT
     worse = shapes[1] < np.minimum(SHAPE, 0.5 * shapes[0])
     return turned | worse | (longest > (LONG * aim) ** 2)
