@@ -16,11 +16,14 @@ import numpy as np
 WANTED = 0.7
 # Sides are not left shorter than this part of the mean, and that counts so much.
 LEAST_SIDE, SIDE_WEIGHT = 0.2, 4.0
+# Lengths count as if this part of the mean lay across them: beside sides of no length sines would
+# jump, and steps end there.
+SOFT = 0.05
 # A vertex moves by this part of the mean side at most in each of its axes.
 FARTHEST = 0.7
 # Steps at most, pairs of steps and slopes that are remembered, halvings of a step, and the part of
 # what its slope promises that a step must win.
-STEPS, MEMORY, HALVINGS, ARMIJO = 40, 8, 20, 1e-4
+STEPS, MEMORY, HALVINGS, ARMIJO = 80, 12, 20, 1e-4
 # A step that wins less than this part is the last.
 LITTLE = 1e-6
 TINY = 1e-30
@@ -69,7 +72,7 @@ class Opening:
         up, side = self._up, self._side
         out = np.roll(at, -1, axis=1) - at
         back = np.roll(at, 1, axis=1) - at
-        length = np.sqrt((out**2).sum(axis=2) + (1e-4 * side) ** 2)
+        length = np.sqrt((out**2).sum(axis=2) + (SOFT * side) ** 2)
         before = np.roll(length, 1, axis=1)
         sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
         sine /= length * before
