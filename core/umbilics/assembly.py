@@ -16,7 +16,7 @@ from . import kind as cubic_form
 from .compounds import merged, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
-from .located import locate
+from .located import locate, standard_errors
 from .methods.raw import RawUmbilics
 from .pairing.persistence import importance, trust_ratio
 from .regions.region_map import RegionMap
@@ -51,17 +51,17 @@ class Analysed:
 
 @dataclass(frozen=True)
 class Turning:
-    """What the directions turn around, k hits outside regions, before it is located.
+    """What the directions turn around, k raw outside regions, before it is located.
 
     Attributes
     ----------
-    hits, triangle_index:
-        The hits, and (m,) the index of every triangle, those in regions included.
+    raw, triangle_index:
+        The raw, and (m,) the index of every triangle, those in regions included.
     elliptic, persistence, partner:
-        (k,) of the hits, see `Umbilics`; in the coordinates of the surface.
+        (k,) of the raw, see `Umbilics`; in the coordinates of the surface.
     """
 
-    hits: RawUmbilics
+    raw: RawUmbilics
     triangle_index: np.ndarray
     elliptic: np.ndarray
     persistence: np.ndarray
@@ -108,7 +108,7 @@ def assemble(
         triangle_index=sums_at_triangles(surface, turning.triangle_index, mesh.triangle_count),
         surface_type=at_vertices(surface, analysed.types, mesh.vertex_count, -1),
         conformal_scale=at_vertices(
-            surface, turning.hits.conformal_scale, mesh.vertex_count, np.nan
+            surface, turning.raw.conformal_scale, mesh.vertex_count, np.nan
         ),
         euler_characteristic=characteristic,
         index_sum=float(candidates.index.sum()),
@@ -145,7 +145,7 @@ def _umbilics(
         surface,
         fitted,
         analysed.noise,
-        turning.hits,
+        turning.raw,
         turning.elliptic,
         persistence,
         partner,
@@ -159,6 +159,7 @@ def _umbilics(
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
+    clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     return Umbilics(
         position=found.position(surface) * surface.unit + surface.origin,
@@ -171,7 +172,7 @@ def _umbilics(
         curvature=found.curvature / surface.unit,
         persistence=verdict.persistence / surface.unit,
         partner=verdict.partner,
-        uncertainty=found.uncertainty * surface.unit,
+        uncertainty=standard_errors(found, clean) * surface.unit,
         noise=found.noise / surface.unit,
         separatrix=_rays(found.p, found.q, found.x, found.y),
         at_border=verdict.at_border,
