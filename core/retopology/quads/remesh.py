@@ -27,7 +27,7 @@ from .finishing.reporting import reported
 from .finishing.unlaid import Unlaid, cut_in_three
 from .layout.counting import countable, counted
 from .layout.grids import Grids
-from .layout.laying_out import LaidOut
+from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words, words_of_unlaid
 from .preparation import Given, prepare
@@ -174,11 +174,13 @@ def _whole_numbers(
         parts, without = countable(parts, progress)
         made = counted(parts, asked, progress) if parts else []
     unlaid = [Unlaid(laid.working, laid.wishes) for laid in without]
-    # Poles that are nearer together than quads need many: then what is asked for counts more.
-    crowded = [
-        len(grid.quads) > CROWDED * Unlaid(laid.working, laid.wishes).asked
-        for laid, grid in zip(parts, made, strict=True)
-    ]
+    # Poles that are nearer together than quads need many: then what is asked for counts more. Thin
+    # rods need as many in any way.
+    crowded = []
+    for laid, grid in zip(parts, made, strict=True):
+        fit = Unlaid(laid.working, laid.wishes).asked
+        poles = int(np.count_nonzero(laid.map_.crosses.singular))
+        crowded.append(len(grid.quads) > CROWDED * fit and poles * LEAST_EACH > fit)
     if any(crowded):
         unlaid += [
             Unlaid(one.working, one.wishes) for one, no in zip(parts, crowded, strict=True) if no

@@ -10,8 +10,8 @@ from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
-from ..layout.effort import Effort
 from ..layout.counting import characteristic, counted
+from ..layout.effort import Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
@@ -26,10 +26,9 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
-# With more than this share of its quads folded a piece has no room for them: others would be too.
-HOPELESS = 0.05
-# Vertices count as off the surface beyond this part of a side.
-OFF = 1e-6
+# Vertices count as off the surface beyond the first part of a side; beyond the second the shape is
+# lost, and quads that follow nothing but the surface are better.
+OFF, LOST = 1e-6, 1.0
 
 
 @dataclass(frozen=True)
@@ -81,9 +80,7 @@ def finished(
         quality = oriented_quality(position, placed.quads, guides)
         folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
         tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
-        if not bad or attempt == ATTEMPTS - 1 or folded > HOPELESS * len(quality):
-            break
-        if not effort.left:
+        if not bad or attempt == ATTEMPTS - 1 or not effort.left:
             break
         working = laid.working
         wrong = quality <= (0.0 if folded else BAD)
@@ -121,6 +118,8 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     normals = vertex_normals(position, quads)
     off = np.linalg.norm(guides.surface(position, normals)[1] - position, axis=1)
     side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
+    if off.max() > LOST * side:
+        return None
     surface = one.laid.working.surface
     triangle, _ = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(
         position, normals

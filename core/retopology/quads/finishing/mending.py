@@ -44,10 +44,11 @@ def mend(position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Prog
         mine = np.flatnonzero(near[quads].any(axis=1))
         if not len(rows):
             return
-        up = surface_axes(position[quads[mine]], vertex_normals(position, quads)[quads[mine]], guides)
-        local = places_in(rows, len(position))[quads[mine]]
+        some = quads[mine]
+        up = surface_axes(position[some], vertex_normals(position, quads)[some], guides)
+        local = places_in(rows, len(position))[some]
         axes = _axes(position, quads, guides, rows)
-        step = Opening(position[quads[mine]], up, local, axes, STAY).step()
+        step = Opening(position[some], up, local, axes, STAY).step()
         if not _applied(position, quads[mine], guides, rows, step):
             if rings == MOST_RINGS:
                 return

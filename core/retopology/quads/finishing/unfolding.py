@@ -20,7 +20,8 @@ from .opening import Opening
 # Rings around folded quads that move, how much a move costs beside a corner that misses all, and
 # how often the normals of the quads around are averaged, in one attempt after the other; from the
 # given one on creases do not hold their vertices.
-RINGS, STAY, AVERAGED = (1, 2, 3, 5, 8, 12), (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003), (0, 1, 1, 2, 3, 5)
+RINGS, AVERAGED = (1, 2, 3, 5, 8, 12), (0, 1, 1, 2, 3, 5)
+STAY = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003)
 CREASES_GIVE = 3
 # Rounds of each attempt.
 ROUNDS = 6

@@ -24,6 +24,7 @@ class Effort:
 
     @property
     def left(self) -> bool:
+        """Whether more may be tried."""
         return self._left > 0.0
 
     def spend(self, triangles: int) -> None:

@@ -42,6 +42,7 @@ class Triangles:
 
     @property
     def area(self) -> float:
+        """Of all triangles together."""
         a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 

@@ -21,7 +21,7 @@ from .flipping import flipped
 from .subdivision import CREASE, MARK, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted: no more
-# than the second for each quad, but the third. Thin rods and slivers may take the fourth times that.
+# than the second for each quad, but the third. Thin rods may take the fourth times that.
 LONGEST, FEWEST, EACH, LEAST, THIN = 1.0, 3000, 30.0, 400, 5.0
 # Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
 PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
