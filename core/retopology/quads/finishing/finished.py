@@ -26,6 +26,8 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
+# With more than this share of its quads folded a piece has no room for them: others would be too.
+HOPELESS = 0.05
 # Vertices count as off the surface beyond the first part of a side; beyond the second the shape is
 # lost, and quads that follow nothing but the surface are better.
 OFF, LOST = 1e-6, 1.0
@@ -81,6 +83,8 @@ def finished(
         folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
         tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
         if not bad or attempt == ATTEMPTS - 1 or not effort.left:
+            break
+        if folded > HOPELESS * len(quality):
             break
         working = laid.working
         wrong = quality <= (0.0 if folded else BAD)
