@@ -42,8 +42,9 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
         if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
             self.report({"INFO"}, reported(f"{obj.name} has arrows already."))
             return {"CANCELLED"}
-        modifier = obj.modifiers.new("Umbilics Arrows", "NODES")
-        modifier.node_group = arrow_group()
+        # Made first: what fails leaves no modifier behind.
+        group = arrow_group()
+        obj.modifiers.new("Umbilics Arrows", "NODES").node_group = group
         return {"FINISHED"}
 
 

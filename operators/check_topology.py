@@ -63,7 +63,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
             check, poles, umbilics = found
             against = retopology.against(job, umbilics)
             checks.write(context, checked, against, check, poles, self._stamp, transaction)
-        return f"{'. '.join(topology.sentences(checked.umbilics_check))}."
+            return f"{'. '.join(topology.sentences(checked.umbilics_check))}."
 
 
 def _surface_of(context: bpy.types.Context, checked: bpy.types.Object | None) -> bpy.types.Object:

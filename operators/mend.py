@@ -9,12 +9,14 @@ from bpy.props import EnumProperty
 
 from .. import core
 from .base import verdict
+from .base.translation import reported
 from .data import record
 from .jobs import refusals
 from .jobs.modal import possible
 from .mesh.read import positions
 from .scene import homes, selection, targets
 from .scene.modes import object_mode
+from .scene.transaction import Transaction, all_or_nothing
 
 # By so much the neighbourhoods grow where noise is as strong as the shape.
 _WIDER = 1.5
@@ -53,21 +55,36 @@ class UMBILICS_OT_mend(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = selection.active(context)
-        _WAYS[self.way](context, obj)
         how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
-        detected = bpy.ops.umbilics.detect(how, again=True)
+        try:
+            # What was mended for a detection that fails is taken back.
+            with all_or_nothing() as transaction:
+                _WAYS[self.way](context, obj, transaction)
+                detected = bpy.ops.umbilics.detect(how, again=True)
+                if detected == {"CANCELLED"}:
+                    transaction.take_back()
+        except RuntimeError as error:
+            # What the detection reports as an error comes as an exception.
+            self.report({"ERROR"}, reported(str(error).strip().removeprefix("Error: ")))
+            return {"CANCELLED"}
         return {"CANCELLED"} if detected == {"CANCELLED"} else {"FINISHED"}
 
 
-def _subdivide(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+def _subdivide(
+    context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction
+) -> None:
+    display = context.scene.umbilics_display
     modifier = next((m for m in reversed(obj.modifiers) if m.type == "SUBSURF"), None)
     if modifier is None:
         modifier = obj.modifiers.new("Subdivision", "SUBSURF")
+        transaction.on_failure(obj.modifiers.remove, modifier)
         modifier.levels = _levels_for(obj.data)
     else:
+        transaction.keep(modifier, "levels", "show_viewport")
         modifier.levels += 1
     modifier.show_viewport = True
-    context.scene.umbilics_display.source = "EVALUATED"
+    transaction.keep(display, "source")
+    display.source = "EVALUATED"
 
 
 def _levels_for(mesh: bpy.types.Mesh) -> int:
@@ -77,29 +94,43 @@ def _levels_for(mesh: bpy.types.Mesh) -> int:
     return min(max(math.ceil(wanted) + 1, fewest), most)
 
 
-def _set_creases(context: bpy.types.Context, _obj: bpy.types.Object) -> None:
+def _set_creases(
+    context: bpy.types.Context, _obj: bpy.types.Object, transaction: Transaction
+) -> None:
     settings = context.scene.umbilics
+    transaction.keep(settings, "crease_angle_auto", "crease_angle")
     settings.crease_angle_auto, settings.crease_angle = False, math.radians(core.SHARP)
 
 
-def _merge(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> None:
     with object_mode(context, obj, push=False):
         work = bmesh.new()
+        work.from_mesh(obj.data)
+        before = work.copy()
         try:
-            work.from_mesh(obj.data)
             reach = _SAME * float(abs(positions(obj.data)).max(initial=0.0))
             bmesh.ops.remove_doubles(work, verts=work.verts, dist=reach)
             work.to_mesh(obj.data)
         finally:
             work.free()
         obj.data.update()
+    transaction.on_failure(_put_back, context, obj, before)
+    transaction.at_end(before.free)
 
 
-def _widen(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+def _put_back(context: bpy.types.Context, obj: bpy.types.Object, before: bmesh.types.BMesh) -> None:
+    with object_mode(context, obj, push=False):
+        before.to_mesh(obj.data)
+        before.free()
+        obj.data.update()
+
+
+def _widen(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> None:
     settings, kept = context.scene.umbilics, record.of(homes.owner_of(obj))
     rings = settings.scale
     if kept is not None and len(kept.edge) and (edge := float(np.median(kept.edge))) > 0.0:
         rings = kept.detection.scale / edge
+    transaction.keep(settings, "scale_auto", "scale_unit", "scale")
     settings.scale_auto, settings.scale_unit = False, "rings"
     settings.scale = math.ceil(_WIDER * rings)
 

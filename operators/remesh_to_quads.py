@@ -78,7 +78,7 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
             stamp = checks.signature_of(made, None)
             against = retopology.against(job, found.umbilics)
             checks.write(context, made, against, found.check, found.poles, stamp, transaction)
-        said = ". ".join(topology.sentences(made.umbilics_check))
+            said = ". ".join(topology.sentences(made.umbilics_check))
         return f"{len(quads.quads)} quads, {len(quads.pole_valence)} poles. {said}."
 
     def warnings(self, found: Made) -> tuple[str, ...]:

@@ -23,8 +23,7 @@ class UMBILICS_OT_restore_deleted(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = selection.shown(context)
-        obj.umbilics.deleted = ""
-        filters.apply(context, obj, filters.used_filters(obj))
+        filters.put_rows(context, obj, "deleted", "")
         changes.notify("view", context)
         return {"FINISHED"}
 

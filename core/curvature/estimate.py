@@ -28,6 +28,7 @@ from .fitted_normals import fitted_normals
 from .from_normals import curvature_from_normals
 from .jets import fit_jets
 from .scale import Scale, choose, starting_normals
+from .spread_fits import fit_spread, worth_spreading
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,10 @@ def _from_jets(
         start = starting_normals(surface, normals, neighbourhood, choosing)
         scale = Scale(neighbourhood, start, 1.0)
     fitting = progress.part("Fitting jets", 0.1, 0.9)
-    jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)
+    if centres is None and worth_spreading(scale):
+        jets = fit_spread(surface, scale.normals, scale.neighbourhood, fitting)
+    else:
+        jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)
     noise = scale.factor * jets.noise
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
     radius, determined = jets.radius, jets.determined

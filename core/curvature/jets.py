@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,9 @@ SAMPLES_PER_BLOCK = 65536
 # By degree: weights 1 / (1 + d^2 / focus)^3 of the squared distance d^2 (mean 1) bring the bias of
 # the distant samples down; measured on random meshes they beat equal and Gaussian weights.
 FOCUS = {3: 0.3, 4: 1.0, 5: 1.0}
+
+# Takes fits (b,), their radii (b,), their axes (3, 3, b) and which of the centres they are of (b,).
+Store = Callable[[HeightFit, np.ndarray, np.ndarray, np.ndarray], None]
 
 
 @dataclass(frozen=True)
@@ -103,15 +107,42 @@ def fit_jets(
         radius=np.empty(c),
         determined=np.zeros(c, bool),
     )
+
+    def store(fit: HeightFit, radius: np.ndarray, axes: np.ndarray, slots: np.ndarray) -> None:
+        _store(fit, radius, axes, slots, jets)
+
+    fit_each(surface, normals, neighbourhood, progress, centres, degree, store)
+    return jets
+
+
+def fit_each(
+    surface: Surface,
+    normals: np.ndarray,
+    neighbourhood: Neighbourhood,
+    progress: Progress,
+    centres: np.ndarray,
+    degree: int,
+    store: Store,
+) -> None:
+    """Fit height functions at the vertices `centres` (c,), and hand them to `store` in parts.
+
+    The other parameters are those of `fit_jets`.
+    """
+    c = len(centres)
     coordinates = np.ascontiguousarray(surface.vertices.T)
     spaces = threading.local()
     ask = progress.quiet()
+    determined = np.zeros(c, bool)
 
     def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
-        workspace = spaces.workspace
-        _fit_some(coordinates, normals, centres[slots], around, degree, slots, jets, workspace, ask)
+        some = centres[slots]
+        fits, radius, axes, order = _fit_some(
+            coordinates, normals, some, around, degree, spaces.workspace, ask
+        )
+        determined[slots[order]] = fits.determined
+        store(fits, radius, axes, slots[order])
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
@@ -119,11 +150,10 @@ def fit_jets(
     run(chunk, range(0, c, CHUNK), progress)
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
-        undetermined = np.flatnonzero(~jets.determined)
+        undetermined = np.flatnonzero(~determined)
         wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more)
         for first in range(0, len(undetermined), CHUNK):
             fit(undetermined[first : first + CHUNK], wider)
-    return jets
 
 
 def _fit_some(
@@ -132,12 +162,11 @@ def _fit_some(
     centres: np.ndarray,
     around: Neighbourhood,
     degree: int,
-    slots: np.ndarray,
-    jets: Jets,
     workspace: Workspace,
     progress: Progress,
-) -> None:
-    """Fit the jets of some vertices `centres` (c,), into `slots` (c,) of `jets`.
+) -> tuple[HeightFit, np.ndarray, np.ndarray, np.ndarray]:
+    """Fits at vertices `centres` (c,) in the order of their samples: the fits, (c,) radii,
+    (3, 3, c) axes and (c,) their rows of `centres`.
 
     The samples are summed in blocks, the fits solved all together: in many short calls two
     threads would wait for the interpreter lock more than they work.
@@ -160,7 +189,7 @@ def _fit_some(
         sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace)
-    _store(fit, radius[:end], axes.take(order, axis=2), slots[order], jets)
+    return fit, radius[:end], axes.take(order, axis=2), order
 
 
 def samples_about(

@@ -60,11 +60,15 @@ class Scale:
         (n, 3) float64 unit normals to start the fits from.
     factor:
         Error over the standard error that independent residuals give, at least 1.
+    clean:
+        Whether the standard errors of the next ring are no less than those of the first: what is
+        left of the heights is what the fits miss of the surface, and not errors of the points.
     """
 
     neighbourhood: Neighbourhood
     normals: np.ndarray
     factor: float
+    clean: bool = False
 
 
 def choose(
@@ -84,14 +88,14 @@ def choose(
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     two = fit_jets(surface, normals, focused, progress, centres)
     if np.median(two.residual) <= ROUND_OFF * np.median(two.radius):
-        return Scale(focused, normals, 1.0)
+        return Scale(focused, normals, 1.0, clean=True)
     stretch = min(_stretch(focused, centres), MOST_STRETCH)
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
     )
     grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
     if grown.neighbourhood.rings == 2:
-        return Scale(focused, normals, 1.0)
+        return Scale(focused, normals, 1.0, grown.clean)
     return grown
 
 
@@ -123,6 +127,7 @@ def grow_while_it_falls(
     axes = normals[centres]
     rings, smoothed = neighbourhood.rings, normals
     fits = [at(rings + more, normals) for more in range(3)]
+    clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
     changes = [_change(*pair, axes) for pair in pairwise(fits)]
     while changes[1] < FALLING * changes[0] and rings < most:
         rings += 1
@@ -131,7 +136,8 @@ def grow_while_it_falls(
         fits = [*fits[1:], at(rings + 2, smoothed)]
         changes = [changes[1], _change(fits[1], fits[2], axes)]
     around = dataclasses.replace(neighbourhood, rings=rings)
-    return Scale(around, smoothed, _factor(fits[0], fits[1], changes[0]))
+    factor = _factor(fits[0], fits[1], changes[0])
+    return Scale(around, smoothed, factor, clean)
 
 
 def starting_normals(

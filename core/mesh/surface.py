@@ -101,7 +101,7 @@ class Surface:
         """(3, m) squared lengths of the sides ab, bc and ca of the triangles abc."""
         return self._faces[2]
 
-    @property
+    @cached_property
     def vertex_area(self) -> np.ndarray:
         """(n,) area of the triangles around each vertex."""
         around = np.repeat(self._faces[1], 3)

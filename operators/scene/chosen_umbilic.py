@@ -52,6 +52,5 @@ def toggle(context: bpy.types.Context, name: str) -> None:
     """Put the chosen umbilic into the list `name`, "pinned" or "deleted", or take it out."""
     obj, _, row = chosen(context)
     rows = set(summary.rows_of(getattr(obj.umbilics, name))) ^ {row}
-    setattr(obj.umbilics, name, summary.text_of(rows))
-    filters.apply(context, obj, filters.used_filters(obj))
+    filters.put_rows(context, obj, name, summary.text_of(rows))
     changes.notify("view", context)

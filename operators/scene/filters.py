@@ -75,10 +75,24 @@ def apply(
     context: bpy.types.Context,
     obj: bpy.types.Object,
     settings: core.Settings,
+    live: bool = False,
 ) -> None:
-    """Bring the object's summary, list and empties in line with the filters of `settings`."""
+    """Bring the object's summary, list and empties in line with the filters of `settings`.
+
+    While a slider is dragged, `live`, there is no time to remember the list for a failure.
+    """
     with all_or_nothing() as transaction:
+        if not live:
+            transaction.keep_properties(obj, "umbilics")
         write(context, obj, settings, transaction, fresh=False)
+
+
+def put_rows(context: bpy.types.Context, obj: bpy.types.Object, name: str, text: str) -> None:
+    """Put candidates into the object's list `name`, "pinned" or "deleted", and filter anew."""
+    with all_or_nothing() as transaction:
+        transaction.keep_properties(obj, "umbilics")
+        setattr(obj.umbilics, name, text)
+        write(context, obj, used_filters(obj), transaction, fresh=False)
 
 
 def write(
@@ -153,7 +167,7 @@ def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[object, ...]:
 
 def _filter_changed(context: bpy.types.Context) -> None:
     for obj in with_results(context):
-        apply(context, obj, chosen_filters(context.scene))
+        apply(context, obj, chosen_filters(context.scene), live=True)
     changes.notify("view", context)
 
 

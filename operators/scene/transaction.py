@@ -60,6 +60,16 @@ class Transaction:
         """At the end ask which data-blocks nothing needs without those that go; they go too."""
         self._sweeps.append(find)
 
+    def take_back(self) -> None:
+        """Take everything back here and now, though nothing has failed."""
+        self._back.close()
+        self._unwanted, self._last, self._sweeps = [], [], []
+
+    def keep(self, owner: bpy.types.bpy_struct, *names: str) -> None:
+        """Remember properties of Blender's or of ours, in an order in which they can be put."""
+        for name in reversed(names):
+            self.on_failure(setattr, owner, name, getattr(owner, name))
+
     def keep_properties(self, owner: bpy.types.ID, name: str) -> None:
         """Remember a group of properties of ours, to put its values back."""
         if not owner.is_property_set(name):

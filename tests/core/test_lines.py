@@ -58,6 +58,7 @@ def beside(points, which, axes=(3.0, 2.0, 1.0)):
     return np.where(steep > 0.5, np.abs(value - value[0]) / steep, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("subdivisions", [4, 5, 6])
 def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     """Over a length of 3 all stay within half an edge, nine of ten within a fifth."""
@@ -87,6 +88,7 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     assert np.quantile(off, 0.9) < 0.2 and max(off) < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh", [ellipsoid(subdivisions=5), random_ellipsoid(20000)], ids=["icosphere", "random"]
 )
@@ -163,6 +165,7 @@ def test_no_line_turns_sharply():
         assert np.einsum("ij,ij->i", step[1:], step[:-1]).min(initial=1.0) > 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [ellipsoid(subdivisions=6), torus()], ids=["ellipsoid", "torus"])
 def test_closed_lines_close_without_a_kink(mesh):
     lines = guided(mesh).lines()
@@ -204,6 +207,7 @@ def test_one_family_alone():
         assert set(lines.family) == {family}
 
 
+@pytest.mark.slow
 def test_spacing_is_in_length():
     mesh = torus(columns=60, rows=24)
     counts = [len(guided(mesh).lines(core.GuidanceSettings(spacing=s))) for s in (0.2, 0.4)]
@@ -241,6 +245,7 @@ def turning(lines, step):
     return turned / steps
 
 
+@pytest.mark.slow
 def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
     mesh = noisy(ellipsoid(subdivisions=5), 0.05)
     detection = core.detect(
@@ -257,6 +262,7 @@ def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
     assert ratio < 0.8, ratio
 
 
+@pytest.mark.slow
 def test_separatrices_do_not_follow_the_swirls_of_dropped_pairs():
     """In the field as it was, with 852 swirls, they turned by 34 degrees a step and 3 of 24
     arrived."""
@@ -267,6 +273,7 @@ def test_separatrices_do_not_follow_the_swirls_of_dropped_pairs():
     assert (found.target >= 0).sum() > 6
 
 
+@pytest.mark.slow
 def test_smoothing_a_clean_surface_changes_little():
     mesh = torus()
     lines = guided(mesh).lines(core.GuidanceSettings(line_smoothness=0.4))

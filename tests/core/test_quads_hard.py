@@ -123,6 +123,7 @@ def bracket():
     return points, np.array(triangles)
 
 
+@pytest.mark.slow
 def test_flat_faces_have_no_poles_inside():
     """Between the few corners of large faces no fit touches the surface: what it says there is no
     direction, and its normals do not turn the field."""
@@ -197,6 +198,7 @@ def volume(mesh):
     return float(np.einsum("mc,mc->", np.cross(a, b), c)) / 6.0
 
 
+@pytest.mark.slow
 def test_a_blunt_triangle_gets_quads_and_not_cut_triangles():
     """Two corners are sharper than half a right angle: their poles lie near those of the field."""
     vertices = np.array([[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 2.0, 1.5]])
@@ -219,6 +221,7 @@ def test_a_blunt_triangle_gets_quads_and_not_cut_triangles():
     assert not any("No layout" in sentence for sentence in made.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("marked", [False, True])
 def test_layouts_begin_anew_without_creases(monkeypatch, marked):
     """Where no map is found with creases there is one without, and marks stay if they can; the
@@ -287,6 +290,7 @@ def test_borders_have_three_edges_whatever_the_scale():
     assert min(around.values()) >= 3
 
 
+@pytest.mark.slow
 def test_quads_tell_where_they_are_torn():
     vertices, triangles = cube(2)
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=54))
@@ -301,6 +305,7 @@ def test_quads_tell_where_they_are_torn():
     assert not conformity(twice, count).manifold and not conformity(pinched, count).manifold
 
 
+@pytest.mark.slow
 def test_a_layout_without_whole_numbers_is_said_and_not_refused(monkeypatch):
     """A layout whose lengths contradict what must stay apart; there is a bound to the search."""
     vertices, triangles = bumpy(1, level=3)

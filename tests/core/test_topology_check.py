@@ -55,6 +55,7 @@ def test_a_spiral_has_the_angle_that_it_was_given(guide):
     )
 
 
+@pytest.mark.slow
 def test_jacobians_are_sines_and_tell_a_folded_quad(guide):
     vertices, quads = grid(40, 20, torus)
     found = check(guide, vertices, quads)
@@ -76,6 +77,7 @@ def test_distance_is_that_of_an_offset(guide):
     assert found.distance == pytest.approx(0.03, rel=0.03)
 
 
+@pytest.mark.slow
 def test_what_has_no_quads_is_not_covered_however_near_the_others_are(guide):
     vertices, quads = grid(40, 20, torus)
     assert check(guide, vertices, quads).covered == 1.0
@@ -91,6 +93,7 @@ def test_what_has_no_quads_is_not_covered_however_near_the_others_are(guide):
     assert found.covered == pytest.approx(1.0 - gone, abs=0.01)
 
 
+@pytest.mark.slow
 def test_faces_of_any_size_cover_all_that_they_span(guide):
     vertices, quads = grid(40, 20, torus)
     # The flat polygon of a ring of the tube lies inside it, farther than an edge from the surface.
@@ -147,6 +150,7 @@ def test_a_cube_on_an_ellipsoid_has_eight_poles_in_the_wrong_places(ellipsoid):
     assert found.matched + found.extra == 8
 
 
+@pytest.mark.slow
 def test_a_vertex_stands_for_a_pole_within_three_edges_and_for_one_only(ellipsoid):
     vertices, quads = cube_on((1.5, 1.0, 0.7), 12)
     plan = ellipsoid.guidance().poles
@@ -168,6 +172,7 @@ def test_a_mesh_without_faces_is_refused(ellipsoid):
         check(ellipsoid, np.zeros((3, 3)), np.zeros((0, 4), int))
 
 
+@pytest.mark.slow
 def test_quads_that_were_made_are_checked_like_any_other_mesh(ellipsoid):
     surface = ellipsoid.surface
     made = core.remesh(

@@ -105,6 +105,7 @@ def test_no_line_takes_more_chords_than_the_mesh_has_triangles_for():
     assert headway.lost(row, row, np.ones(1))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),

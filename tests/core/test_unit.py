@@ -1,10 +1,13 @@
-"""Vectors and complex numbers made one long, and turns between tangent planes."""
+"""What much else is made of: unit vectors, turns, triangles in the plane, rings, medians."""
 
 import numpy as np
 
+from core.base.median import weighted_median
+from core.base.plane import corner_angles, doubled_areas
 from core.base.unit import phase, unit
 from core.fields.frames import frame
 from core.fields.transport import carried, rotation
+from core.mesh.rings import with_rings
 
 
 def test_length_becomes_one_and_nothing_stays_nothing_or_no_turn():
@@ -25,3 +28,28 @@ def test_a_frame_is_turned_as_the_smallest_rotation_carries_it():
     # e1 is 1 in its own frame, and the turn in the other one.
     expected = turn.real * f1 + turn.imag * f2
     np.testing.assert_allclose(moved, expected.T, atol=1e-9)
+
+
+def test_triangles_in_the_plane_upside_down_are_negative():
+    triangles = np.array([[0.0, 2.0, 2.0j], [0.0, 2.0j, 2.0]])
+    np.testing.assert_allclose(doubled_areas(triangles), [4.0, -4.0])
+    right = np.pi * np.array([0.5, 0.25, 0.25])
+    np.testing.assert_allclose(corner_angles(triangles), np.concatenate([right, -right]))
+
+
+def test_rings_go_from_face_to_face():
+    """A row of quads: each ring adds the two vertices at either end."""
+    faces = np.array([[2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2] for i in range(9)])
+    start = np.zeros(20, bool)
+    start[8] = True
+    for rings, reached in ((0, [8]), (1, range(6, 12)), (2, range(4, 14)), (99, range(20))):
+        assert np.flatnonzero(with_rings(faces, start, rings)).tolist() == list(reached)
+    assert start.sum() == 1
+
+
+def test_the_weighted_median_is_where_half_of_the_weight_is():
+    values = np.array([3.0, 1.0, 2.0])
+    assert weighted_median(values, np.ones(3)) == 2.0
+    assert weighted_median(values, np.array([5.0, 1.0, 1.0])) == 3.0
+    assert weighted_median(values, np.array([0.0, 5.0, 1.0])) == 1.0
+    assert weighted_median(np.zeros(0), np.zeros(0)) == 0.0

@@ -62,6 +62,7 @@ def _of_object(obj):
         "parent": obj.parent.name if obj.parent else "",
         "place": [tuple(row) for row in obj.matrix_world],
         "hidden": obj.hide_get(),
+        "modifiers": [(one.name, one.type, one.show_viewport) for one in obj.modifiers],
         "tags": {
             key: str(obj[key].to_list() if hasattr(obj[key], "to_list") else obj[key])
             for key in obj.keys()  # noqa: SIM118
@@ -322,3 +323,39 @@ def test_a_clear_that_fails(addon, monkeypatch, name):
             bpy.ops.umbilics.clear()
     assert differences(before, everything()) == []
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
+
+
+FILTERING = [
+    ("data.pins", "rows"),
+    ("data.summary", "store"),
+    ("data.summary", "list_items"),
+    ("scene.empties", "update"),
+]
+
+
+@pytest.mark.parametrize("name", ["pin", "delete_umbilic", "restore_deleted", "apply_filters"])
+def test_a_click_in_the_list_that_fails(addon, monkeypatch, name):
+    obj = scene("results there")
+    obj.umbilics.active = 2
+    bpy.ops.umbilics.delete_umbilic()
+    obj.umbilics.active = 0
+    if name == "apply_filters":
+        obj.umbilics.deleted = "0 2"
+    bpy.context.view_layer.update()
+    before = everything()
+    for path, step in FILTERING:
+        with monkeypatch.context() as patch:
+            fails(patch, part(addon, path), step, after=True)
+            with pytest.raises(RuntimeError, match=step):
+                getattr(bpy.ops.umbilics, name)()
+        assert differences(before, everything()) == [], step
+    assert getattr(bpy.ops.umbilics, name)() == {"FINISHED"}
+    assert differences(before, everything()) != []
+
+
+def test_arrows_that_fail_leave_no_modifier(addon, monkeypatch):
+    obj = scene("results there")
+    fails(monkeypatch, addon.operators.scene.view.arrow_nodes, "_material", after=True)
+    with pytest.raises(RuntimeError, match="_material"):
+        bpy.ops.umbilics.add_arrows()
+    assert not obj.modifiers

@@ -130,6 +130,42 @@ def test_few_faces_of_a_subdivided_cage_want_another_level(judged):
     assert not judged(obj).is_good and "noise" in judged(obj).trust
 
 
+@pytest.mark.parametrize("way", ["SUBDIVIDE", "CREASES", "MERGE", "SMOOTH"])
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_what_was_mended_for_a_detection_that_fails_is_taken_back(addon, monkeypatch, way, mode):
+    obj = add_ellipsoid(subdivisions=2)
+    obj.data.vertices[0].co = obj.data.vertices[1].co
+    modifier = obj.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.show_viewport = 1, False
+    bpy.ops.umbilics.detect()
+    bpy.ops.object.mode_set(mode=mode)
+    settings, display = bpy.context.scene.umbilics, bpy.context.scene.umbilics_display
+    display.source = "BASE"
+
+    def state():
+        if obj.mode == "EDIT":
+            obj.update_from_editmode()
+        chosen = {name: getattr(settings, name) for name, _ in settings.bl_rna.properties.items()}
+        points = [vertex.co[:] for vertex in obj.data.vertices]
+        modifiers = [(one.name, one.levels, one.show_viewport) for one in obj.modifiers]
+        return chosen, points, modifiers, display.source, obj.mode
+
+    before = state()
+
+    def broken(*_, **__):
+        raise addon.core.InvalidMeshError("No such mesh")
+
+    monkeypatch.setattr(addon.operators.jobs.detect, "gather", broken)
+    for shown in (True, False):
+        if not shown and mode == "OBJECT" and way == "SUBDIVIDE":
+            # The first level of a modifier that was made goes with it.
+            obj.modifiers.clear()
+            before = state()
+        with pytest.raises(RuntimeError, match="No such mesh"):
+            bpy.ops.umbilics.mend(way=way)
+        assert state() == before
+
+
 def test_vertices_in_the_same_place_are_merged(addon):
     ball = add_ellipsoid(subdivisions=3)
     vertices = [
