@@ -210,7 +210,8 @@ def _spread(
 ) -> None:
     """Hand budgets on to the neighbours, one less with every edge, up to what is held."""
     budget[held] = -1
-    for level in range(int(budget.max(initial=-1)), 0, -1):
+    level = int(budget.max(initial=-1))
+    while level > 0:
         rows = np.flatnonzero(budget == level)
         count = np.diff(ring.indptr)[rows]
         to = ring.indices[spans(ring.indptr[rows], count)]
@@ -219,6 +220,8 @@ def _spread(
         to = to[going]
         budget[to] = level - 1
         owner[to] = owner[source[going]]
+        # Beside many charges the first levels are far above those that all others come to.
+        level = int(budget[budget < level].max(initial=-1))
 
 
 def _least_squares(

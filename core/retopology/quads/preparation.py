@@ -16,15 +16,18 @@ from ..planner import Guide
 from ..settings import GuidanceSettings
 from .finishing.mirroring import ON, Plane, halved, wanted_plane
 from .finishing.unlaid import Unlaid
+from .layout.effort import Effort
 from .layout.laying_out import LaidOut, laid_out
 from .layout.wishes import Wishes
 from .settings import RemeshSettings
 from .surface.sizes import sizes
 from .surface.subdivision import pieces
-from .surface.working_surface import prepared, working_surface
+from .surface.working_surface import SCRAP, prepared, working_surface
 
 # Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
 BEYOND = 0.5
+# Pieces of less area, in quads, are not seen beside the others.
+UNSEEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class Prepared:
         Length of a quad's edge in the coordinates of the input.
     asked:
         How many quads the pieces with a layout shall have together.
+    effort:
+        What is left to be tried on them.
     wanted:
         The wanted poles that lie on them, None without any wishes.
     warnings:
@@ -62,6 +67,7 @@ class Prepared:
     plane: Plane | None
     size: float
     asked: int
+    effort: Effort
     wanted: WantedPoles | None
     warnings: list[str]
 
@@ -92,13 +98,22 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     undirected = np.zeros(len(given.triangles), bool)
     undirected[whole.source_triangle] = guide.undirected
     poles = None if given.wanted is None else _reachable(whole, given.wanted, plane, size)
-    cut = pieces(mesh)
+    every = pieces(mesh)
+    cut = [piece for piece in every if piece.area >= UNSEEN * (size / whole.unit) ** 2] or every
+    lost = len(every) - len(cut)
+    if lost:
+        warnings.append(
+            f"{lost} piece{'' if lost == 1 else 's'} without any area to speak of left out. Delete "
+            f"{'it' if lost == 1 else 'them'}, or remesh {'it' if lost == 1 else 'them'} alone."
+        )
     parts: list[LaidOut] = []
     unlaid: list[Unlaid] = []
-    for number, piece in enumerate(cut):
-        share = 0.1 + 0.9 * np.array([number, number + 1]) / len(cut)
+    part = progress.part("Mapping the surface", 0.1, 0.15)
+    surfaces = [working_surface(piece, whole, size / whole.unit, part) for piece in cut]
+    effort = Effort(sum(len(one.surface.triangles) for one in surfaces))
+    for number, working in enumerate(surfaces):
+        share = 0.15 + 0.85 * np.array([number, number + 1]) / len(cut)
         mine = progress.part("Mapping the surface", float(share[0]), float(share[1]))
-        working = working_surface(piece, whole, size / whole.unit, mine)
         surface = working.surface
         umbilics, rows = _umbilics(surface, detection.umbilics)
         wishes = Wishes(
@@ -113,13 +128,14 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             strokes=given.strokes,
             wanted=None if poles is None else _of_piece(poles, surface),
         )
-        laid = laid_out(working, wishes, mine)
+        area = float((working.surface.face_normal_area[1] / wishes.size**2).sum())
+        laid = laid_out(working, wishes, mine, effort) if area >= SCRAP else None
         if laid is None:
             unlaid.append(Unlaid(working, wishes))
         else:
             parts.append(laid)
     asked = max(asked - sum(one.asked for one in unlaid), 1)
-    return Prepared(parts, unlaid, plane, size, asked, poles and poles[0], warnings)
+    return Prepared(parts, unlaid, plane, size, asked, effort, poles and poles[0], warnings)
 
 
 def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:

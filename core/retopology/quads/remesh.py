@@ -27,12 +27,15 @@ from .finishing.reporting import reported
 from .finishing.unlaid import Unlaid, cut_in_three
 from .layout.counting import countable, counted
 from .layout.grids import Grids
-from .layout.laying_out import LaidOut
+from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words, words_of_unlaid
 from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
+
+# A layout that needs so many times the quads that were asked for is not taken.
+CROWDED = 2.0
 
 
 def remesh(
@@ -98,14 +101,22 @@ def remesh(
     parts, without, whole_numbers = _whole_numbers(parts, prepared.asked, part)
     clock.lap("whole numbers")
     part = progress.part("Evening out", 0.75, 0.95)
-    done, torn = filled(parts, whole_numbers, settings.relaxation, part)
+    done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     clock.lap("evening out")
     unlaid = prepared.unlaid + without + torn
     warnings += words_of_unlaid(len(unlaid))
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
     cut = [cut_in_three(one, part) for one in unlaid]
-    folded = sum(one.folded for one in done) + sum(number for _, number in cut)
+    left = sum(one.left for one in done)
+    if left:
+        farthest = max(one.farthest for one in done)
+        warnings.append(
+            f"{left} vert{'ex' if left == 1 else 'ices'} moved off the surface, by {farthest:.3g} "
+            "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
+            "more quads to have them on it."
+        )
+    folded = sum(number for _, number in cut)
     if folded:
         warnings.append(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
@@ -162,7 +173,21 @@ def _whole_numbers(
     except RemeshError:
         parts, without = countable(parts, progress)
         made = counted(parts, asked, progress) if parts else []
-    return parts, [Unlaid(laid.working, laid.wishes) for laid in without], made
+    unlaid = [Unlaid(laid.working, laid.wishes) for laid in without]
+    # Poles that are nearer together than quads need many: then what is asked for counts more. Thin
+    # rods need as many in any way.
+    crowded = []
+    for laid, grid in zip(parts, made, strict=True):
+        fit = Unlaid(laid.working, laid.wishes).asked
+        poles = int(np.count_nonzero(laid.map_.crosses.singular))
+        crowded.append(len(grid.quads) > CROWDED * fit and poles * LEAST_EACH > fit)
+    if any(crowded):
+        unlaid += [
+            Unlaid(one.working, one.wishes) for one, no in zip(parts, crowded, strict=True) if no
+        ]
+        parts = [one for one, no in zip(parts, crowded, strict=True) if not no]
+        made = [grid for grid, no in zip(made, crowded, strict=True) if not no]
+    return parts, unlaid, made
 
 
 class _Clock:

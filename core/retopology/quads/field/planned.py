@@ -57,8 +57,10 @@ def planned_field(
     avoided: np.ndarray,
     strokes: Strokes | None,
     wanted: WantedPoles | None,
-) -> PlannedField:
-    """The field of a plan, see `Wishes` for the arguments."""
+    most: float = np.inf,
+) -> PlannedField | None:
+    """The field of a plan, see `Wishes` for the arguments; None where it has more than `most`
+    poles."""
     # Its own input, so that rows are its own.
     surface = replace(
         working.surface, source_triangle=np.arange(len(working.surface.triangles), dtype=np.int32)
@@ -80,6 +82,8 @@ def planned_field(
         poles = planned_by_hand(surface, [], wanted)
     else:
         poles = plan_poles(surface, planes, cross, umbilics, [], avoided)
+        if len(poles.triangle) > most:
+            return None
     cross = with_poles(
         surface, planes, cross, features, poles.triangle, 4 - poles.valence, Progress()
     )

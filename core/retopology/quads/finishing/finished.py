@@ -11,6 +11,7 @@ from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
 from ..layout.counting import characteristic, counted
+from ..layout.effort import Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
@@ -20,15 +21,22 @@ from .mending import mend, oriented_quality
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed
+from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
+# With more than this share of its quads folded a piece has no room for them: others would be too.
+HOPELESS = 0.05
+# Vertices count as off the surface beyond the first part of a side; beyond the second the shape is
+# lost, and quads that follow nothing but the surface are better.
+OFF, LOST = 1e-6, 1.0
 
 
 @dataclass(frozen=True)
 class Finished:
-    """The quads of a piece in their places, and how many of them are folded and bad."""
+    """The quads of a piece in their places, how many of them are folded and bad, how many of the
+    vertices are off the surface so that none is folded, and how far at most."""
 
     laid: LaidOut
     grid: Grids
@@ -37,17 +45,19 @@ class Finished:
     triangle: np.ndarray
     folded: int
     bad: int
+    left: int = 0
+    farthest: float = 0.0
 
 
 def filled(
-    parts: list[LaidOut], grids: list[Grids], steps: int, progress: Progress
+    parts: list[LaidOut], grids: list[Grids], steps: int, effort: Effort, progress: Progress
 ) -> tuple[list[Finished], list[Unlaid]]:
     """All pieces, evened out in so many steps, and those whose quads do not join up."""
     done, unlaid = [], []
     for number, (laid, grid) in enumerate(zip(parts, grids, strict=True)):
         share = number / len(parts), (number + 1) / len(parts)
         part = progress.part("Evening out", *share)
-        found = finished(laid, grid, steps, part)
+        found = finished(laid, grid, steps, effort, part)
         if found is None:
             unlaid.append(Unlaid(laid.working, laid.wishes))
         else:
@@ -55,7 +65,9 @@ def filled(
     return done, unlaid
 
 
-def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Finished | None:
+def finished(
+    laid: LaidOut, grid: Grids, steps: int, effort: Effort, progress: Progress
+) -> Finished | None:
     """A piece evened out; where quads stay folded, or bad beside an unsure crease, it is laid
     out anew with fewer wishes. None where quads do not join up: nothing torn is ever returned."""
     tries: list[Finished] = []
@@ -70,7 +82,9 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         quality = oriented_quality(position, placed.quads, guides)
         folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
         tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
-        if not bad or attempt == ATTEMPTS - 1:
+        if not bad or attempt == ATTEMPTS - 1 or not effort.left:
+            break
+        if folded > HOPELESS * len(quality):
             break
         working = laid.working
         wrong = quality <= (0.0 if folded else BAD)
@@ -83,7 +97,7 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
             wishes = without_open_creases(working, laid.wishes, near)
             if wishes is laid.wishes:
                 break
-        again = laid_out(working, wishes, progress, LAST_LOCAL)
+        again = laid_out(working, wishes, progress, effort, LAST_LOCAL)
         if again is None:
             break
         try:
@@ -91,7 +105,37 @@ def finished(laid: LaidOut, grid: Grids, steps: int, progress: Progress) -> Fini
         except RemeshError:
             break
         laid = again
-    return min(tries, key=lambda one: (one.folded, one.bad), default=None)
+    best = min(tries, key=lambda one: (one.folded, one.bad), default=None)
+    return best if best is None or not best.folded else _unfolded(best, progress)
+
+
+def _unfolded(one: Finished, progress: Progress) -> Finished | None:
+    """Without folded quads, vertices off the surface where it leaves no room; None where that was
+    not found."""
+    guides, quads = _guides(one.placed, one.laid), one.placed.quads
+    fine = one.laid.working.fine
+    if fine is not None:
+        guides = replace(guides, surface=ClosestPoints(fine.vertices, fine.triangles, fine.twin))
+    position = unfolded(one.position, quads, guides, progress)
+    if (own_quality(position, quads) <= 0.0).any():
+        return None
+    normals = vertex_normals(position, quads)
+    off = np.linalg.norm(guides.surface(position, normals)[1] - position, axis=1)
+    side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
+    if off.max() > LOST * side:
+        return None
+    surface = one.laid.working.surface
+    triangle, _ = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(
+        position, normals
+    )
+    return replace(
+        one,
+        position=position,
+        triangle=triangle,
+        folded=0,
+        left=int(np.count_nonzero(off > OFF * side)),
+        farthest=float(off.max()) * surface.unit,
+    )
 
 
 def _on_fine(

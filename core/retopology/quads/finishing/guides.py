@@ -73,14 +73,17 @@ def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndar
     """(q, 3) unit normals of the planes in which quads (q, 4, 3), with normals (q, 4, 3) at their
     corners, are seen."""
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    triangle, _ = guides.surface(at.mean(axis=1), normals.sum(axis=1))
-    return own_planes(normal, guides.surface.normal[triangle])
+    around = normals.sum(axis=1)
+    triangle, _ = guides.surface(at.mean(axis=1), around)
+    return own_planes(normal, around, guides.surface.normal[triangle])
 
 
-def own_planes(normal: np.ndarray, below: np.ndarray) -> np.ndarray:
-    """(q, 3) unit normals of quads, or of the surface below where they are too far from it."""
-    own = unit(normal)
+def own_planes(normal: np.ndarray, around: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """(q, 3) unit normals of quads, or of the surface below where they are too far both from it
+    and from the quads around: within a thin rod the surface below may be that of any side."""
+    own, around = unit(normal), unit(around)
     near = np.einsum("qc,qc->q", own, below) > OWN_PLANE
+    near |= np.einsum("qc,qc->q", own, around) > OWN_PLANE
     return np.where(near[:, None], own, below)
 
 

@@ -11,6 +11,8 @@ from ....base.unit import unit
 MOST_ROWS = 12
 # Samples looked at for each point, and rounds of going on to neighbouring triangles.
 CANDIDATES, ROUNDS = 6, 4
+# Samples looked at where the nearest ones may all be those of another sheet.
+MANY = 64
 BLOCK = 1 << 13
 
 
@@ -47,6 +49,19 @@ class ClosestPoints:
             facing = None if normals is None else normals[rows]
             triangle[rows], closest[rows] = self._block(points[rows], facing)
         return triangle, closest
+
+    def faced(self, points: np.ndarray, normals: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """(p,) bool whether any triangle within `reach` (p,) of a point faces its normal (p, 3)."""
+        found = np.zeros(len(points), bool)
+        count = min(MANY, self._tree.n)
+        for first in range(0, len(points), BLOCK // MANY):
+            rows = slice(first, first + BLOCK // MANY)
+            _, near = self._tree.query(points[rows], k=count)
+            triangles = self._owner[near.reshape(-1, count)]
+            square = _closest(points[rows, None], self._plane.take(triangles, axis=0))[2]
+            facing = np.einsum("pkc,pc->pk", self.normal.take(triangles, axis=0), normals[rows])
+            found[rows] = ((square <= reach[rows, None] ** 2) & (facing > 0.0)).any(axis=1)
+        return found
 
     def _block(
         self, points: np.ndarray, normals: np.ndarray | None

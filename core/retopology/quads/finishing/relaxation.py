@@ -17,7 +17,7 @@ from ....base.progress import Progress
 from ....base.unit import unit
 from ..field.crosses import QUARTER
 from .guides import Guides, moved_along, own_planes, vertex_normals
-from .mending import mend
+from .mending import mend, oriented_quality
 
 # How much vertices stay where they are, beside what one quad wants.
 STAY = 0.03
@@ -32,6 +32,8 @@ TURN, TURNED, LEFT = 3.5, 30.0, 40.0
 EVEN, LEAST_SIDE = 0.02, 0.175
 # Steps for which what is under the quads is looked up once.
 BETWEEN = 2
+# Rings around folded quads in which steps are undone, more each time.
+UNDONE_RINGS = 2
 
 
 def relaxed(
@@ -41,7 +43,7 @@ def relaxed(
 
     Folded quads are mended after, whatever the number of steps.
     """
-    position = position.copy()
+    start, position = position, position.copy()
     n = len(position)
     count = np.bincount(quads.ravel(), minlength=n)
     inner = np.ones(len(quads), bool)
@@ -59,7 +61,39 @@ def relaxed(
         _slide(position, target, quads, guides)
         _back(position, quads, together.free, guides)
     mend(position, quads, guides, progress)
+    position = _undone(position, start, quads, guides, progress)
     return position, guides.surface(position, vertex_normals(position, quads))[0]
+
+
+def _undone(
+    position: np.ndarray,
+    start: np.ndarray,
+    quads: np.ndarray,
+    guides: Guides,
+    progress: Progress,
+) -> np.ndarray:
+    """Positions (n, 3), those at the start around quads that were not folded there and now are."""
+    quality = oriented_quality(position, quads, guides)
+    folded = int(np.count_nonzero(quality <= 0.0))
+    if not folded:
+        return position
+    before = oriented_quality(start, quads, guides) <= 0.0
+    back = np.zeros(len(position), bool)
+    trial, worse = position, (quality <= 0.0) & ~before
+    while worse.any():
+        grown = back.copy()
+        grown[quads[worse]] = True
+        for _ in range(UNDONE_RINGS):
+            grown[quads[grown[quads].any(axis=1)]] = True
+        if grown.sum() == back.sum():
+            break
+        back = grown
+        trial = np.where(back[:, None], start, position)
+        worse = (oriented_quality(trial, quads, guides) <= 0.0) & ~before
+    trial = trial.copy()
+    mend(trial, quads, guides, progress)
+    left = int(np.count_nonzero(oriented_quality(trial, quads, guides) <= 0.0))
+    return trial if left < folded else position
 
 
 class _Together:
@@ -103,7 +137,8 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     triangle, _ = guides.surface(at.mean(axis=1), normal)
-    up = own_planes(normal, guides.surface.normal[triangle])
+    around = vertex_normals(position, quads)[quads].sum(axis=1)
+    up = own_planes(normal, around, guides.surface.normal[triangle])
     x = guides.direction[triangle]
     x = unit(x - up * np.einsum("qc,qc->q", x, up)[:, None])
     return x, np.cross(up, x), guides.size[triangle]

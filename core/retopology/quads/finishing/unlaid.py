@@ -1,12 +1,13 @@
 """Quads for a piece that no layout was found for: every triangle of it cut into three.
 
 They follow nothing but features and borders, yet the piece is covered, closed and joined as it
-was, which a piece that is missing would not be.
+was, which a piece that is missing would not be. Within a triangle that is not flat no quad is
+folded; vertices leave their triangles for the surface as far as that stays so.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,14 +22,15 @@ from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
 from .guides import Guides, vertex_normals
-from .mending import mend, oriented_quality
+from .mending import mend
 from .projection import ClosestPoints
 from .reporting import angle_to_curvature
+from .unfolding import fewer, laid_on, own_quality, unfolded
 
 # Quads that a triangle is cut into.
 EACH = 3
-# Vertices go to the surface if it is nearer than this part of the mean side.
-NEAR = 0.5
+# Features go where there are more triangles than so many times those that are wanted.
+FAR = 4.0
 # Quads of a tetrahedron: no closed surface has fewer triangles.
 FEWEST = 12
 
@@ -59,14 +61,9 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         np.arange(len(triangles)),
         piece.working.feature,
     )
-    mesh = coarsened(mesh, piece.asked // EACH, progress)
+    mesh = _coarse(mesh, piece.asked // EACH, progress)
     position, quads, held, on_feature = _thirds(mesh)
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
-    below = closest(position, vertex_normals(position, quads))[1]
-    # Between sheets that are near each other the closest point may be on the wrong one.
-    side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
-    near = ~held & (np.linalg.norm(below - position, axis=1) < NEAR * side)
-    position[near] = below[near]
     guides = Guides(
         surface=closest,
         direction=side_axes(surface)[0],
@@ -76,8 +73,13 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         beside=np.full((len(position), 2), -1),
         curves={},
     )
-    mend(position, quads, guides, progress)
-    folded = int(np.count_nonzero(oriented_quality(position, quads, guides) <= 0.0))
+    position = laid_on(position, ~held, quads, guides)
+    better = position.copy()
+    mend(better, quads, guides, progress)
+    if not fewer(position, better, quads):
+        position = better
+    position = unfolded(position, quads, guides, progress)
+    folded = int(np.count_nonzero(own_quality(position, quads) <= 0.0))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular
@@ -95,6 +97,15 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         source_triangle=surface.source_triangle[triangle],
     )
     return made, folded
+
+
+def _coarse(mesh: Triangles, most: int, progress: Progress) -> Triangles:
+    """The mesh with about so many triangles; where its features have too many vertices for that,
+    without them."""
+    found = coarsened(mesh, most, progress, borders=True)
+    if len(found.triangles) <= FAR * most or not mesh.feature.any():
+        return found
+    return coarsened(replace(mesh, feature=np.zeros_like(mesh.feature)), most, progress, True)
 
 
 def _thirds(mesh: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

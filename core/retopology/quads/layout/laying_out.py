@@ -19,6 +19,7 @@ from ..mapping.seamless_map import SeamlessMap, pose
 from ..mapping.untangling import injective_map
 from ..surface.subdivision import CREASE, MARK
 from ..surface.working_surface import WorkingSurface
+from .effort import Effort
 from .giving_way import SMOOTHER, least_feature, next_wishes
 from .motorcycle_graph import motorcycle_graph
 from .rectangles import Layout
@@ -28,6 +29,8 @@ from .wishes import Wishes
 ATTEMPTS = 9
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
+# With fewer than so many none has a place of its own, unless there are few poles at all.
+LEAST_EACH, FEW = 2, 16
 
 
 @dataclass(frozen=True)
@@ -42,13 +45,25 @@ class LaidOut:
 
 
 def laid_out(
-    working: WorkingSurface, wishes: Wishes, progress: Progress, attempts: int = ATTEMPTS
+    working: WorkingSurface,
+    wishes: Wishes,
+    progress: Progress,
+    effort: Effort,
+    attempts: int = ATTEMPTS,
 ) -> LaidOut | None:
-    """A layout of the surface, in so many attempts at most; None where none was found."""
+    """A layout of the surface, in so many attempts at most while there is effort left, in one
+    anyway; None where none was found."""
     asked = wishes
+    size = len(working.surface.triangles)
     for attempt in range(attempts):
+        if attempt and not effort.left:
+            return None
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
-        planned, crossed, wishes = _affordable(working, wishes, part)
+        found = _affordable(working, wishes, part, effort)
+        if found is None:
+            return None
+        planned, crossed, wishes = found
+        effort.spend(size if attempt else 0)
         # Moves of poles can take too much from the end of a crease.
         shut = shut_corners(crossed) | (crossed.singular & (crossed.quarter_turns < 2))
         if shut.any():
@@ -67,31 +82,39 @@ def laid_out(
 
 
 def _affordable(
-    working: WorkingSurface, wishes: Wishes, progress: Progress
-) -> tuple[PlannedField, Crosses, Wishes]:
+    working: WorkingSurface, wishes: Wishes, progress: Progress, effort: Effort
+) -> tuple[PlannedField, Crosses, Wishes] | None:
     """As `_crossed`, the directions smoother while they have more poles than there are quads for,
-    if that makes fewer."""
+    if that makes fewer; None where all have more than quads go between."""
     _, area = working.surface.face_normal_area
     quads = float((area / wishes.size**2).sum())
     best: tuple[PlannedField, Crosses, Wishes] | None = None
-    fewest = 0
+    fewest, most = 0, max(quads / LEAST_EACH, FEW)
     while True:
-        found = _crossed(working, wishes, progress)
-        poles = int(np.count_nonzero(found[1].singular))
-        if best is None or poles < fewest:
-            best, fewest = found, poles
-        if poles * FEWEST_EACH <= quads or wishes.wanted is not None or wishes.smoothness >= 1.0:
+        found = _crossed(working, wishes, progress, effort, most)
+        if found is not None:
+            poles = int(np.count_nonzero(found[1].singular))
+            if best is not None and poles >= fewest:
+                return best
+            if poles <= most or wishes.wanted is not None:
+                best, fewest = found, poles
+            if poles * FEWEST_EACH <= quads or wishes.wanted is not None:
+                return best
+            wishes = found[2]
+        if wishes.smoothness >= 1.0 or not effort.left:
             return best
-        wishes = replace(found[2], smoothness=min(wishes.smoothness + SMOOTHER, 1.0))
+        wishes = replace(wishes, smoothness=min(wishes.smoothness + SMOOTHER, 1.0))
 
 
 def _crossed(
-    working: WorkingSurface, wishes: Wishes, progress: Progress
-) -> tuple[PlannedField, Crosses, Wishes]:
-    """The field, its crosses, and the wishes without features that meet at no angle."""
+    working: WorkingSurface, wishes: Wishes, progress: Progress, effort: Effort, most: float
+) -> tuple[PlannedField, Crosses, Wishes] | None:
+    """The field, its crosses, and the wishes without features that meet at no angle; None where
+    the field has more than `most` poles."""
     surface = working.surface
     while True:
         progress.step(0.1)
+        effort.spend(len(surface.triangles))
         planned = planned_field(
             working,
             wishes.smoothness,
@@ -101,7 +124,10 @@ def _crossed(
             wishes.avoided,
             wishes.strokes,
             wishes.wanted,
+            most,
         )
+        if planned is None:
+            return None
         crossed = crosses(
             surface.vertices,
             surface.triangles,

@@ -2,8 +2,8 @@
 
 In each round vertices go of which no two are neighbours, chosen by lot (Luby 1986,
 10.1137/0215074): the triangles around each are laid anew from one vertex of their rim, and no two
-of these places overlap. Vertices on features and borders stay, and so does the topology (link
-condition: Dey et al. 1999).
+of these places overlap. Vertices on features and borders stay, unless borders may become coarser
+too: theirs then go along them. The topology stays (link condition: Dey et al. 1999).
 """
 
 from __future__ import annotations
@@ -26,19 +26,26 @@ SHARE = 0.433
 SHORT, LONG = 1.1, 2.0
 # Lengths are aimed at that are so many times the present ones at most: triangles stay alike.
 GROWTH = 1.1
+# Where little has gone longer ones are aimed at: triangles without area make the mean too small.
+LONGER = 1.5
 # Cosine by which a triangle may turn, and the least shape (1 is equilateral) it may have then.
 TURN, SHAPE = 0.7, 0.25
+# Triangles of less shape have no normal.
+FLAT = 1e-6
 # Drawings of lots in a round: each adds vertices away from those that were chosen before.
 DRAWINGS = 3
+# A border may come so far from where it was, by the aimed-at length, each time a vertex of it goes.
+DENTED = 0.35
 # Rounds at most, and how many may take away less than this share of the triangles.
 ROUNDS, LITTLE, PATIENCE = 300, 0.002, 5
 
 
-def coarsened(mesh: Triangles, most: int, progress: Progress) -> Triangles:
-    """The mesh with about `most` triangles where it has more."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    work = _Coarsening(mesh)
+def coarsened(
+    mesh: Triangles, most: int, progress: Progress, borders: bool = False
+) -> Triangles:
+    """The mesh with about `most` triangles where it has more, its borders coarser too or not."""
+    area = mesh.area
+    work = _Coarsening(mesh, borders)
     before = len(mesh.triangles)
     idle = 0
     for _ in range(ROUNDS):
@@ -46,7 +53,7 @@ def coarsened(mesh: Triangles, most: int, progress: Progress) -> Triangles:
         if count <= most or idle >= PATIENCE:
             break
         progress.step((before - count) / max(before - most, 1))
-        aimed = min(area / most, GROWTH**2 * area / count) / SHARE
+        aimed = min(area / most, GROWTH**2 * area / count) * LONGER ** (2 * idle) / SHARE
         work.round(float(np.sqrt(aimed)), (count - most + 1) // 2)
         idle = idle + 1 if len(work.triangles) > (1.0 - LITTLE) * count else 0
     return work.result()
@@ -83,7 +90,7 @@ class _Stars:
 class _Coarsening:
     """A mesh while vertices go; those that are left keep their places."""
 
-    def __init__(self, mesh: Triangles) -> None:
+    def __init__(self, mesh: Triangles, borders: bool) -> None:
         links = link(mesh.triangles.astype(np.int32), len(mesh.vertices))
         if links is None:
             raise RemeshError(
@@ -96,7 +103,7 @@ class _Coarsening:
         tail, head = mesh.ends
         opened = links.twin < 0
         self._kind = mesh.feature | np.where(opened, np.int8(0), mesh.feature[links.twin])
-        fixed = opened | (self._kind > 0)
+        fixed = (opened & (not borders)) | (self._kind > 0)
         self._held = np.zeros(len(mesh.vertices), bool)
         self._held[tail[fixed]] = self._held[head[fixed]] = True
         # Ends of half-edges that stay: their vertices are held.
@@ -132,7 +139,7 @@ class _Coarsening:
         stars = self._drawn(aim, most)
         if not len(stars.gone):
             return
-        refused = np.zeros(len(stars.gone), bool)
+        refused = self._dented(stars, aim)
         refused[stars.whose[_spoiled(self._place, stars, aim) & ~stars.dead]] = True
         refused |= ~self._linked(stars)
         refused |= _repeated(stars, refused, len(self._vertex))
@@ -144,9 +151,11 @@ class _Coarsening:
         staying = np.ones(len(self._vertex), bool)
         staying[stars.gone[~refused]] = False
         row = (np.cumsum(staying) - 1).astype(np.int32)
+        row[stars.gone[~refused]] = row[stars.kept[~refused]]
         self.triangles = row[self.triangles]
         self._vertex = self._vertex[staying]
-        self._held, self._border = self._held[staying], row[self._border]
+        border = row[self._border]
+        self._held, self._border = self._held[staying], border[:, border[0] != border[1]]
 
     @property
     def _place(self) -> np.ndarray:
@@ -156,8 +165,12 @@ class _Coarsening:
         """Vertices by lot, no two of them neighbours, each with a short edge to give way along."""
         n = len(self._vertex)
         tail, head = self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
-        # Around vertices that may go every neighbour is met once by the half-edges that leave.
-        name = np.arange(len(tail), dtype=np.int32)
+        # Around vertices that may go every neighbour is met once by the half-edges that leave, but
+        # for those on borders, which the border comes back to.
+        name = np.arange(1, len(tail) + 1, dtype=np.int32)
+        ahead = np.unique(self._border[0].astype(np.int64) * n + self._border[1])
+        name = np.concatenate([name, -np.ones(len(ahead), np.int32)])
+        tail, head = np.concatenate([tail, ahead % n]), np.concatenate([head, ahead // n])
         leaving = sparse.coo_array((name, (tail, head)), shape=(n, n)).tocsr()
         start, other = leaving.indptr, leaving.indices
         count = np.diff(start)
@@ -166,6 +179,7 @@ class _Coarsening:
         along -= np.repeat(place, count, axis=0)
         square = np.einsum("hc,hc->h", along, along)
         short = square < (SHORT * aim) ** 2
+        short &= self._along_borders(np.repeat(np.arange(n), count), other, ahead)
         free = ~self._held & np.logical_or.reduceat(short, start[:-1])
         lot = self._lots.permutation(n).astype(np.int32)
         chosen = np.zeros(n, bool)
@@ -185,13 +199,46 @@ class _Coarsening:
         hit = np.flatnonzero(wish == np.minimum.reduceat(wish, first)[whose]) if len(gone) else rows
         kept = np.empty(len(gone), np.int32)
         kept[whose[hit]] = other[rows[hit]]
-        corner = leaving.data[rows]
+        corner = leaving.data[rows] - 1
+        whose, corner = whose[corner >= 0], corner[corner >= 0]
         flat = self.triangles.ravel()
         return _Stars(gone, kept, whose, corner, flat[following(corner)], flat[previous(corner)])
 
+    @property
+    def _on_border(self) -> np.ndarray:
+        """(n,) bool vertices on borders."""
+        found = np.zeros(len(self._vertex), bool)
+        found[self._border[0]] = True
+        return found
+
+    def _along_borders(self, tail: np.ndarray, head: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+        """(h,) bool half-edges that vertices may go along: those on borders to the next."""
+        if not len(ahead):
+            return np.ones(len(tail), bool)
+        key = tail.astype(np.int64) * len(self._vertex) + head
+        place = np.minimum(np.searchsorted(ahead, key), len(ahead) - 1)
+        return ~self._on_border[tail] | (ahead[place] == key)
+
+    def _dented(self, stars: _Stars, aim: float) -> np.ndarray:
+        """(k,) bool vertices of borders that are far from where the border would go without them,
+        or lie in one triangle only."""
+        n = len(self._vertex)
+        before = np.full(n, -1)
+        before[self._border[1]] = self._border[0]
+        before = before[stars.gone]
+        place = self._place
+        start, end = place[before], place[stars.kept]
+        along = end - start
+        square = np.maximum(np.einsum("kc,kc->k", along, along), np.finfo(float).tiny)
+        out = place[stars.gone] - start
+        share = np.clip(np.einsum("kc,kc->k", out, along) / square, 0.0, 1.0)
+        off = np.linalg.norm(out - share[:, None] * along, axis=1)
+        alone = np.bincount(stars.whose, minlength=len(before)) < 2
+        return (before >= 0) & (alone | (off > DENTED * aim))
+
     def _linked(self, stars: _Stars) -> np.ndarray:
-        """(k,) bool whether the two ends of an edge have only the two neighbours in common that
-        its triangles show."""
+        """(k,) bool whether the two ends of an edge have only the neighbours in common that its
+        triangles show."""
         n = len(self._vertex)
         # Along a border the half-edge that comes back is missing.
         tail = np.concatenate([self.triangles.ravel(), self._border[1]])
@@ -199,7 +246,7 @@ class _Coarsening:
         ones = np.ones(len(tail), np.int8)
         adjacency = sparse.coo_array((ones, (tail, head)), shape=(n, n)).tocsr()
         both = adjacency[stars.gone].multiply(adjacency[stars.kept])
-        return np.asarray(both.sum(axis=1)).ravel() == 2
+        return np.asarray(both.sum(axis=1)).ravel() == np.where(self._on_border[stars.gone], 1, 2)
 
 
 def _repeated(stars: _Stars, refused: np.ndarray, n: int) -> np.ndarray:
@@ -211,6 +258,12 @@ def _repeated(stars: _Stars, refused: np.ndarray, n: int) -> np.ndarray:
     begin[stars.whose[starting]] = stars.two[starting]
     rows = np.flatnonzero(~dead & (stars.one != begin[stars.whose]) & ~refused[stars.whose])
     one, two = stars.one[rows], kept[rows]
+    # Where the fan of a vertex on a border ends lies another new one.
+    last = np.flatnonzero(~np.isin(
+        stars.whose * np.int64(n) + stars.two, stars.whose * np.int64(n) + stars.one
+    ) & ~dead & ~refused[stars.whose])
+    rows = np.concatenate([rows, last])
+    one, two = np.concatenate([one, stars.two[last]]), np.concatenate([two, kept[last]])
     key = np.minimum(one, two).astype(np.int64) * n + np.maximum(one, two)
     order = np.argsort(key, kind="stable")
     again = np.flatnonzero(np.diff(key[order]) == 0) + 1
@@ -237,5 +290,7 @@ def _spoiled(place: np.ndarray, stars: _Stars, aim: float) -> np.ndarray:
         shapes.append(2.0 * np.sqrt(3.0) * size / total)
         longest = np.maximum(rim, np.maximum(*sides))
     turned = np.einsum("sc,sc->s", *normals) < TURN * sizes[0] * sizes[1]
+    # A triangle without area has no normal to keep.
+    turned &= shapes[0] > FLAT
     worse = shapes[1] < np.minimum(SHAPE, 0.5 * shapes[0])
     return turned | worse | (longest > (LONG * aim) ** 2)

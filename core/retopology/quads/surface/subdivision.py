@@ -41,6 +41,12 @@ class Triangles:
         return self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
 
     @property
+    def area(self) -> float:
+        """Of all triangles together."""
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+    @property
     def lengths(self) -> np.ndarray:
         """(3 m,) float64 of the half-edges."""
         tail, head = self.ends
@@ -126,11 +132,12 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     )
 
 
-def refined(mesh: Triangles, longest: float, rounds: int) -> Triangles:
-    """Edges longer than `longest` split, in so many rounds at most."""
+def refined(mesh: Triangles, longest: float, rounds: int, most: int) -> Triangles:
+    """Edges longer than `longest` split, in so many rounds at most and until there are more than
+    `most` triangles."""
     for _ in range(rounds):
         marked = mesh.lengths > longest
-        if not marked.any():
+        if not marked.any() or len(mesh.triangles) > most:
             break
         mesh = split_edges(mesh, marked)
     return mesh

@@ -20,10 +20,13 @@ from .decimation import SHARE, coarsened
 from .flipping import flipped
 from .subdivision import CREASE, MARK, Triangles, freed, refined
 
-# Edges are at most so many lengths of quads, and at least so many triangles are wanted.
-LONGEST, FEWEST = 1.0, 3000
+# Edges are at most so many lengths of quads, and at least so many triangles are wanted: no more
+# than the second for each quad, but the third. Thin rods may take the fourth times that.
+LONGEST, FEWEST, EACH, LEAST, THIN = 1.0, 3000, 30.0, 400, 5.0
 # Triangles wanted for each quad, between these bounds, and how many more are coarsened away.
 PER_QUAD, MOST, LIMIT, SLACK = 8.0, 20_000, 60_000, 1.3
+# Pieces of less area, in quads, are scraps: they are not refined, and no layout is sought for them.
+SCRAP = 0.5
 # Rounds of splitting: each halves the longest edges. Where too many triangles came of it edges may
 # be so many times longer.
 ROUNDS, LONGER = 12, 1.5
@@ -105,17 +108,19 @@ def working_surface(
     size:
         Length of a quad's edge, in the coordinates of `whole`.
     """
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    area = mesh.area
     most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
     fine = None
     if len(mesh.triangles) > SLACK * most:
         fine = mesh
         mesh = coarsened(mesh, most, progress)
     mesh = flipped(mesh)
-    coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (FEWEST, LIMIT))
+    quads = area / size**2
+    fewest = np.clip(EACH * quads, LEAST, FEWEST)
+    coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (fewest, LIMIT))
     longest = max(min(LONGEST * size, coarsest), finest)
-    mesh = _refined(mesh, longest, int(SLACK * most))
+    finest = SLACK * np.clip(THIN * EACH * quads, THIN * LEAST, most) if quads >= SCRAP else 0
+    mesh = _refined(mesh, longest, int(finest))
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     bordered = np.where(surface.twin < 0, CREASE, mesh.feature).astype(np.int8)
     mesh = freed(replace(mesh, feature=bordered), surface.border)
@@ -126,8 +131,10 @@ def _refined(mesh: Triangles, longest: float, most: int) -> Triangles:
     """The mesh with edges of at most `longest`, or longer ones where that took too many triangles:
     along thin rods and strips edges are many that are no longer than their quads."""
     most = max(most, len(mesh.triangles))
+    # At least a triangle for each such part of a triangle's longest side comes of it.
+    longest = max(longest, float(mesh.lengths.reshape(-1, 3).max(axis=1).sum()) / most)
     while True:
-        finer = refined(mesh, longest, ROUNDS)
+        finer = refined(mesh, longest, ROUNDS, most)
         if len(finer.triangles) <= most:
             return finer
         longest *= LONGER

@@ -1,0 +1,157 @@
+"""Opening the corners of quads by moving the vertices around them, all at once.
+
+What the sines of the corners miss, squared, is summed over the quads and minimized over the moves
+of the vertices (optimization-based smoothing: Freitag & Ollivier-Gooch 1997, 10.1002/(SICI)
+1097-0207(19971115)40:21<3979::AID-NME251>3.0.CO;2-9) by quasi-Newton steps of limited memory
+(Nocedal 1980, 10.1090/S0025-5718-1980-0572855-7) that are held within a box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+# Corners are opened up to this sine.
+WANTED = 0.7
+# Sides are not left shorter than this part of the mean, and that counts so much.
+LEAST_SIDE, SIDE_WEIGHT = 0.2, 4.0
+# Lengths count as if this part of the mean lay across them: beside sides of no length sines would
+# jump, and steps end there.
+SOFT = 0.05
+# A vertex moves by this part of the mean side at most in each of its axes.
+FARTHEST = 0.7
+# Steps at most, pairs of steps and slopes that are remembered, halvings of a step, and the part of
+# what its slope promises that a step must win.
+STEPS, MEMORY, HALVINGS, ARMIJO = 80, 12, 20, 1e-4
+# A step that wins less than this part is the last.
+LITTLE = 1e-6
+TINY = 1e-30
+
+
+class Opening:
+    """The problem of one round: unknowns are moves in the axes, in mean sides.
+
+    Parameters
+    ----------
+    base:
+        (q, 4, 3) corners of the quads.
+    up:
+        (q, 3) unit normals of the planes that they are seen in.
+    local:
+        (q, 4) row of each corner among the r vertices that move, -1 for those that stay.
+    axes:
+        (r, k, 3) directions in which these move, 0 for fewer.
+    stay:
+        How much a move by the mean side costs beside a corner that misses all.
+    """
+
+    def __init__(
+        self, base: np.ndarray, up: np.ndarray, local: np.ndarray, axes: np.ndarray, stay: float
+    ) -> None:
+        self._base, self._up, self._axes, self._stay = base, up[:, None], axes, stay
+        side = np.linalg.norm(np.roll(base, -1, axis=1) - base, axis=2)
+        self._side = max(float(side.mean()), TINY)
+        self._moves = local >= 0
+        self._local = local[self._moves]
+
+    def step(self) -> np.ndarray:
+        """(r, 3) the move of each vertex."""
+        count, axes, _ = self._axes.shape
+        return self._moved(least_in_box(self._value, count * axes, FARTHEST))
+
+    def _moved(self, unknown: np.ndarray) -> np.ndarray:
+        count, axes, _ = self._axes.shape
+        by = self._side * unknown.reshape(count, axes)
+        return np.einsum("rk,rkc->rc", by, self._axes)
+
+    def _value(self, unknown: np.ndarray) -> tuple[float, np.ndarray]:
+        """The sum that is minimized, and its gradient."""
+        at = self._base.copy()
+        at[self._moves] += self._moved(unknown)[self._local]
+        up, side = self._up, self._side
+        out = np.roll(at, -1, axis=1) - at
+        back = np.roll(at, 1, axis=1) - at
+        length = np.sqrt((out**2).sum(axis=2) + (SOFT * side) ** 2)
+        before = np.roll(length, 1, axis=1)
+        sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
+        sine /= length * before
+        open_ = np.maximum(WANTED - sine, 0.0)
+        short = np.maximum(LEAST_SIDE - length / side, 0.0)
+        value = (open_**2).sum() + SIDE_WEIGHT * (short**2).sum()
+        value += self._stay * (unknown**2).sum()
+        # By the two sides at each corner, the one that leaves and the one back.
+        by_sine = (-2.0 * open_ / (length * before))[:, :, None]
+        turn = (2.0 * open_ * sine)[:, :, None]
+        by_out = by_sine * np.cross(back, up) + turn * out / (length**2)[:, :, None]
+        by_back = by_sine * np.cross(up, out) + turn * back / (before**2)[:, :, None]
+        by_out -= (2.0 * SIDE_WEIGHT / side * short / length)[:, :, None] * out
+        force = np.roll(by_out, 1, axis=1) + np.roll(by_back, -1, axis=1) - by_out - by_back
+        total = np.stack(
+            [
+                np.bincount(self._local, force[..., k][self._moves], minlength=len(self._axes))
+                for k in range(3)
+            ],
+            axis=1,
+        )
+        slope = side * np.einsum("rc,rkc->rk", total, self._axes)
+        return float(value), slope.ravel() + 2.0 * self._stay * unknown
+
+
+def least_in_box(
+    function: Callable[[np.ndarray], tuple[float, np.ndarray]], count: int, bound: float
+) -> np.ndarray:
+    """(count,) where a function is small, from 0 on, with no unknown beyond the bound.
+
+    `function` gives its value and its gradient. Steps are laid back into the box; what lies on its
+    wall and would go on through it is left out of them.
+    """
+    x = np.zeros(count)
+    value, slope = function(x)
+    steps: list[np.ndarray] = []
+    changes: list[np.ndarray] = []
+    for _ in range(STEPS):
+        free = (np.abs(x) < bound) | (slope * x > 0.0)
+        way = np.where(free, -_curved(slope * free, steps, changes), 0.0)
+        promised = _dot(slope, way)
+        if promised >= 0.0:
+            way, promised = -slope * free, -_dot(slope * free, slope)
+        if promised >= 0.0:
+            break
+        # Without any memory a step is by a tenth of the box at most.
+        length = 1.0 if steps else min(1.0, 0.1 * bound / max(float(np.abs(way).max()), TINY))
+        for _ in range(HALVINGS):
+            trial = np.clip(x + length * way, -bound, bound)
+            found, steeper = function(trial)
+            if found <= value + ARMIJO * length * promised:
+                break
+            length *= 0.5
+        else:
+            break
+        step, change = trial - x, steeper - slope
+        if _dot(step, change) > 1e-12 * _dot(change, change):
+            steps, changes = [*steps, step][-MEMORY:], [*changes, change][-MEMORY:]
+        won, x, value, slope = value - found, trial, found, steeper
+        if won <= LITTLE * max(abs(value), TINY):
+            break
+    return x
+
+
+def _curved(slope: np.ndarray, steps: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:
+    """The slope times the inverse of the Hessian that steps and changes of slopes let expect."""
+    way = slope.copy()
+    shares = []
+    for step, change in zip(reversed(steps), reversed(changes), strict=True):
+        share = _dot(step, way) / _dot(step, change)
+        shares.append(share)
+        way -= share * change
+    if steps:
+        way *= _dot(steps[-1], changes[-1]) / _dot(changes[-1], changes[-1])
+    for step, change, share in zip(steps, changes, reversed(shares), strict=True):
+        way += step * (share - _dot(change, way) / _dot(step, change))
+    return way
+
+
+def _dot(one: np.ndarray, two: np.ndarray) -> float:
+    """Without the threads of linear algebra, which wait for each other on a machine at work."""
+    return float(np.einsum("i,i->", one, two))

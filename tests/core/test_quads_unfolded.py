@@ -1,0 +1,109 @@
+"""Quads where there is little room for them: thin rods, torn sheets, slivers. None is folded."""
+
+import numpy as np
+import pytest
+from surfaces import plane, torus
+
+import core
+from core.base.progress import Progress
+from core.retopology.quads import preparation
+from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
+from core.retopology.quads.finishing.unfolding import own_quality
+from core.retopology.quads.layout.effort import Effort
+from core.retopology.quads.surface.decimation import coarsened
+from core.retopology.quads.surface.subdivision import Triangles, refined
+
+
+def unfolded(made):
+    """Conforming, and no quad folded or turned against those around."""
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold
+    assert scaled_jacobian(made.vertices, made.quads).min() > 0.0
+    assert own_quality(made.vertices, made.quads).min() > 0.0
+    return found
+
+
+def torn(seed, share):
+    """A sheet of which triangles are missing here and there."""
+    mesh = plane(24)
+    kept = np.random.default_rng(seed).uniform(size=len(mesh.triangles)) > share
+    return mesh.vertices, mesh.triangles[kept]
+
+
+def as_triangles(vertices, triangles):
+    count = len(triangles)
+    return Triangles(
+        np.asarray(vertices, float),
+        np.asarray(triangles, np.int64),
+        np.zeros((len(vertices), 0)),
+        np.arange(count),
+        np.zeros(3 * count, np.int8),
+    )
+
+
+@pytest.mark.parametrize("minor", [0.1])
+def test_rods_thinner_than_a_quad(minor):
+    """Where there is room for three quads around none is folded, and the rod stays a rod."""
+    mesh = torus(2.0, minor, columns=160, rows=8)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=160))
+    assert unfolded(made).characteristic == 0
+    ring = np.hypot(*made.vertices[:, :2].T) - 2.0
+    side = np.linalg.norm(made.vertices[made.quads[:, 1]] - made.vertices[made.quads[:, 0]], axis=1)
+    assert np.abs(np.hypot(ring, made.vertices[:, 2]) - minor).max() < 1.5 * side.mean()
+
+
+@pytest.mark.parametrize("seed", [1])
+def test_torn_sheets_that_are_cut(monkeypatch, seed):
+    """Their borders become coarser too: there are about as many quads as were asked for."""
+    monkeypatch.setattr(preparation, "laid_out", lambda *_: None)
+    vertices, triangles = torn(seed, 0.005)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=500))
+    unfolded(made)
+    assert 0.9 * 500 < len(made.quads) < 1.35 * 500
+
+
+def test_borders_coarsened_keep_the_topology():
+    vertices, triangles = torn(2, 0.01)
+    mesh = as_triangles(vertices, triangles)
+    made = coarsened(mesh, len(triangles) // 8, Progress(), borders=True)
+    before, after = (
+        core.mesh.repair.clean(one.vertices, one.triangles)[0] for one in (mesh, made)
+    )
+    assert len(made.triangles) < len(triangles) // 4
+    assert after.euler_characteristic.sum() == before.euler_characteristic.sum()
+    held = coarsened(mesh, len(triangles) // 8, Progress())
+    assert len(held.triangles) > len(made.triangles)
+
+
+def test_triangles_without_area_do_not_stop_the_coarsening():
+    mesh = plane(24)
+    vertices = np.array(mesh.vertices, float)
+    left = vertices[:, 0] < np.median(vertices[:, 0])
+    vertices[left, 1] = 0.0
+    made = coarsened(as_triangles(vertices, mesh.triangles), 60, Progress(), borders=True)
+    assert len(made.triangles) < 150
+
+
+def test_refining_ends_at_a_number_of_triangles():
+    needle = as_triangles([[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]], [[0, 1, 2]])
+    assert len(refined(needle, 1e-6, 40, 500).triangles) <= 2000
+
+
+def test_least_in_a_box():
+    """Rosenbrock's valley, whose lowest place lies on the wall of the box."""
+
+    def valley(x):
+        a, b = 1.0 - x[0], x[1] - x[0] ** 2
+        return a**2 + 5.0 * b**2, np.array([-2.0 * a - 20.0 * x[0] * b, 10.0 * b])
+
+    found = least_in_box(valley, 2, FARTHEST)
+    np.testing.assert_allclose(found, [FARTHEST, FARTHEST**2], atol=1e-3)
+
+
+def test_effort_ends():
+    effort = Effort(100)
+    assert effort.left
+    while effort.left:
+        effort.spend(1000)
+    assert not effort.left
