@@ -28,7 +28,7 @@ class UMBILICS_OT_align_to_other(NeedsMesh, BackgroundOperator, bpy.types.Operat
         return [matching.gather(context, self.scaled)], []
 
     def put(
-        self, context: bpy.types.Context, job: matching.Job, found: matching.Found
+        self, context: bpy.types.Context, job: matching.Job, found: matching.BestAlignment
     ) -> list[Message]:
         matching.move(context, job, found)
         best = found.alignment

@@ -84,7 +84,7 @@ DECISIONS = (
     ),
     Decision(
         "lines come near themselves on the other side of a sheet",
-        "core/retopology/lines/winding.py",
+        "core/retopology/lines/truncation.py",
         'beside &= np.einsum("pc,pc->p", normal[one], normal[two]) > 0.0',
         "beside &= True",
         "test_thin_sheets.py",

@@ -39,6 +39,7 @@ class Blend:
 
     @classmethod
     def over(cls, field: CurvatureField, radius: np.ndarray) -> Blend:
+        """A blend with nothing yet over a field of n vertices, whose fits have radii (n,)."""
         n = len(radius)
         return cls(
             under=field,

@@ -126,9 +126,9 @@ def _from_jets(
             field = on_faces(surface, curvature_from_normals(surface, normals), part)
             known = np.ones(len(normals), bool)
             return Estimate(field, _edge_length(surface), known, None, float("nan"))
-    walls = _walls(surface, settings, sharp, part)
-    cells = thinned(surface, normals, walls, progress)
-    neighbourhood = Neighbourhood(surface, adjacency(surface), walls, thinned=cells)
+    crease_vertices = _crease_vertices(surface, settings, sharp, part)
+    cells = thinned(surface, normals, crease_vertices, progress)
+    neighbourhood = Neighbourhood(surface, adjacency(surface), crease_vertices, thinned=cells)
     choosing = progress.part("Choosing the scale", 0, 0.1)
     automatic = settings.scale == AUTO
     if automatic:
@@ -205,7 +205,7 @@ def _scaled(neighbourhood: Neighbourhood, surface: Surface, settings: Settings) 
     return dataclasses.replace(neighbourhood, rings=rings, focused=rings == 2)
 
 
-def _walls(
+def _crease_vertices(
     surface: Surface, settings: Settings, sharp: np.ndarray | None, part: Tessellation | None
 ) -> np.ndarray | None:
     """(n,) bool, vertices on creases by angle or by mark; None where there are none."""
@@ -219,10 +219,10 @@ def _walls(
     if settings.crease_marks:
         found.append(marked_half_edges(surface, sharp))
     creased = np.concatenate(found) if found else np.zeros(0, np.int64)
-    walls = np.zeros(len(surface.vertices), bool)
+    crease_vertices = np.zeros(len(surface.vertices), bool)
     for end in (creased, following(creased)):
-        walls[surface.triangles.ravel()[end]] = True
-    return walls if walls.any() else None
+        crease_vertices[surface.triangles.ravel()[end]] = True
+    return crease_vertices if crease_vertices.any() else None
 
 
 def _given(surface: Surface, given: CurvatureField | None) -> Estimate:

@@ -74,6 +74,18 @@ def align(
     ------
     MatchError
         Too few umbilics, or no motion brings one onto the other.
+
+    Examples
+    --------
+    An ellipsoid of `vertices` and `triangles`, as in `detect`, is brought onto itself elsewhere:
+
+    >>> one, other = (
+    ...     core.Shape.of(place, triangles, core.detect(place, triangles))
+    ...     for place in (vertices, vertices + (1.0, 2.0, 3.0))
+    ... )
+    >>> found = core.align(one, other)
+    >>> (found.matrix[:3, 3].round(3) + 0.0).tolist(), found.overlap
+    ([1.0, 2.0, 3.0], 1.0)
     """
     fit = best_fit(one, other, progress or Progress(), scaled)
     alignment = _alignment(fit, one, other)

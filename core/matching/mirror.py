@@ -23,6 +23,7 @@ from .mirror_refinement import (
     tilt_of,
     vertex_samples,
 )
+from .symmetry import Symmetry
 
 # Steps that refine a plane at first, and to the end.
 SHORT, STEPS = 4, 40
@@ -35,31 +36,20 @@ ASYMMETRIC = 0.004
 
 
 @dataclass(frozen=True)
-class MirrorPlane:
-    """A plane of symmetry.
+class MirrorPlane(Symmetry):
+    """A plane of symmetry; its error is over the best 85 % of the shape, and umbilics on it are
+    pairs of one row.
 
     Attributes
     ----------
-    point, normal:
-        (3,) float64 the point of the plane nearest to the middle of the shape, and its unit
-        normal.
-    error:
-        Root mean square distance between the shape and its mirror image over the best 85 % of
-        it, in length.
-    score:
-        0 to 1: 1 where the image lies on the shape, 0 at the limit of what counts as symmetric.
-    pairs:
-        (p, 2) int64 rows of the umbilics that are images of each other; equal on the plane.
+    normal:
+        (3,) float64 unit normal of the plane.
     angle_error, offset_error:
         Standard errors of the plane's direction, in degrees, and of its distance from the middle
         of the shape, in length.
     """
 
-    point: np.ndarray
     normal: np.ndarray
-    error: float
-    score: float
-    pairs: np.ndarray
     angle_error: float
     offset_error: float
 

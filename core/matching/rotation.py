@@ -13,6 +13,7 @@ from .align import limit
 from .closest_points import Fit, polished, refined, rotation_by
 from .proposals import REACH, Similarity, matched, proposed
 from .shape import Shape
+from .symmetry import Symmetry
 
 # Motions of a shape onto itself that are refined.
 _REFINED = 24
@@ -27,33 +28,22 @@ _WHOLE = 0.8
 
 
 @dataclass(frozen=True)
-class RotationSymmetry:
+class RotationSymmetry(Symmetry):
     """An axis about which turns by 360 degrees over `order` bring a shape onto itself.
 
     Attributes
     ----------
-    point, axis:
-        (3,) float64 the point of the axis nearest to the middle of the shape, and its unit
-        direction.
+    axis:
+        (3,) float64 unit direction of the axis.
     order:
         The largest that holds.
-    error:
-        Root mean square distance between the shape and its image, in length.
     axis_error:
         Standard error of the axis' direction, in degrees.
-    score:
-        0 to 1: 1 where the image lies on the shape, 0 at the limit of what counts as symmetric.
-    pairs:
-        (p, 2) rows of the umbilics that one turn takes to each other.
     """
 
-    point: np.ndarray
     axis: np.ndarray
     order: int
-    error: float
     axis_error: float
-    score: float
-    pairs: np.ndarray
 
 
 def find_rotation(shape: Shape, progress: Progress | None = None) -> RotationSymmetry:

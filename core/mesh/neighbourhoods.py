@@ -30,7 +30,7 @@ class Neighbourhood:
         The surface; n vertices.
     graph:
         (n, n) its one-ring graph.
-    walls:
+    crease_vertices:
         (n,) bool, vertices on creases: they are samples, but no ring grows past them; None
         where there are no creases.
     rings:
@@ -46,12 +46,12 @@ class Neighbourhood:
         Cells whose rings stand for those of vertices in strips of long thin triangles; None
         where there are none.
     cells:
-        The cells that graph and walls are of; None where they are of the vertices.
+        The cells that graph and crease vertices are of; None where they are of the vertices.
     """
 
     surface: Surface
     graph: sparse.csr_array
-    walls: np.ndarray | None = None
+    crease_vertices: np.ndarray | None = None
     rings: int = 2
     reach: float | None = None
     focused: bool = True
@@ -97,7 +97,9 @@ class Neighbourhood:
             net = dataclasses.replace(
                 self,
                 graph=cells.graph,
-                walls=None if self.walls is None else self.walls[cells.seed],
+                crease_vertices=(
+                    None if self.crease_vertices is None else self.crease_vertices[cells.seed]
+                ),
                 stretch=1.0,
                 thinned=None,
                 cells=cells,
@@ -128,12 +130,12 @@ class Neighbourhood:
     def _around(
         self, start: sparse.csr_array, rings: int, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
-        """Rows of `start` grown by rings, stopping at walls; as from `grow`."""
-        if self.walls is None:
+        """Rows of `start` grown by rings, stopping at creases; as from `grow`."""
+        if self.crease_vertices is None:
             return grow(start, self.graph, rings, progress)
-        passable = sparse.diags_array((~self.walls).astype(np.int32), dtype=np.int32)
+        passable = sparse.diags_array((~self.crease_vertices).astype(np.int32), dtype=np.int32)
         through = (passable @ self.graph).tocsr()
-        # A wall vertex still sees its own ring, on both of its sides.
+        # A crease vertex still sees its own ring, on both of its sides.
         reach = (start + start @ self.graph).tocsr()
         degree = np.diff(self.graph.indptr)
         return grown_rows(
@@ -193,7 +195,7 @@ class Neighbourhood:
         self, centres: np.ndarray, count: int, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         nodes = self._nodes(centres)
-        if self.walls is None:
+        if self.crease_vertices is None:
             return grow(self.graph[nodes], self.graph, count - 1, progress)
         return self._around(selection(nodes[:, None], self.graph.shape[0]), count, progress)
 

@@ -56,7 +56,7 @@ class Thinned:
 
 
 def thinned(
-    surface: Surface, normals: np.ndarray, walls: np.ndarray | None, progress: Progress
+    surface: Surface, normals: np.ndarray, crease_vertices: np.ndarray | None, progress: Progress
 ) -> Thinned | None:
     """The cells of a surface; None where no vertices are drawn together.
 
@@ -64,13 +64,13 @@ def thinned(
     ----------
     normals:
         (n, 3) unit vertex normals.
-    walls:
+    crease_vertices:
         (n,) bool, vertices that stay cells of their own, or None.
     """
     crowded = _crowded(surface, normals)
     if crowded is None:
         return None
-    free = crowded if walls is None else crowded & ~walls
+    free = crowded if crease_vertices is None else crowded & ~crease_vertices
     cell = _gathered(surface, free, progress)
     seed = _middles(surface.vertices, cell)
     if len(seed) == len(cell):

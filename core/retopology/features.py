@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from ..mesh.creases import marked_half_edges
 from ..mesh.surface import Surface
 from .crease_chains import crease_chains
-from .lines.winding import Barriers
+from .lines.truncation import Barriers
 from .ridges.find import CERTAIN, CREST, Chains, Ridges
 from .settings import GuidanceSettings
 

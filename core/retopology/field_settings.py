@@ -12,6 +12,7 @@ USUAL_SMOOTHNESS = 0.45
 
 
 def smoothness() -> Any:
+    """How smooth the field is, for a front end that asks for a number."""
     return setting(
         USUAL_SMOOTHNESS,
         label="Smoothness",
@@ -24,6 +25,7 @@ def smoothness() -> Any:
 
 
 def automatic_smoothness() -> Any:
+    """How smooth the field is, by itself or a number."""
     return setting(
         AUTO,
         label="Smoothness",
@@ -39,6 +41,7 @@ def automatic_smoothness() -> Any:
 
 
 def feature_angle() -> Any:
+    """From which angle on creases are followed."""
     return setting(
         40.0,
         label="Feature Angle",
@@ -52,6 +55,7 @@ def feature_angle() -> Any:
 
 
 def align_sharp() -> Any:
+    """Whether marked edges are followed."""
     return setting(
         True,
         label="Marked Sharp Edges",

@@ -29,7 +29,7 @@ from .guidance import Guidance, disagreements, guidance_of
 from .lines.polylines import Lines
 from .lines.separatrices import Separatrices, discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
-from .lines.winding import Barriers
+from .lines.truncation import Barriers
 from .poles import plan_poles
 from .ridges.find import find_ridges
 from .ridges.ridge_lines import RidgeLines, ridge_lines

@@ -34,6 +34,7 @@ class Gathered:
     def add(
         self, triangle: np.ndarray, barycentric: np.ndarray, sign: np.ndarray, umbilic: np.ndarray
     ) -> None:
+        """Some more: triangles (p,), weights (p, 3), signs of the index, umbilics or -1 (p,)."""
         self.triangle.append(triangle)
         self.barycentric.append(barycentric)
         self.sign.append(sign)

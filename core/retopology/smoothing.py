@@ -42,6 +42,7 @@ def smoothing_lengths(surface: Surface, area: np.ndarray, smoothness: float) -> 
 
 
 def per_component(surface: Surface, values: np.ndarray) -> np.ndarray:
+    """(components,) sums of values (n,) at the vertices of each connected component."""
     return np.bincount(surface.component, weights=values)
 
 

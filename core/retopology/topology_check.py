@@ -122,6 +122,20 @@ def check_topology(
     ------
     InvalidMeshError
         The mesh has no faces.
+
+    Examples
+    --------
+    Quads on an ellipsoid of `vertices` and `triangles`, as in `remesh`, have the eight poles of
+    its plan and no others:
+
+    >>> import numpy as np
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> made = core.remesh(vertices, triangles, core.RemeshSettings(quads=300))
+    >>> start = 4 * np.arange(len(made.quads) + 1)
+    >>> poles = guide.guidance().poles
+    >>> found = core.check_topology(made.vertices, made.quads.ravel(), start, guide, poles)
+    >>> found.matched, len(found.missing), found.extra
+    (8, 0, 0)
     """
     vertices, corners = np.asarray(vertices, float), np.asarray(corners, np.int64)
     start = np.asarray(start, np.int64)

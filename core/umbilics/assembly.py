@@ -51,17 +51,17 @@ class Analysed:
 
 @dataclass(frozen=True)
 class Turning:
-    """What the directions turn around, k hits outside regions, before it is located.
+    """What the directions turn around, k raw outside regions, before it is located.
 
     Attributes
     ----------
-    hits, triangle_index:
-        The hits, and (m,) the index of every triangle, those in regions included.
+    raw, triangle_index:
+        The raw, and (m,) the index of every triangle, those in regions included.
     elliptic, persistence, partner:
-        (k,) of the hits, see `Umbilics`; in the coordinates of the surface.
+        (k,) of the raw, see `Umbilics`; in the coordinates of the surface.
     """
 
-    hits: RawUmbilics
+    raw: RawUmbilics
     triangle_index: np.ndarray
     elliptic: np.ndarray
     persistence: np.ndarray
@@ -108,7 +108,7 @@ def assemble(
         triangle_index=sums_at_triangles(surface, turning.triangle_index, mesh.triangle_count),
         surface_type=at_vertices(surface, analysed.types, mesh.vertex_count, -1),
         conformal_scale=at_vertices(
-            surface, turning.hits.conformal_scale, mesh.vertex_count, np.nan
+            surface, turning.raw.conformal_scale, mesh.vertex_count, np.nan
         ),
         euler_characteristic=characteristic,
         index_sum=float(candidates.index.sum()),
@@ -145,7 +145,7 @@ def _umbilics(
         surface,
         fitted,
         analysed.noise,
-        turning.hits,
+        turning.raw,
         turning.elliptic,
         persistence,
         partner,

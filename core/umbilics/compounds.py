@@ -55,10 +55,10 @@ def unresolved_groups(
     rows = np.flatnonzero(verdict.resolved & ~verdict.at_border)
     if len(rows) < 2:
         return group
-    starts = surface.triangles[found.hit[rows]]
+    starts = surface.triangles[found.singular[rows]]
     sets = unresolved_sets(surface, field, noise, radius, 0.0, starts, Progress())
     one, two = _within_an_edge(surface, found, rows)
-    label = sets.label[found.hit[rows]]
+    label = sets.label[found.singular[rows]]
     inside = np.flatnonzero(label >= 0)
     inside = inside[np.argsort(label[inside], kind="stable")]
     same = label[inside[1:]] == label[inside[:-1]]
@@ -132,7 +132,7 @@ def merged(
         triangle, weights = _nearest_place(surface, *start, centre)
         corners = surface.triangles[triangle]
         spread = np.square(places[same] - centre).sum(axis=1) + np.square(found.uncertainty[same])
-        values["hit"][row] = values["triangle"][row] = triangle
+        values["singular"][row] = values["triangle"][row] = triangle
         values["barycentric"][row] = weights
         values["index"][row] = total
         values["normal"][row] = weights @ field.normal[corners]
@@ -174,7 +174,7 @@ def _judged_again(
     partner = np.where(partner >= 0, place[partner], -1)[keep]
     rows = np.flatnonzero(resolved)
     persistence[rows], other = measure_persistence(
-        surface, evidence.gap, left.hit[rows], left.index[rows], evidence.regions
+        surface, evidence.gap, left.singular[rows], left.index[rows], evidence.regions
     )
     partner[rows] = np.where(other >= 0, rows[other], -1)
     present = verdict.present[keep]

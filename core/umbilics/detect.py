@@ -112,7 +112,7 @@ def detect(
     with clock.stage("index"):
         part = progress.part("Turning around", 0.7, 0.8)
         found = found_by_method(surface, fitted, settings, triangles, seams, uv, part)
-        warnings += found.hits.warnings
+        warnings += found.raw.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
         rings = _rings(fitted)
@@ -132,22 +132,22 @@ def detect(
             share = drowned_share(surface, shape.gap, noise, radius, regions.label >= 0)
             if share > 0.0:
                 warnings.append(drowned_words(share))
-        outside = regions.label[found.hits.triangle] < 0
-        hits = found.hits.select(outside)
+        outside = regions.label[found.raw.triangle] < 0
+        raw = found.raw.select(outside)
     with clock.stage("persistence"):
         progress.part("Pairing umbilics", 0.85, 0.9)
-        persistence, partner = _paired(surface, shape, settings, hits, regions)
+        persistence, partner = _paired(surface, shape, settings, raw, regions)
     with clock.stage("surface types"):
         tolerance = settings.flatness * typical_curvature(surface, shape.k1, shape.k2)
         types = surface_types(shape.k1, shape.k2, tolerance)
         # Also where the opening is off, so that it can be turned on without a new detection.
         inside = opened_elliptic_part(surface, types, settings.opening or USUAL_OPENING)
-        elliptic = lies_within(surface, inside, hits.triangle, hits.barycentric)
+        elliptic = lies_within(surface, inside, raw.triangle, raw.barycentric)
     with clock.stage("location"):
         part = progress.part("Locating umbilics", 0.9, 1.0)
         detection = assemble(
             Analysed(surface, fitted, noise, radius, types, regions),
-            Turning(hits, found.triangle_index, elliptic, persistence, partner),
+            Turning(raw, found.triangle_index, elliptic, persistence, partner),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
             part,
@@ -241,10 +241,10 @@ def _paired(
     surface: Surface,
     shape: CurvatureField,
     settings: Settings,
-    hits: RawUmbilics,
+    raw: RawUmbilics,
     regions: RegionMap,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Persistence and partner, where the indices balance over the surface."""
     if not settings.certified:
-        return np.full(len(hits), np.nan), np.full(len(hits), -1)
-    return measure_persistence(surface, shape.gap, hits.triangle, hits.index, regions.rows())
+        return np.full(len(raw), np.nan), np.full(len(raw), -1)
+    return measure_persistence(surface, shape.gap, raw.triangle, raw.index, regions.rows())

@@ -84,7 +84,7 @@ def judge(
     if evidence.certified and evidence.jets and vague[found.asked].any():
         # Of two that could cancel a third, the one that the finer fit shows stays.
         persistence, partner = measure_persistence(
-            surface, evidence.gap, found.hit, found.index, evidence.regions, ~vague
+            surface, evidence.gap, found.singular, found.index, evidence.regions, ~vague
         )
     fits = _independent_fits(surface, evidence.radius)
     present = found.clarity >= significant(fits, PRESENT)
@@ -135,7 +135,7 @@ def _at_border(
     def within(rings: int) -> np.ndarray:
         return surface.near_border(rings)[corners].any(axis=1) | (distance <= rings * edge)
 
-    doubtful = within(1) | surface.near_border(1)[surface.triangles[found.hit]].any(axis=1)
+    doubtful = within(1) | surface.near_border(1)[surface.triangles[found.singular]].any(axis=1)
     if not exact:
         doubtful |= within(BORDER_RINGS) & vague
         doubtful |= within(2 * BORDER_RINGS) & vague & unclear

@@ -28,8 +28,8 @@ class Located:
 
     Attributes
     ----------
-    hit:
-        (k,) int64 triangle that the directions turn around.
+    singular:
+        (k,) int64 triangle that the directions turn around, wherever the place is.
     triangle, barycentric:
         (k,) int64 and (k, 3) float64 place.
     vertex, index, elliptic:
@@ -41,13 +41,13 @@ class Located:
     curvature, noise, uncertainty:
         (k,) float64 mean curvature, standard errors of the gap and of the place.
     slope_error, clarity:
-        As in `Places`; NaN for the clarity where nothing was refined.
+        As in `Refined`; NaN for the clarity where nothing was refined.
     asked, seen:
         (k,) bool, those that a finer fit was made for; False for those that it does not show, or
         that it was not made for.
     """
 
-    hit: np.ndarray
+    singular: np.ndarray
     triangle: np.ndarray
     barycentric: np.ndarray
     vertex: np.ndarray
@@ -79,23 +79,23 @@ def locate(
     surface: Surface,
     fitted: Estimate,
     vertex_noise: np.ndarray,
-    hits: RawUmbilics,
+    raw: RawUmbilics,
     elliptic: np.ndarray,
     persistence: np.ndarray,
     partner: np.ndarray,
     settings: Settings,
     progress: Progress,
 ) -> Located:
-    """The hits, refined where jets allow it.
+    """The raw, refined where jets allow it.
 
     Parameters
     ----------
     vertex_noise:
         (n,) standard error of the gap at the vertices.
     elliptic, persistence, partner:
-        (k,) of the hits; see `Umbilics`.
+        (k,) of the raw; see `Umbilics`.
     """
-    triangle, barycentric = hits.triangle.copy(), hits.barycentric.copy()
+    triangle, barycentric = raw.triangle.copy(), raw.barycentric.copy()
     corners = surface.triangles[triangle]
     local = "projection" if settings.parametrization == "projection" else "conformal"
     deviators = face_deviators(surface, fitted.field, triangle, local)
@@ -110,9 +110,9 @@ def locate(
     error = noise.copy()
     if settings.curvature == "given":
         # What the user gives has no noise that could make pairs.
-        noise = np.full(len(hits), np.nan)
-    seen, clarity = np.ones(len(hits), bool), np.full(len(hits), np.nan)
-    slope_error, asked = np.zeros(len(hits)), np.ones(len(hits), bool)
+        noise = np.full(len(raw), np.nan)
+    seen, clarity = np.ones(len(raw), bool), np.full(len(raw), np.nan)
+    slope_error, asked = np.zeros(len(raw)), np.ones(len(raw), bool)
     if fitted.neighbourhood is not None:
         # Corners of one triangle share most of their samples: the slopes between them err as those
         # of one fit do.
@@ -127,9 +127,9 @@ def locate(
         places = refine(surface, triangle[clear], barycentric[clear], fitted, progress)
         # What contradicts the winding is another zero: the triangle's own is kept then.
         agrees = places.found & (
-            cubic_form.index(places.p, places.q) == np.sign(hits.index[clear]) / 2
+            cubic_form.index(places.p, places.q) == np.sign(raw.index[clear]) / 2
         )
-        seen, clarity = np.zeros(len(hits), bool), np.zeros(len(hits))
+        seen, clarity = np.zeros(len(raw), bool), np.zeros(len(raw))
         found = clear[agrees]
         seen[found], clarity[found] = True, places.clarity[agrees]
         slope_error[found] = places.slope_error[agrees]
@@ -139,11 +139,11 @@ def locate(
         p[found], q[found] = places.p[agrees], places.q[agrees]
         curvature[found], error[found] = places.curvature[agrees], places.error[agrees]
     return Located(
-        hit=hits.triangle,
+        singular=raw.triangle,
         triangle=triangle,
         barycentric=barycentric,
-        vertex=hits.vertex,
-        index=hits.index,
+        vertex=raw.vertex,
+        index=raw.index,
         elliptic=elliptic,
         normal=normal,
         x=x,

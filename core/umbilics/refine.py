@@ -47,7 +47,7 @@ THIN_WALK = 64
 
 
 @dataclass(frozen=True)
-class Places:
+class Refined:
     """Refined umbilics of a `Surface`, in its own coordinates, one row each.
 
     Attributes
@@ -94,7 +94,7 @@ def refine(
     barycentric: np.ndarray,
     fitted: Estimate,
     progress: Progress,
-) -> Places:
+) -> Refined:
     """Refine umbilics in the triangles (k,) from their weights (k, 3).
 
     Parameters
@@ -105,7 +105,7 @@ def refine(
         The jets, whose neighbourhoods around the corners of each triangle are fitted.
     """
     k = len(triangle)
-    places = Places(
+    places = Refined(
         triangle=triangle.copy(),
         barycentric=barycentric.copy(),
         normal=np.zeros((k, 3)),
@@ -163,7 +163,7 @@ def _refine_block(
     degree: int,
     factor: float,
     walk: int,
-    places: Places,
+    places: Refined,
 ) -> None:
     corners = surface.triangles[places.triangle[rows]]
     weights = places.barycentric[rows]

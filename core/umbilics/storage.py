@@ -30,6 +30,7 @@ _NUMBERS = {
     "trust_ratio": (0.0, math.inf),
     "noise": (0.0, math.inf),
     "scale": (0.0, math.inf),
+    "crease_angle": (0.0, 180.0),
 }
 
 
@@ -62,6 +63,15 @@ def unpack(data: bytes) -> Detection:
     ------
     ValueError
         The bytes are not a detection of this version, or something in them cannot be.
+
+    Examples
+    --------
+    Of an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> data = core.pack(core.detect(vertices, triangles))
+    >>> two = core.filtered(core.unpack(data), core.Settings(at_most=2))
+    >>> len(two.candidates), len(two.umbilics)
+    (4, 2)
     """
     text, arrays = decode(_COLUMNS, data)
     if (arrays["partner"] >= len(arrays["partner"])).any():

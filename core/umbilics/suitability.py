@@ -52,6 +52,7 @@ class Suitability:
 
     @property
     def is_hard(self) -> bool:
+        """Whether it is made of smooth parts that meet at sharp edges."""
         are_flat = 2 * (self.sharp + self.bent) < self.edges
         return are_flat and self.sharp > self.bent
 
@@ -62,6 +63,7 @@ class Suitability:
 
     @property
     def is_coarse(self) -> bool:
+        """Whether its triangles are too large for the fits."""
         if self.is_hard:
             # Fits across the creases are wide and curved; that says nothing of the parts between.
             return False

@@ -17,7 +17,7 @@ from . import detect
 
 
 @dataclass(frozen=True)
-class Found:
+class BestAlignment:
     """The best motion, and the name of the object that it leads to."""
 
     alignment: core.Alignment
@@ -47,7 +47,7 @@ class Job:
     def object_name(self) -> str:
         return self.inputs.object_name
 
-    def compute(self, progress: core.Progress | None = None) -> Found:
+    def compute(self, progress: core.Progress | None = None) -> BestAlignment:
         """The alignment with the other mesh that it fits best; any thread may run it."""
         progress = progress or core.Progress()
         read = (self.inputs, *self.others)
@@ -59,7 +59,7 @@ class Job:
         one, others = shapes[0], shapes[1:]
         matching = progress.part("Matching", 0.5, 1.0)
         if len(others) == 1:
-            return Found(
+            return BestAlignment(
                 core.align(one, others[0], matching, scaled=self.scaled), read[1].object_name
             )
         found = core.identify(one, others, matching, scaled=self.scaled)
@@ -70,7 +70,7 @@ class Job:
         )
         if best is None:
             raise core.MatchError(f"{self.object_name} is none of the other selected meshes.")
-        return Found(best[0], best[1].object_name)
+        return BestAlignment(best[0], best[1].object_name)
 
 
 def shape_of(inputs: detect.Inputs, detection: core.Detection) -> core.Shape:
@@ -118,7 +118,7 @@ def _read(context: bpy.types.Context, obj: bpy.types.Object) -> detect.Inputs:
     return detect.gather(obj, settings, names, depsgraph=depsgraph, scope=scope)
 
 
-def move(context: bpy.types.Context, job: Job, found: Found) -> None:
+def move(context: bpy.types.Context, job: Job, found: BestAlignment) -> None:
     """Put the mesh where the motion leads it.
 
     Raises

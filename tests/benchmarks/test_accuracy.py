@@ -64,6 +64,7 @@ def test_patch_of_random_points():
         assert distance.min(axis=0).max() <= 0.35 * surface.edge_length, seed
 
 
+@pytest.mark.slow
 def test_noise_on_stretched_triangles():
     case = next(
         case
@@ -76,6 +77,7 @@ def test_noise_on_stretched_triangles():
     assert result.mean_error < 0.5
 
 
+@pytest.mark.slow
 def test_flat_points_are_whole():
     case = next(
         case

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from surfaces import icosphere, superquadric
 
 from benchmarks.cases import Case
 from benchmarks.ceiling import determined
 
 
+@pytest.mark.slow
 def test_noise_hides_the_flat_sides_of_a_box_before_its_corners():
     surface = superquadric((1.1, 0.9, 0.95))
     truth = surface.umbilics()
@@ -21,6 +23,7 @@ def test_noise_hides_the_flat_sides_of_a_box_before_its_corners():
     assert some[corner].all() and not some[~corner].all()
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_the_exact_deviator():
     surface = superquadric((1.1, 0.9, 0.95))
     truth = surface.umbilics().position

@@ -54,6 +54,7 @@ def test_meshes_lie_on_their_surfaces_and_exact_slopes_agree_with_differences(su
     np.testing.assert_allclose(rise, slope, rtol=1e-4, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_short_crests_at_the_corners_of_a_stretched_quartic_are_found_under_noise():
     """They are no longer than two radii of fits that are wide enough for the noise."""
     surface = surfaces()[-1]

@@ -66,6 +66,7 @@ def test_coarse_meshes_show_what_they_resolve(surface):
     assert "uncertain" not in named
 
 
+@pytest.mark.slow
 def test_resolved_pairs_stay_together():
     mesh = surfaces.noisy(surfaces.random_ellipsoid(3000), 0.1, seed=4)
     found = core.detect(mesh.vertices, mesh.triangles)

@@ -30,6 +30,7 @@ def degrees_off(guidance, rows, wanted):
     return np.degrees(np.abs(np.angle((x + 1j * y) ** 4))) / 4
 
 
+@pytest.mark.slow
 def test_the_field_runs_along_a_stroke_and_stays_elsewhere(plain):
     mesh, guide, before = plain
     after = guide.guidance(strokes=stroke_over(mesh))
@@ -43,6 +44,7 @@ def test_the_field_runs_along_a_stroke_and_stays_elsewhere(plain):
     assert not after.warnings and after.poles.total == 8
 
 
+@pytest.mark.slow
 def test_a_stroke_far_away_or_against_another_is_said(plain):
     mesh, guide, _ = plain
     stroke = stroke_over(mesh)
@@ -133,6 +135,7 @@ def test_of_many_strokes_the_first_are_told_and_the_others_counted(plain, count,
         assert said[-1] == f"{count - 5} more guide strokes could not be followed everywhere."
 
 
+@pytest.mark.slow
 def test_a_wanted_pole_far_from_the_surface_is_said(plain):
     _, guide, before = plain
     place = before.poles.position.copy()

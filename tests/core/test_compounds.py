@@ -113,6 +113,7 @@ def test_umbilics_within_an_edge_are_one():
     assert len(apart.umbilics) == 4 and apart.index_sum == 2.0
 
 
+@pytest.mark.slow
 @given(share=st.floats(0.0, 0.15), seed=st.integers(0, 10**6), long=st.floats(1.01, 3.0))
 @settings(max_examples=6, deadline=None)
 def test_the_sum_stays_exact(share, seed, long):
@@ -168,6 +169,7 @@ def test_method_i_reports_each_cluster_once(noise):
     assert set(merged.umbilics.vertex) <= set(raw.umbilics.vertex) or noise
 
 
+@pytest.mark.slow
 def test_method_i_sums_to_the_euler_characteristic_where_nothing_is_smooth():
     points, triangles = icosphere(3)
     for seed in range(4):

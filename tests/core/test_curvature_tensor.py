@@ -69,12 +69,12 @@ def test_s_and_c_agree_on_a_random_field(seed: int) -> None:
     random = np.random.default_rng(seed)
     field = field_on_plane(random.normal(size=len(z)) + 1j * random.normal(size=len(z)))
     triangle, weights, index = by_triangles(surface, field, "conformal")
-    hits = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
+    raw = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
     assert len(triangle) > 50
-    np.testing.assert_array_equal(np.sort(hits.triangle), np.sort(triangle))
-    order, other = np.argsort(hits.triangle), np.argsort(triangle)
-    np.testing.assert_array_equal(hits.index[order], index[other])
-    np.testing.assert_allclose(hits.barycentric[order], weights[other], atol=1e-7)
+    np.testing.assert_array_equal(np.sort(raw.triangle), np.sort(triangle))
+    order, other = np.argsort(raw.triangle), np.argsort(triangle)
+    np.testing.assert_array_equal(raw.index[order], index[other])
+    np.testing.assert_allclose(raw.barycentric[order], weights[other], atol=1e-7)
 
 
 def by_triangles(surface, field, parametrization):
@@ -99,12 +99,12 @@ def test_s_and_c_agree_on_a_rolled_sheet() -> None:
     field = CurvatureField(
         gap / 2, -gap / 2, d1, np.cross(normal, d1), normal, np.full(len(z), np.nan)
     )
-    hits = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
+    raw = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
     triangle, weights, index = by_triangles(surface, field, "conformal")
-    assert np.array_equal(np.sort(hits.triangle), np.sort(triangle))
-    assert sorted(hits.index) == sorted(index) == [-0.5, 0.5]
-    order, other = np.argsort(hits.triangle), np.argsort(triangle)
-    np.testing.assert_allclose(hits.barycentric[order], weights[other], atol=5e-3)
+    assert np.array_equal(np.sort(raw.triangle), np.sort(triangle))
+    assert sorted(raw.index) == sorted(index) == [-0.5, 0.5]
+    order, other = np.argsort(raw.triangle), np.argsort(triangle)
+    np.testing.assert_allclose(raw.barycentric[order], weights[other], atol=5e-3)
 
 
 def test_a_zero_on_an_edge_or_a_vertex_is_found_once() -> None:
@@ -120,9 +120,9 @@ def test_a_zero_on_an_edge_or_a_vertex_is_found_once() -> None:
                 continue
             for turn in (1.0, 1j, np.exp(0.3j)):
                 field = field_on_plane((z - place) * turn, mean=1.0)
-                hits = detect_by_curvature_tensor(surface, field, unfolding)
-                points = points_of(surface, hits.triangle, hits.barycentric)
-                assert len(hits) == 1
+                raw = detect_by_curvature_tensor(surface, field, unfolding)
+                points = points_of(surface, raw.triangle, raw.barycentric)
+                assert len(raw) == 1
                 assert abs(points[0, 0] + 1j * points[0, 1] - place) < 1e-7
 
 
@@ -131,13 +131,13 @@ def test_the_index_within_a_chart_is_that_of_its_border() -> None:
     surface, z = flat_surface(cells=15)
     random = np.random.default_rng(5)
     deviator = random.normal(size=len(z)) + 1j * random.normal(size=len(z))
-    hits = detect_by_curvature_tensor(
+    raw = detect_by_curvature_tensor(
         surface, field_on_plane(deviator), unfolded_along_seams(surface, NO_SEAMS)
     )
     loop = np.flatnonzero(surface.border)
     loop = loop[np.argsort(np.angle(z[loop]))]
     jumps = np.angle(np.roll(deviator[loop], -1) * np.conj(deviator[loop]))
-    assert hits.index.sum() == pytest.approx(jumps.sum() / (4 * np.pi))
+    assert raw.index.sum() == pytest.approx(jumps.sum() / (4 * np.pi))
 
 
 @given(st.lists(st.complex_numbers(max_magnitude=1e3), min_size=3, max_size=3))
@@ -149,18 +149,19 @@ def test_weights_are_barycentric(values: list[complex]) -> None:
     assert len(rows) == len(index)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [seed_patch(21600), renumbered(seed_patch(21600), 1)],
                          ids=["patch", "renumbered"])  # fmt: skip
 def test_the_patch_with_exact_operators(mesh) -> None:
     surface = surface_of(mesh)
     unfolding = unfolded_along_seams(surface, NO_SEAMS)
-    hits = detect_by_curvature_tensor(surface, exact_field(mesh, surface), unfolding)
-    points = points_of(surface, hits.triangle, hits.barycentric)
+    raw = detect_by_curvature_tensor(surface, exact_field(mesh, surface), unfolding)
+    points = points_of(surface, raw.triangle, raw.barycentric)
     inner = np.all(np.abs(points[:, :2]) < 1.1, axis=1)
     assert np.count_nonzero(inner) == 3
     distance = np.linalg.norm(points[inner][:, None] - mesh.umbilics.position[None], axis=2)
     assert np.all(distance.min(axis=0) < 0.2 * mesh.edge_length)
-    assert np.array_equal(hits.index[inner], mesh.umbilics.index[distance.argmin(axis=1)])
+    assert np.array_equal(raw.index[inner], mesh.umbilics.index[distance.argmin(axis=1)])
 
 
 def test_a_paraboloid_by_seams_and_by_a_conformal_island() -> None:
@@ -173,21 +174,21 @@ def test_a_paraboloid_by_seams_and_by_a_conformal_island() -> None:
         unfolded_by_uv(surface, mesh.triangles, uv, conformal=True),
         unfolded_by_uv(surface, mesh.triangles, uv),
     ):
-        hits = detect_by_curvature_tensor(surface, field, unfolding)
-        points = points_of(surface, hits.triangle, hits.barycentric)
+        raw = detect_by_curvature_tensor(surface, field, unfolding)
+        points = points_of(surface, raw.triangle, raw.barycentric)
         distance = np.linalg.norm(points[:, None] - mesh.umbilics.position[None], axis=2)
-        assert len(hits) == 2
+        assert len(raw) == 2
         assert np.all(distance.min(axis=0) < 0.3 * mesh.edge_length)
-        assert np.all(hits.index == 0.5)
+        assert np.all(raw.index == 0.5)
 
 
 def test_conformal_scale_of_an_isometric_chart_is_one() -> None:
     surface, z = flat_surface(cells=10)
-    hits = detect_by_curvature_tensor(
+    raw = detect_by_curvature_tensor(
         surface, field_on_plane(z - 0.03), unfolded_along_seams(surface, NO_SEAMS)
     )
-    np.testing.assert_allclose(hits.conformal_scale, 1.0, rtol=1e-9)
-    assert hits.warnings == []
+    np.testing.assert_allclose(raw.conformal_scale, 1.0, rtol=1e-9)
+    assert raw.warnings == []
 
 
 def test_distorted_triangles_are_reported() -> None:
@@ -195,9 +196,9 @@ def test_distorted_triangles_are_reported() -> None:
     top = mesh.vertices[mesh.triangles].mean(axis=1)[:, 0] > -8.0
     surface, _ = clean(mesh.vertices, mesh.triangles[top])
     field = curvature_from_normals(surface, vertex_normals(surface))
-    hits = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
-    assert "shrunk" in hits.warnings[0]
-    assert np.nanmin(hits.conformal_scale) < 0.02
+    raw = detect_by_curvature_tensor(surface, field, unfolded_along_seams(surface, NO_SEAMS))
+    assert "shrunk" in raw.warnings[0]
+    assert np.nanmin(raw.conformal_scale) < 0.02
 
 
 def test_frames_do_not_matter() -> None:

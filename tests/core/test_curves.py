@@ -76,6 +76,7 @@ def test_without_regions_there_are_no_curves():
     assert not detection.regions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
 def test_what_a_border_cuts_off_is_no_curve(noise):
     mesh = noisy(seed_patch(5400), noise) if noise else seed_patch(5400)
@@ -119,6 +120,7 @@ def test_a_curve_is_long_has_no_index_and_touches_no_region():
     assert _strip(0.0, missed=1.0).curves == 0
 
 
+@pytest.mark.slow
 def test_a_valley_between_umbilics_is_no_curve():
     # Cells leave the gap within its error all along it.
     detection = core.detect(*marching_tetrahedra(random_field(2), 48))

@@ -27,6 +27,7 @@ def test_tips_of_a_noisy_ellipsoid_are_no_spheres(seed):
     assert np.linalg.norm(away, axis=2).min(axis=0).max() < 3.0 * surface.edge_length
 
 
+@pytest.mark.slow
 def test_a_drowned_area_is_said_with_its_share():
     surface = surfaces.ellipsoid((1.01, 1.0, 0.99), subdivisions=4)
     clean = core.detect(surface.vertices, surface.triangles)

@@ -10,7 +10,7 @@ import core
 # What a script begins with.
 FRONT_DOOR = (
     "detect", "select", "compare", "Guide", "remesh", "read_off", "read_steering",
-    "export_guidance",
+    "export_guidance", "unpack", "align", "check_topology",
 )  # fmt: skip
 
 

@@ -122,6 +122,7 @@ def test_chains_are_named_edge_by_edge():
     assert len(chain) == 12 and (count == 4).all()
 
 
+@pytest.mark.slow
 def test_crests_draw_the_field_where_it_is_asked_for():
     vertices, triangles = rounded_box(5)
     guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
@@ -136,6 +137,7 @@ def test_crests_draw_the_field_where_it_is_asked_for():
     assert guidance.index_sum == 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh",
     [

@@ -15,10 +15,10 @@ def test_index_of_powers(power: int) -> None:
     centre = np.flatnonzero(np.abs(z) < 1e-12)
     value = np.where(np.abs(z) > 0, z, 1.0)
     deviator = value**power if power > 0 else np.conj(value) ** -power
-    hits = detect_by_index(surface, field_on_plane(deviator))
-    at_centre = hits.vertex == centre[0]
-    assert hits.index[at_centre] == pytest.approx(0.5 * power)
-    assert np.all(np.abs(z[hits.vertex]) < 0.2)
+    raw = detect_by_index(surface, field_on_plane(deviator))
+    at_centre = raw.vertex == centre[0]
+    assert raw.index[at_centre] == pytest.approx(0.5 * power)
+    assert np.all(np.abs(z[raw.vertex]) < 0.2)
 
 
 @settings(max_examples=25, deadline=None)
@@ -32,19 +32,19 @@ def test_one_zero_shows_at_one_to_three_vertices(place: complex, turn: float, si
     deviator = (z - place) * np.exp(1j * turn)
     if sign < 0:
         deviator = np.conj(deviator)
-    hits = detect_by_index(surface, field_on_plane(deviator, mean=2.0))
-    assert 1 <= len(hits) <= 5  # more than three only where the zero lies on an edge or vertex
-    assert np.all(hits.index == 0.5 * sign)
-    assert np.all(np.abs(z[hits.vertex] - place) < 2 * 0.1 * 1.5)
+    raw = detect_by_index(surface, field_on_plane(deviator, mean=2.0))
+    assert 1 <= len(raw) <= 5  # more than three only where the zero lies on an edge or vertex
+    assert np.all(raw.index == 0.5 * sign)
+    assert np.all(np.abs(z[raw.vertex] - place) < 2 * 0.1 * 1.5)
 
 
 def test_hits_name_a_triangle_with_the_vertex() -> None:
     mesh = ellipsoid(subdivisions=4)
     surface = surface_of(mesh)
-    hits = detect_by_index(surface, exact_field(mesh, surface))
-    corner = hits.barycentric.argmax(axis=1)
-    assert np.array_equal(surface.triangles[hits.triangle, corner], hits.vertex)
-    assert np.all(hits.barycentric.max(axis=1) == 1.0)
+    raw = detect_by_index(surface, exact_field(mesh, surface))
+    corner = raw.barycentric.argmax(axis=1)
+    assert np.array_equal(surface.triangles[raw.triangle, corner], raw.vertex)
+    assert np.all(raw.barycentric.max(axis=1) == 1.0)
 
 
 @pytest.mark.parametrize(
@@ -54,16 +54,16 @@ def test_hits_name_a_triangle_with_the_vertex() -> None:
 )
 def test_closed_surfaces(mesh) -> None:
     surface = surface_of(mesh)
-    hits = detect_by_index(surface, exact_field(mesh, surface))
-    points = points_of(surface, hits.triangle, hits.barycentric)
+    raw = detect_by_index(surface, exact_field(mesh, surface))
+    points = points_of(surface, raw.triangle, raw.barycentric)
     distance = np.linalg.norm(points[:, None] - mesh.umbilics.position[None], axis=2)
-    edge = mesh.local_edge[hits.vertex]
+    edge = mesh.local_edge[raw.vertex]
     assert np.all(distance.min(axis=1) < 2.0 * edge)
     nearest = distance.argmin(axis=1)
     assert set(nearest) == set(range(len(mesh.umbilics)))
     lone = np.abs(mesh.umbilics.index[nearest]) == 0.5
-    assert np.all(hits.index[lone] == mesh.umbilics.index[nearest[lone]])
-    assert not hits.warnings
+    assert np.all(raw.index[lone] == mesh.umbilics.index[nearest[lone]])
+    assert not raw.warnings
 
 
 def test_nothing_on_a_torus() -> None:
@@ -75,9 +75,9 @@ def test_nothing_on_a_torus() -> None:
 def test_border_vertices_are_counted() -> None:
     mesh = seed_patch(2000)
     surface = surface_of(mesh)
-    hits = detect_by_index(surface, exact_field(mesh, surface))
-    assert not np.any(surface.border[hits.vertex])
-    assert str(np.count_nonzero(surface.border)) in hits.warnings[0]
+    raw = detect_by_index(surface, exact_field(mesh, surface))
+    assert not np.any(surface.border[raw.vertex])
+    assert str(np.count_nonzero(surface.border)) in raw.warnings[0]
 
 
 def test_a_sphere_is_not_an_error() -> None:

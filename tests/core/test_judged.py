@@ -29,7 +29,7 @@ def rings_in(surface, rings):
 def located(triangles, **given):
     k = len(triangles)
     usual = {
-        "hit": np.array(triangles),
+        "singular": np.array(triangles),
         "triangle": np.array(triangles),
         "barycentric": np.full((k, 3), 1.0 / 3.0),
         "vertex": np.full(k, -1),

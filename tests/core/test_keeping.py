@@ -3,6 +3,7 @@
 import tracemalloc
 import zlib
 from dataclasses import fields, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import core
 from core.base import rows
 
 
+@cache
 def detection():
     generator = np.random.default_rng(5)
     vertices, triangles = icosphere(3)
@@ -53,6 +55,7 @@ def test_foreign_bytes_are_refused(data):
         core.unpack(data)
 
 
+@cache
 def packed():
     found = detection()
     assert len(found.candidates) > 4
@@ -74,6 +77,16 @@ def changed_text(change):
     text, arrays = rows.decode(columns, packed())
     change(text)
     return rows.encode(columns, arrays, text)
+
+
+def test_every_number_is_kept():
+    found = replace(detection(), crease_angle=40.0, borders_joined=False)
+    kept = core.unpack(core.pack(found))
+    kinds = ("int", "float", "bool")
+    numbers = [item.name for item in fields(core.Detection) if item.type in kinds]
+    assert len(numbers) == 9
+    for name in numbers:
+        assert getattr(kept, name) == pytest.approx(getattr(found, name), nan_ok=True), name
 
 
 def test_every_field_of_the_umbilics_is_kept():

@@ -50,6 +50,7 @@ def test_what_costs_no_pole_follows_the_curvature_closer():
     assert mean_angle(guide, found) < 0.5 * mean_angle(guide, usual)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [quartic(), ellipsoid(subdivisions=4)], ids=["poles", "nothing"])
 def test_smoothed_as_usual_where_less_brings_poles_or_is_not_seen(mesh):
     guide, found = planned(mesh.vertices, mesh.triangles)

@@ -17,7 +17,7 @@ from core.retopology.lines.polylines import points_of
 from core.retopology.lines.separatrices import BUNDLED, ENDS
 from core.retopology.lines.streamlines import AUTO_SPACING
 from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, Starts, trace
-from core.retopology.lines.winding import Barriers, ended_on_features, unwound
+from core.retopology.lines.truncation import Barriers, ended_on_features, truncated
 
 
 def guided(mesh):
@@ -341,8 +341,10 @@ def test_separatrices_of_real_meshes_end_at_umbilics(name, meshes_folder):
         assert cKDTree(np.vstack([crests, creases])).query(last)[0].max() < edge
 
 
-def test_a_line_without_end_is_cut_where_it_winds():
-    """On a square whose lines are spirals: a turn of radius r lies 2 pi r tan(0.03) inside."""
+@pytest.fixture(scope="module")
+def winding():
+    """A square whose lines are spirals that go clockwise from the x axis, the planes of its
+    triangles, one of the lines, and where the triangles are."""
     surface, place = flat_surface(cells=81)
     angle = np.angle(place) + 0.5 * np.pi + 0.03
     planes = lay_out(surface, field_on_plane(np.exp(2j * angle)).lines, Progress())
@@ -353,26 +355,22 @@ def test_a_line_without_end_is_cut_where_it_winds():
     free = np.full(len(surface.triangles), -1)
     limit = np.array([9.0]) / surface.unit
     spiral = trace(surface, planes, starts, limit, free, Progress())
+    return surface, planes, spiral, middle
+
+
+def test_a_line_without_end_is_cut_where_it_winds(winding):
+    """A turn of radius r lies 2 pi r tan(0.03) inside."""
+    surface, planes, spiral, _ = winding
     assert spiral.end == LIMIT
-    wide = unwound(surface, planes, spiral, 0.15 / surface.unit)
+    wide = truncated(surface, planes, spiral, 0.15 / surface.unit)
     assert 0.75 < wide.travelled[-1] * surface.unit / (2 * np.pi * 0.5) < 1.1
-    narrow = unwound(surface, planes, spiral, 0.01 / surface.unit)
+    narrow = truncated(surface, planes, spiral, 0.01 / surface.unit)
     assert len(narrow.travelled) == len(spiral.travelled) and narrow.end == LIMIT
 
 
-def test_a_winding_line_ends_on_the_last_feature_that_it_crosses():
-    """On a square whose lines are spirals that go clockwise from the x axis."""
-    surface, place = flat_surface(cells=81)
-    angle = np.angle(place) + 0.5 * np.pi + 0.03
-    planes = lay_out(surface, field_on_plane(np.exp(2j * angle)).lines, Progress())
-    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
-    triangle = np.linalg.norm(middle - (0.5, 0.0, 0.0), axis=1).argmin(keepdims=True)
-    z = planes.corner[triangle].mean(axis=1)
-    starts = Starts.plain(triangle, z, np.sqrt(planes.deviator(triangle, z)), np.zeros(1))
-    free = np.full(len(surface.triangles), -1)
-    limit = np.array([9.0]) / surface.unit
-    spiral = trace(surface, planes, starts, limit, free, Progress())
-    wide = unwound(surface, planes, spiral, 0.15 / surface.unit)
+def test_a_winding_line_ends_on_the_last_feature_that_it_crosses(winding):
+    surface, planes, spiral, middle = winding
+    wide = truncated(surface, planes, spiral, 0.15 / surface.unit)
     none = np.zeros((0, 3))
     assert wide.end == MET
 

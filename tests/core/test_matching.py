@@ -110,6 +110,7 @@ def test_a_dent_in_one_sector_does_not_hide_the_symmetry():
     assert abs(found.axis[2]) > np.cos(np.radians(0.3))
 
 
+@pytest.mark.slow
 def test_what_has_no_rotation_symmetry_is_refused():
     with pytest.raises(core.MatchError, match="onto itself"):
         core.find_rotation(known(3))

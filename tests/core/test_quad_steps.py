@@ -161,6 +161,7 @@ def test_coarsening_keeps_topology_borders_and_features():
     assert np.array_equal(coarse.feature, np.where(other.twin >= 0, coarse.feature, 0)[other.twin])
 
 
+@pytest.mark.slow
 def test_quads_of_a_coarsened_surface_lie_on_the_fine_one(monkeypatch):
     monkeypatch.setattr(working_surface, "MOST", 2000)
     vertices, triangles = bumpy(4, level=5)
@@ -208,6 +209,7 @@ def test_conformity_tells_torn_meshes():
     assert not conformity(np.array([[0, 1, 2, 3], [2, 4, 5, 6]]), 7).manifold
 
 
+@pytest.mark.slow
 def test_no_mesh_is_torn_by_tiny_counts():
     vertices, triangles = bumpy(2, level=3)
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=20))

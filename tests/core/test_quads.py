@@ -30,6 +30,7 @@ def stretched():
     return mesh, core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=1000))
 
 
+@pytest.mark.slow
 def test_ellipsoid_has_two_three_poles_for_each_umbilic(stretched):
     mesh, made = stretched
     holds(mesh.vertices, mesh.triangles, made)
@@ -40,6 +41,7 @@ def test_ellipsoid_has_two_three_poles_for_each_umbilic(stretched):
     assert made.warnings == ()
 
 
+@pytest.mark.slow
 def test_torus_has_no_pole():
     mesh = torus()
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600))
@@ -48,6 +50,7 @@ def test_torus_has_no_pole():
     assert scaled_jacobian(made.vertices, made.quads).min() > 0.9
 
 
+@pytest.mark.slow
 def test_sphere_is_like_a_cube():
     mesh = sphere(subdivisions=4)
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=600))
@@ -77,6 +80,7 @@ def test_borders_lie_on_borders():
     assert np.allclose(ends, np.abs(mesh.vertices[:, 2]).max())
 
 
+@pytest.mark.slow
 @hypothesis.settings(max_examples=5, deadline=None, derandomize=True, phases=NO_SHRINKING)
 @hypothesis.given(seed=integers(0, 10**6), quads=integers(150, 700))
 def test_random_closed_surfaces_hold_every_guarantee(seed, quads):
@@ -87,6 +91,7 @@ def test_random_closed_surfaces_hold_every_guarantee(seed, quads):
     assert abs(len(made.quads) / quads - 1.0) < 0.1
 
 
+@pytest.mark.slow
 @hypothesis.settings(max_examples=3, deadline=None, derandomize=True, phases=NO_SHRINKING)
 @hypothesis.given(
     angle=floats(0.2, 6.0), hole=floats(0.15, 0.6), quads=integers(150, 500), seed=integers(0, 99)
@@ -102,6 +107,7 @@ def test_random_open_surfaces_hold_every_guarantee(angle, hole, quads, seed):
     assert holds(vertices, triangles, made).border.any()
 
 
+@pytest.mark.slow
 def test_rough_surfaces_are_no_creases():
     vertices, triangles = bumpy(3)
     random = np.random.default_rng(0)
@@ -112,6 +118,7 @@ def test_rough_surfaces_are_no_creases():
     assert not made.feature.any()
 
 
+@pytest.mark.slow
 def test_pieces_are_remeshed_each_for_itself():
     one, two = ellipsoid(subdivisions=3), torus()
     far = two.vertices + np.array([10.0, 0.0, 0.0])
@@ -123,6 +130,7 @@ def test_pieces_are_remeshed_each_for_itself():
     assert (made.vertices[made.pole >= 0][:, 0] < 5.0).all()
 
 
+@pytest.mark.slow
 def test_result_does_not_depend_on_place_and_size(stretched):
     mesh, made = stretched
     moved = 1e3 * mesh.vertices + [5.0, 6.0, 7.0]
@@ -131,6 +139,7 @@ def test_result_does_not_depend_on_place_and_size(stretched):
     assert np.array_equal(np.sort(other.pole_valence), np.sort(made.pole_valence))
 
 
+@pytest.mark.slow
 def test_edge_length_asks_for_the_number_of_quads():
     mesh = torus()
     area = clean(mesh.vertices, mesh.triangles)[0]
@@ -140,6 +149,7 @@ def test_edge_length_asks_for_the_number_of_quads():
     assert abs(len(made.quads) / 400 - 1) < 0.1
 
 
+@pytest.mark.slow
 def test_no_pole_is_left_in_a_zone():
     mesh = ellipsoid(subdivisions=4)
     zone = mesh.vertices[:, 0] > 1.5
@@ -148,6 +158,7 @@ def test_no_pole_is_left_in_a_zone():
     assert (made.vertices[made.pole >= 0][:, 0] < 1.6).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("symmetry", ["y", "auto"])
 def test_symmetric_quads_are_their_own_image(symmetry):
     vertices, triangles = ellipsoid(subdivisions=4).vertices, ellipsoid(subdivisions=4).triangles
@@ -162,6 +173,7 @@ def test_symmetric_quads_are_their_own_image(symmetry):
         assert image == {tuple(row) for row in (made.vertices + 0.0).tolist()}
 
 
+@pytest.mark.slow
 def test_a_surface_is_mirrored_where_it_is_open_and_where_it_is_not_symmetric():
     open_ = cylinder()
     made = core.remesh(
@@ -177,6 +189,7 @@ def test_a_surface_is_mirrored_where_it_is_open_and_where_it_is_not_symmetric():
         core.remesh(-far, triangles, core.RemeshSettings(symmetry="x"))
 
 
+@pytest.mark.slow
 def test_quads_are_denser_where_the_surface_bends():
     mesh = ellipsoid(axes=(4.0, 1.5, 1.0), subdivisions=4)
     settings = core.RemeshSettings(quads=600, adaptivity=1.0)
@@ -190,6 +203,7 @@ def test_quads_are_denser_where_the_surface_bends():
     assert abs(len(made.quads) / 600 - 1) < 0.1
 
 
+@pytest.mark.slow
 def test_marked_edges_are_followed():
     mesh = torus()
     flat = np.abs(mesh.vertices[:, 2]) < 1e-9
@@ -220,6 +234,7 @@ def test_marks_stay_where_creases_would_go():
     assert inside.any() and np.abs(made.vertices[inside][:, 0]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_strokes_turn_the_quads():
     mesh = torus()
     guide_line = np.linspace(-0.3, 0.3, 9)
@@ -238,6 +253,7 @@ def test_strokes_turn_the_quads():
     assert np.abs(turn - 45.0).mean() < 20.0
 
 
+@pytest.mark.slow
 def test_wanted_poles_are_made(stretched):
     mesh, made = stretched
     place = made.vertices[made.pole >= 0]
@@ -270,6 +286,7 @@ def test_layout_is_what_is_filled(stretched):
     assert (layout.kind == 0).all()
 
 
+@pytest.mark.slow
 def test_what_is_damaged_is_said():
     mesh = torus()
     triangles = np.concatenate([mesh.triangles, mesh.triangles[:1]])
@@ -325,6 +342,7 @@ def bowl(thickness, segments=48, rows=24, opening=2.2):
     return np.concatenate([points.reshape(-1, 3), low]), np.concatenate(triangles)
 
 
+@pytest.mark.slow
 def test_quads_of_thin_sheets_do_not_cross():
     """Sheets nearer together than their quads bend: these go apart, by no more than they bend."""
     vertices, triangles = bowl(0.01)
@@ -341,6 +359,7 @@ def test_quads_of_thin_sheets_do_not_cross():
     assert any("moved off the surface" in sentence for sentence in made.warnings)
 
 
+@pytest.mark.slow
 def test_only_what_the_surface_does_not_cross_is_parted():
     one = sphere(subdivisions=3)
     vertices = np.concatenate([one.vertices, one.vertices + np.array([1.0, 0.0, 0.0])])
@@ -362,6 +381,7 @@ def test_crossing_faces_are_found():
     assert not len(crossings(vertices, triangles))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [ellipsoid(subdivisions=3), sphere(subdivisions=3)])
 def test_as_many_quads_as_asked_for(mesh):
     """Rounding alone misses by 4 to 6 per cent where a layout has few rectangles."""
@@ -387,6 +407,7 @@ def test_sides_are_long_enough_to_come_back_to_where_they_began():
     assert found.manifold and found.characteristic == 0 and len(made.quads) < 40
 
 
+@pytest.mark.slow
 def test_few_quads_have_few_poles(monkeypatch):
     """Where the curvature has more poles than there are quads for the directions get smoother."""
     vertices, triangles = bumpy(3)

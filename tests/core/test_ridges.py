@@ -86,6 +86,7 @@ def test_slopes_are_the_derivatives_of_the_curvatures():
         assert np.quantile(error, 0.95) < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "off"),
     [
@@ -127,6 +128,7 @@ def test_all_ridges_of_an_ellipsoid_are_its_three_sections():
         assert sorted(reached[reached >= 0]) == [0, 1, 2, 3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "fitted"),
     [
@@ -174,6 +176,7 @@ def test_fits_that_grow_ring_by_ring_are_those_made_at_once(mesh):
             nested.widen()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh",
     [
@@ -197,6 +200,7 @@ def test_a_trough_has_its_crest_in_the_hollow():
     assert np.abs(lines.position[:, 1]).max() < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_a_rounded_box_has_a_crest_along_each_of_its_edges(noise):
     vertices, triangles = rounded_box(5)
@@ -214,13 +218,20 @@ def test_a_rounded_box_has_a_crest_along_each_of_its_edges(noise):
                 assert np.linalg.norm(lines.position - point, axis=1).min() < edge
 
 
+@pytest.fixture(scope="module")
+def crest():
+    """An ellipsoid and its one ridge."""
+    mesh = random_ellipsoid(2000)
+    return mesh, ridges(mesh)
+
+
 @settings(max_examples=5)
 @given(scale=st.floats(0.01, 100), seed=st.integers(0, 99))
-def test_figures_are_in_the_units_of_the_mesh(scale, seed):
-    mesh = random_ellipsoid(2000)
+def test_figures_are_in_the_units_of_the_mesh(crest, scale, seed):
+    mesh, one = crest
     turn, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
-    one, other = ridges(mesh), ridges(similar(mesh, scale, turn, (1.0, 2.0, 3.0)))
+    other = ridges(similar(mesh, scale, turn, (1.0, 2.0, 3.0)))
     assert len(one) == len(other) == 1
     for name, power in (("strength", -1), ("sharpness", -3), ("bend", 0)):
         expected = scale**power * np.median(getattr(one, name))

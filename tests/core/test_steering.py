@@ -49,6 +49,7 @@ def test_poles_that_are_not_there_are_planned_and_no_poles_are_none(tmp_path):
     assert none.wanted.position.shape == (0, 3)
 
 
+@pytest.mark.slow
 def test_the_poles_that_a_guidance_was_written_with_can_be_read(tmp_path):
     mesh = ellipsoid(subdivisions=3)
     guide = core.Guide(mesh.vertices, mesh.triangles, core.detect(mesh.vertices, mesh.triangles))

@@ -72,6 +72,7 @@ def half_anew(vertices, triangles, seed, noise):
     return np.where(upper[:, None], moved, vertices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 3, 4])
 def test_a_half_on_other_points_leaves_the_plane_within_its_stated_error(seed):
     vertices, triangles = egg()
@@ -94,6 +95,7 @@ def test_without_umbilics_there_is_a_reason():
         mirror(mesh.vertices, mesh.triangles)
 
 
+@pytest.mark.slow
 def test_what_is_not_symmetric_has_no_plane():
     vertices, triangles = egg()
     x, y, z = vertices.T

@@ -13,7 +13,7 @@ from core.mesh.normals import vertex_normals
 from core.mesh.repair import clean
 from core.retopology.dipoles import _around_pairs
 from core.retopology.lines.bundles import joined_bundles
-from core.retopology.lines.separatrices import discs, unwound
+from core.retopology.lines.separatrices import discs, truncated
 from core.retopology.lines.tracing import LIMIT, Traces
 
 
@@ -50,7 +50,7 @@ def test_a_line_on_one_side_of_a_thin_sheet_is_not_near_one_on_the_other():
             obstacle=np.array([-1]),
             direction=np.ones(1, complex),
         )
-        found = unwound(surface, planes, traces, 0.05 / surface.unit)
+        found = truncated(surface, planes, traces, 0.05 / surface.unit)
         assert (len(found.triangle) < len(triangle)) == cut
 
 

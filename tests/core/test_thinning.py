@@ -113,12 +113,12 @@ def test_walls_and_borders_stay_cells_of_their_own():
     points, triangles = surfaces.grid_points(8, 200, (0.0, 0.0), (1.0, 1.0))
     arch = np.sin(np.pi * points[:, 0])
     surface, _ = clean(np.column_stack([points, arch]), triangles)
-    walls = np.abs(points[:, 0] - 0.5) < 1e-9
-    assert walls.any()
-    cells = thinned(surface, vertex_normals(surface), walls, Progress())
+    crease_vertices = np.abs(points[:, 0] - 0.5) < 1e-9
+    assert crease_vertices.any()
+    cells = thinned(surface, vertex_normals(surface), crease_vertices, Progress())
     alone = np.bincount(cells.cell)[cells.cell] == 1
-    assert alone[walls | surface.border].all()
-    assert not alone[~walls & ~surface.border].all()
+    assert alone[crease_vertices | surface.border].all()
+    assert not alone[~crease_vertices & ~surface.border].all()
     np.testing.assert_array_equal(cells.cell[cells.seed], np.arange(len(cells.seed)))
     # Cells are whole: an edge of the surface leads to every other vertex of a cell.
     owner = np.repeat(np.arange(len(points)), np.diff(surface.neighbour_start))

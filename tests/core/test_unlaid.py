@@ -17,6 +17,7 @@ def without_layout(monkeypatch):
     monkeypatch.setattr(preparation, "laid_out", lambda *_: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh, characteristic, wanted",
     [(ellipsoid(subdivisions=4), 2, 300), (torus(), 0, 600), (cylinder(), 0, 1200)],
@@ -39,6 +40,7 @@ def test_a_surface_without_a_layout_is_covered(without_layout, mesh, characteris
     assert said.startswith("No layout along the curvature was found for 1 piece of the mesh")
 
 
+@pytest.mark.slow
 def test_quads_are_well_shaped_and_on_the_surface(without_layout):
     mesh = ellipsoid(subdivisions=4)
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
@@ -49,6 +51,7 @@ def test_quads_are_well_shaped_and_on_the_surface(without_layout):
     assert (np.einsum("qc,qc->q", normal, sides.mean(axis=1)) > 0).all()
 
 
+@pytest.mark.slow
 def test_creases_stay(without_layout):
     vertices, triangles = plate(1, 24, radius=0.2)
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=400))
@@ -58,6 +61,7 @@ def test_creases_stay(without_layout):
     assert (top & wall).sum() >= 48
 
 
+@pytest.mark.slow
 def test_the_other_pieces_follow_the_curvature(monkeypatch):
     """Of two ellipsoids one has no layout."""
     mesh = ellipsoid(subdivisions=3)
@@ -76,6 +80,7 @@ def test_the_other_pieces_follow_the_curvature(monkeypatch):
     assert abs(len(made.quads) - 600) < 60
 
 
+@pytest.mark.slow
 def test_quads_that_do_not_join_up_are_not_returned(monkeypatch):
     monkeypatch.setattr(finished, "_joins_up", lambda *_: False)
     mesh = ellipsoid(subdivisions=3)

@@ -36,6 +36,19 @@ def _detections_are_shared():
     core.detect = detect
 
 
+@pytest.fixture
+def said_by(addon, capfd):
+    """The command in this Blender, which starts others for the files of a batch: its exit code and
+    what it says of them."""
+
+    def ran(*words):
+        capfd.readouterr()
+        code = addon.operators.command_line.command.run([str(word) for word in words])
+        return code, capfd.readouterr().err
+
+    return ran
+
+
 @pytest.fixture(autouse=True)
 def _empty_file(addon):
     from scene_building import empty_scene

@@ -52,6 +52,11 @@ def ellipsoid_umbilics(radii=(3.0, 2.0, 1.0)) -> np.ndarray:
     return np.array([(-x, 0, -z), (-x, 0, z), (x, 0, -z), (x, 0, z)])
 
 
+def poles(obj) -> list[bpy.types.Object]:
+    """The empties of an object's pole plan."""
+    return [child for child in obj.children if "umbilics_valence" in child]
+
+
 def empties(obj) -> list[bpy.types.Object]:
     return [child for child in obj.children if "umbilics_kind" in child]
 

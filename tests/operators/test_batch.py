@@ -49,10 +49,6 @@ def command(*arguments):
     return [BLENDER, "-b", "--command", "umbilics", *map(str, arguments)]
 
 
-def run(*arguments):
-    return subprocess.run(command(*arguments), capture_output=True, text=True, check=False)
-
-
 def rows_of(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
@@ -103,16 +99,17 @@ def test_the_progress_line_has_a_rate_and_the_time_left(batch):
 
 
 @needs_program
-def test_bad_files_do_not_stop_the_others(tmp_path):
+def test_bad_files_do_not_stop_the_others(said_by, tmp_path):
     write_obj(tmp_path / "in/good.obj")
     write_obj(tmp_path / "in/deeper/good.obj", 1.2)
     (tmp_path / "in/broken.ply").write_text("no mesh")
     (tmp_path / "in/empty.stl").write_text("")
     out = tmp_path / "out"
-    done = run(tmp_path / "in", tmp_path / "none.obj", "--out", out, "--jobs", 2, "--also", "ply")
-    assert done.returncode == 1
-    assert "2 done, 3 failed" in done.stderr
-    assert "none.obj: FAILED, there is no such file." in done.stderr
+    files = tmp_path / "in", tmp_path / "none.obj"
+    code, said = said_by(*files, "--out", out, "--jobs", 2, "--also", "ply")
+    assert code == 1
+    assert "2 done, 3 failed" in said
+    assert "none.obj: FAILED, there is no such file." in said
     rows = {os.path.relpath(row["file"], tmp_path): row for row in rows_of(out / "report.csv")}
     assert {name: row["status"] for name, row in rows.items()} == {
         "in/good.obj": "done",
@@ -133,7 +130,7 @@ def test_bad_files_do_not_stop_the_others(tmp_path):
 
 
 @needs_program
-def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path):
+def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(said_by, tmp_path):
     count = 4
     for number in range(count):
         write_obj(tmp_path / f"in/{number}.obj", 1.0 + 0.1 * number)
@@ -156,9 +153,9 @@ def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path)
     assert 2 <= len(before) < count + 1
     stamps = {path: path.stat().st_mtime_ns for path in out.glob("*.json")}
 
-    done = run(*arguments, "--resume")
-    assert done.returncode == 1
-    assert f"{count} done, 1 failed" in done.stderr
+    code, said = said_by(*arguments, "--resume")
+    assert code == 1
+    assert f"{count} done, 1 failed" in said
     names = [json.loads(line)["name"] for line in journal.read_text().splitlines()]
     assert set(names) == {*(f"{number}.obj" for number in range(count)), "broken.obj"}
     rows = rows_of(out / "report.csv")
@@ -170,8 +167,8 @@ def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(tmp_path)
         if path.stem in kept:
             assert path.stat().st_mtime_ns == stamp
 
-    again = run(*arguments, "--resume")
-    assert f"1 files to do, {count} done before" in again.stderr
+    _, said = said_by(*arguments, "--resume")
+    assert f"1 files to do, {count} done before" in said
 
 
 def _processes_that_name(path):
@@ -232,21 +229,20 @@ def test_a_file_that_needs_more_than_its_share_of_memory_fails_alone(
 
 
 @needs_program
-def test_parts_are_brought_together_in_one_summary(tmp_path):
+def test_parts_are_brought_together_in_one_summary(said_by, tmp_path):
     write_obj(tmp_path / "in/a.obj")
     (tmp_path / "in/b.stl").write_text("")
     out = tmp_path / "out"
     for part in ("1/2", "2/2"):
-        done = run(tmp_path / "in", "--out", out, "--part", part, "--tolerant")
-        assert done.returncode == 0
-    done = run("--out", out, "--summary")
-    assert done.returncode == 1
-    assert "1 done, 1 failed" in done.stderr
+        code, _ = said_by(tmp_path / "in", "--out", out, "--part", part, "--tolerant")
+        assert code == 0
+    code, said = said_by("--out", out, "--summary")
+    assert code == 1
+    assert "1 done, 1 failed" in said
     assert [row["status"] for row in rows_of(out / "report.csv")] == ["done", "failed"]
 
 
-@needs_program
-def test_batch_options_without_a_folder_are_refused(tmp_path):
-    done = run("a.obj", "--resume")
-    assert done.returncode == 2
-    assert "--resume needs --out DIR" in done.stderr
+def test_batch_options_without_a_folder_are_refused(said_by):
+    code, said = said_by("a.obj", "--resume")
+    assert code == 2
+    assert "--resume needs --out DIR" in said

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from scene_building import add_ellipsoid, empties
+from scene_building import add_ellipsoid, empties, poles
 
 
 @pytest.fixture
@@ -13,10 +13,6 @@ def planned():
     bpy.ops.umbilics.detect()
     bpy.ops.umbilics.guide()
     return obj
-
-
-def poles(obj):
-    return [child for child in obj.children if "umbilics_valence" in child]
 
 
 def click(obj):

@@ -107,23 +107,18 @@ def test_every_field_is_in_the_manual(run, files, tmp_path):
     assert [name for name in sorted(set(names(found))) if f"`{name}`" not in text] == []
 
 
-def test_blend_holds_the_results_and_no_scaffolding(run, files, tmp_path):
-    target = tmp_path / "out.blend"
-    picture = tmp_path / "out.png"
+def test_blend_and_picture_of_one_run(run, files, tmp_path):
+    target, picture = tmp_path / "out.blend", tmp_path / "out.png"
     assert run([str(files / "egg.ply"), "--blend", str(target), "--png", str(picture)]) == 0
     bpy.ops.wm.open_mainfile(filepath=str(target))
     obj = bpy.data.objects["egg"]
     assert len(empties(obj)) == 4
     assert "umbilics_gap" in obj.data.attributes
     assert obj.umbilics.lemon == 4
+    # No scaffolding of the picture is left.
     assert len(bpy.data.objects) == 5
     assert len(bpy.data.scenes) == 1
-
-
-def test_png_shows_mesh_and_umbilics(run, files, tmp_path):
-    target = tmp_path / "out.png"
-    assert run([str(files / "egg.obj"), "--png", str(target)]) == 0
-    image = bpy.data.images.load(str(target))
+    image = bpy.data.images.load(str(picture))
     pixels = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(-1, 4)[:, :3]

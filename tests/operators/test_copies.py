@@ -2,7 +2,7 @@
 
 import bpy
 import pytest
-from scene_building import add_ellipsoid, empties
+from scene_building import add_ellipsoid, empties, poles
 
 
 @pytest.fixture
@@ -11,10 +11,6 @@ def original():
     bpy.ops.umbilics.detect()
     bpy.ops.umbilics.guide()
     return obj
-
-
-def poles(obj):
-    return [child for child in obj.children if "umbilics_valence" in child]
 
 
 def copied(obj, with_children):

@@ -69,7 +69,7 @@ def test_what_it_cannot_do_it_says_and_moves_nothing():
 
 
 def test_the_axis_stands_in_the_scene_and_goes_with_clear():
-    points, triangles = random_sphere(4000, 3)
+    points, triangles = random_sphere(1500, 3)
     obj = add_mesh(star(points, 3), triangles, name="Star")
     assert bpy.ops.umbilics.rotation_symmetry() == {"FINISHED"}
     bpy.context.view_layer.update()

@@ -1,13 +1,11 @@
 """--quads on the command line: the mesh, its figures, one file and batches, and what is refused."""
 
 import json
-import subprocess
 
 import bpy
 import numpy as np
 import pytest
 from scene_building import add_ellipsoid
-from test_batch import command as blender_command
 from test_batch import needs_program, write_obj
 
 
@@ -107,17 +105,16 @@ def test_what_cannot_be_remeshed_is_said_and_nothing_is_written(run, addon, tmp_
 
 
 @needs_program
-def test_a_batch_makes_quads_beside_each_report_and_resumes(tmp_path):
+def test_a_batch_makes_quads_beside_each_report_and_resumes(said_by, tmp_path):
     for name, third in (("one", 1.0), ("two", 1.2)):
         write_obj(tmp_path / "in" / f"{name}.obj", third)
     out = tmp_path / "out"
 
     def batch(*more):
         # Of the folder that the results are in, too: they are no meshes of the next run.
-        words = [tmp_path, "--out", out, "--resume", *more]
-        done = subprocess.run(blender_command(*words), capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        return done.stderr
+        code, said = said_by(tmp_path, "--out", out, "--resume", *more)
+        assert code == 0, said
+        return said
 
     options = ["--quads", 150, "--relaxation", 3]
     assert "2 files to do" in batch(*options)

@@ -2,13 +2,11 @@
 
 import json
 import shutil
-import subprocess
 
 import bpy
 import numpy as np
 import pytest
 from scene_building import add_ellipsoid, add_mesh
-from test_batch import command as blender_command
 from test_batch import needs_program, write_obj
 
 RADII = np.array((3.0, 2.0, 1.0))
@@ -121,16 +119,14 @@ def test_what_cannot_be_checked_is_said_and_what_is_checked_is_no_result(run, fi
 
 
 @needs_program
-def test_a_batch_checks_and_knows_when_the_checked_mesh_is_another(files):
+def test_a_batch_checks_and_knows_when_the_checked_mesh_is_another(said_by, files):
     out = files / "out"
 
     def batch():
-        words = [files / "surface.obj", "--check-topology", files / "quads.obj", "--out", out]
-        done = subprocess.run(
-            blender_command(*words, "--resume"), capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stderr
+        surface, quads = files / "surface.obj", files / "quads.obj"
+        code, said = said_by(surface, "--check-topology", quads, "--out", out, "--resume")
+        assert code == 0, said
+        return said
 
     assert "1 files to do" in batch()
     assert topology_in(out / "surface.obj.json")["irregular"] == 8

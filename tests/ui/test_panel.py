@@ -83,31 +83,31 @@ def panels():
     ]
 
 
+def drawn_panels():
+    """Draw all panels of the tab that want to be seen; what was drawn."""
+    paper = Paper()
+    context = SimpleNamespace(
+        scene=bpy.context.scene,
+        active_object=bpy.context.active_object,
+        region=SimpleNamespace(width=280),
+        view_layer=bpy.context.view_layer,
+        area=None,
+        space_data=None,
+        screen=None,
+        preferences=SimpleNamespace(
+            system=SimpleNamespace(ui_scale=1.0), addons=bpy.context.preferences.addons
+        ),
+    )
+    for panel in panels():
+        if not hasattr(panel, "poll") or panel.poll(context):
+            panel.draw(SimpleNamespace(layout=paper), context)
+    return paper
+
+
 @pytest.fixture
 def draw(addon):
-    """Draw all panels of the tab that want to be seen; what was drawn."""
-
-    def draw_all():
-        paper = Paper()
-        context = SimpleNamespace(
-            scene=bpy.context.scene,
-            active_object=bpy.context.active_object,
-            region=SimpleNamespace(width=280),
-            view_layer=bpy.context.view_layer,
-            area=None,
-            space_data=None,
-            screen=None,
-            preferences=SimpleNamespace(
-                system=SimpleNamespace(ui_scale=1.0), addons=bpy.context.preferences.addons
-            ),
-        )
-        for panel in panels():
-            if not hasattr(panel, "poll") or panel.poll(context):
-                panel.draw(SimpleNamespace(layout=paper), context)
-        return paper
-
     empty_scene()
-    return draw_all
+    return drawn_panels
 
 
 ADJUSTED = ("guide", "lines", "separatrices", "ridges", "preview_layout", "remesh_to_quads")

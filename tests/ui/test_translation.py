@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from scene_building import add_ellipsoid, add_mesh, empty_scene
-from test_panel import Paper, panels
+from test_panel import drawn_panels
 
 
 @pytest.fixture
@@ -246,25 +246,7 @@ def test_panels_draw_in_german(german, known):
 
 
 def drawn_labels(addon):
-    from types import SimpleNamespace
-
-    paper = Paper()
-    context = SimpleNamespace(
-        scene=bpy.context.scene,
-        active_object=bpy.context.active_object,
-        region=SimpleNamespace(width=280),
-        view_layer=bpy.context.view_layer,
-        area=None,
-        space_data=None,
-        screen=None,
-        preferences=SimpleNamespace(
-            system=SimpleNamespace(ui_scale=1.0), addons=bpy.context.preferences.addons
-        ),
-    )
-    for panel in panels():
-        if not hasattr(panel, "poll") or panel.poll(context):
-            panel.draw(SimpleNamespace(layout=paper), context)
-    return [seen(addon, text) for text in paper.names("label") if text]
+    return [seen(addon, text) for text in drawn_panels().names("label") if text]
 
 
 def seen(addon, text):

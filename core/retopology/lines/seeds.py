@@ -52,12 +52,14 @@ class Family:
         self.tree = cKDTree(np.concatenate(self.samples), balanced_tree=False)
 
     def add_seeds(self, triangle: np.ndarray, z: np.ndarray, parent: np.ndarray) -> None:
+        """Places (s,) at which lines may begin, and which of the new lines they lie beside."""
         self.seed_triangle = np.concatenate([self.seed_triangle, triangle])
         self.seed_z = np.concatenate([self.seed_z, z])
         self.seed_parent = np.concatenate([self.seed_parent, parent + self.parents])
         self.parents += int(parent.max(initial=-1)) + 1
 
     def keep_seeds(self, rows: np.ndarray) -> None:
+        """Forget the other seeds; a mask or rows."""
         self.seed_triangle = self.seed_triangle[rows]
         self.seed_z = self.seed_z[rows]
         self.seed_parent = self.seed_parent[rows]
@@ -70,7 +72,7 @@ class Family:
         return ~np.isfinite(distance)
 
 
-def strewn(canvas: Canvas, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def random_seeds(canvas: Canvas, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Random places on the directed part of the surface, two to a square spacing."""
     weight = np.where(canvas.obstacle < 0, canvas.surface.face_normal_area[1], 0.0)
     count = int(np.clip(2.0 * weight.sum() / canvas.spacing**2, 64, 200_000))

@@ -21,7 +21,7 @@ from .bundles import joined_bundles
 from .polylines import Lines, lines_from, points_of, sparse_rows
 from .streamlines import spacing_of
 from .tracing import BORDER, FEATURE, LIMIT, LOST, MET, OBSTACLE, TURN, Starts, Traces, trace
-from .winding import Barriers, ended_on_features, unwound
+from .truncation import Barriers, ended_on_features, truncated
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
 # between vertices is not resolved.
@@ -120,7 +120,7 @@ def separatrices(
     limit = np.full(len(point), length_limit(surface, settings))
     traces = trace(surface, planes, starts, limit, obstacle, progress)
     if settings.length_limit in (AUTO, 0.0):
-        traces = unwound(surface, planes, traces, BESIDE * spacing_of(surface, settings))
+        traces = truncated(surface, planes, traces, BESIDE * spacing_of(surface, settings))
         if barriers is not None and (traces.end == MET).any():
             traces = ended_on_features(surface, planes, traces, barriers())
     arrived = (traces.end == OBSTACLE) & (traces.obstacle < len(umbilics))

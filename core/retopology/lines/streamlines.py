@@ -18,7 +18,7 @@ from ..settings import GuidanceSettings
 from .canvas import Canvas
 from .polylines import Lines, lines_from
 from .rounds import Round, draw_round
-from .seeds import Family, choose_seeds, strewn
+from .seeds import Family, choose_seeds, random_seeds
 from .spacing import accepted
 
 # Automatic spacing: this fraction of the root of the area.
@@ -75,7 +75,7 @@ def evenly_spaced_lines(
         settings.shortest,
     )
     random = np.random.default_rng(0)
-    places = strewn(canvas, random)
+    places = random_seeds(canvas, random)
     wanted = {"both": (0, 1), "first": (0,), "second": (1,)}[settings.families]
     families = [Family(number, *places) for number in wanted]
     kept: list[Round] = []

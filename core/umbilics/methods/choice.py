@@ -25,10 +25,10 @@ from .vertex_index import detect_by_index, merged_clusters
 
 
 @dataclass(frozen=True)
-class Found:
+class MethodResult:
     """Umbilics as a method finds them, and the index of every triangle of the surface."""
 
-    hits: RawUmbilics
+    raw: RawUmbilics
     triangle_index: np.ndarray
 
 
@@ -40,7 +40,7 @@ def found_by_method(
     seams: np.ndarray | None,
     uv: np.ndarray | None,
     progress: Progress,
-) -> Found:
+) -> MethodResult:
     """The umbilics of a surface by the method of the settings; parameters as those of `detect`.
 
     Raises
@@ -55,15 +55,15 @@ def found_by_method(
             unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
         return _by_shape_operators(surface, fitted, settings, unfolding, progress)
     if settings.method == "I":
-        hits = detect_by_index(surface, shape, progress)
+        raw = detect_by_index(surface, shape, progress)
         if settings.merge:
             around = _index(surface, fitted, progress.quiet())
-            hits = merged_clusters(surface, hits, around)
+            raw = merged_clusters(surface, raw, around)
     else:
         unfolding = _unfolded(surface, settings, triangles, seams, uv, progress)
-        hits = detect_by_curvature_tensor(surface, shape, unfolding, progress)
-    index = np.bincount(hits.triangle, weights=hits.index, minlength=len(surface.triangles))
-    return Found(hits, index)
+        raw = detect_by_curvature_tensor(surface, shape, unfolding, progress)
+    index = np.bincount(raw.triangle, weights=raw.index, minlength=len(surface.triangles))
+    return MethodResult(raw, index)
 
 
 def _unfolded(
@@ -101,7 +101,7 @@ def _by_shape_operators(
     settings: Settings,
     unfolding: Unfolding | None,
     progress: Progress,
-) -> Found:
+) -> MethodResult:
     """Method S: interpolation says where in a triangle an umbilic is, and the certified index, or
     interpolation alone as published, in which triangles."""
     shape = fitted.field
@@ -131,7 +131,7 @@ def _by_shape_operators(
             f"The parametrization was refused in {int(refused.sum())} folded or steep triangles; "
             "the conformal one was used there."
         )
-    hits = RawUmbilics(
+    raw = RawUmbilics(
         triangle=rows,
         barycentric=weights,
         index=index[rows],
@@ -139,4 +139,4 @@ def _by_shape_operators(
         conformal_scale=np.full(len(surface.vertices), np.nan),
         warnings=warnings,
     )
-    return Found(hits, index)
+    return MethodResult(raw, index)

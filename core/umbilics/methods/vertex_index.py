@@ -58,7 +58,7 @@ def detect_by_index(
 
 
 def merged_clusters(
-    surface: Surface, hits: RawUmbilics, triangle_index: np.ndarray
+    surface: Surface, raw: RawUmbilics, triangle_index: np.ndarray
 ) -> RawUmbilics:
     """Each umbilic once: the vertices that one shows up at, and those of the triangles that the
     directions turn around, are one cluster where triangles join them.
@@ -75,7 +75,7 @@ def merged_clusters(
     vertices = len(surface.vertices)
     turning = np.flatnonzero(triangle_index)
     near = np.zeros(vertices, bool)
-    near[hits.vertex] = True
+    near[raw.vertex] = True
     near[surface.triangles[turning]] = True
     # Of a border vertex nothing is said: it has no closed ring.
     near &= ~surface.border
@@ -99,12 +99,12 @@ def merged_clusters(
     candidate = np.flatnonzero(np.isin(label, names))
     mine = np.searchsorted(names, label[candidate])
     away = np.linalg.norm(surface.vertices[candidate] - middle[mine], axis=1)
-    order = np.lexsort((away, ~np.isin(candidate, hits.vertex), mine))
+    order = np.lexsort((away, ~np.isin(candidate, raw.vertex), mine))
     _, first = np.unique(mine[order], return_index=True)
     vertex = candidate[order[first]][index != 0.0]
     triangle, corner = a_corner(surface, vertex)
     return replace(
-        hits,
+        raw,
         triangle=triangle,
         barycentric=np.eye(3)[corner],
         index=index[index != 0.0],

@@ -34,9 +34,11 @@ class Plane:
     offset: float
 
     def height(self, points: np.ndarray) -> np.ndarray:
+        """(p,) signed distances of points (p, 3)."""
         return points @ self.normal - self.offset
 
     def reflected(self, points: np.ndarray) -> np.ndarray:
+        """(p, 3) mirror images of points (p, 3)."""
         return points - 2.0 * self.height(points)[:, None] * self.normal
 
 

@@ -189,4 +189,5 @@ def _conforms(grid: Grids, laid: LaidOut) -> bool:
 
 
 def characteristic(laid: LaidOut) -> int:
+    """Euler characteristic of the surface that is laid out."""
     return int(laid.working.surface.euler_characteristic.sum())

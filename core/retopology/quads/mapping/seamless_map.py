@@ -58,6 +58,7 @@ class SeamlessProblem:
 
     @cached_property
     def count(self) -> int:
+        """How many unknowns there are."""
         return self.shifts.shape[1]
 
     @cached_property

@@ -43,7 +43,7 @@ class Barriers:
     head: np.ndarray
 
 
-def unwound(surface: Surface, planes: FaceFrames, traces: Traces, apart: float) -> Traces:
+def truncated(surface: Surface, planes: FaceFrames, traces: Traces, apart: float) -> Traces:
     """Those lines that come to their limit only as far as they do not come nearer to themselves
     than `apart`; the others as they are."""
     count = len(traces.end)
