@@ -40,8 +40,8 @@ def with_poles(
     """Turn a cross field so that its singularities are the poles.
 
     In the faces each pole is at a vertex of its own, a corner of its triangle or near it, and
-    triangles beside hard features keep to them unless poles need their room. What the sum over the surface forbids stays as it is; so does what the curvature is
-    sure of, as far as it can.
+    triangles beside hard features keep to them unless poles need their room. What the sum over the
+    surface forbids stays as it is; so does what the curvature is sure of, as far as it can.
 
     Parameters
     ----------
@@ -123,8 +123,8 @@ def _astray(
     for one in (1, -1):
         taken = np.ones(len(surface.vertices), bool)
         taken[vertex[one * quarters > 0]] = False
-        found += np.count_nonzero(_matched(near[sign == one], taken) >= 0)
-    return len(triangle) + int(np.abs(quarters).sum()) - 2 * int(found)
+        found += int(np.count_nonzero(_matched(near[sign == one], taken) >= 0))
+    return len(triangle) + int(np.abs(quarters).sum()) - 2 * found
 
 
 def _beside(surface: Surface, features: Features) -> np.ndarray:
