@@ -31,7 +31,8 @@ NOISES = (0.0, 0.01, 0.02, 0.05, 0.1)
 HEADER = """# Accuracy
 
 Umbilics found on surfaces whose umbilics are known exactly, with the default settings. Written
-by `python3 -m benchmarks.accuracy`; {seeds}.
+by `python3 -m benchmarks.accuracy`; {seeds}. Coarse and decimated meshes and marching cubes are on
+[another page](accuracy_meshes.md).
 
 - **Meshes**: about {count} vertices. *Regular*: a subdivided icosahedron or a grid. *Random*:
   uniformly random points, Delaunay triangles. *Stretched*: triangles {stretch:g} times longer

@@ -146,6 +146,6 @@ def vertex_samples(
     vertices: np.ndarray, triangles: np.ndarray, face_normal_area: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Any, ...]:
     """Some vertices to reflect, and a tree of all of them with their normals."""
-    normals = mean_normals(triangles, face_normal_area, len(vertices))
+    normals = mean_normals(vertices, triangles, face_normal_area)
     step = max(1, len(vertices) // (4 * SAMPLES))
     return vertices[::step], (cKDTree(vertices), normals)

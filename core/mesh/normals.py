@@ -18,19 +18,26 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     weighted sum vanishes, the normal of the largest triangle around the vertex.
     """
     normal, area = surface.face_normal_area
-    ab, bc, ca = surface.side_squares
     m, n = len(surface.triangles), len(surface.vertices)
+    weights = corner_weights(area, surface.side_squares)
+    starts = np.arange(0, 3 * m + 1, 3, dtype=np.int32)
+    corners = sparse.csc_array((weights.ravel(), surface.triangles.ravel(), starts), shape=(n, m))
+    return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
+
+
+def corner_weights(area: np.ndarray, side_squares: np.ndarray) -> np.ndarray:
+    """(m, 3) weights of the unit normals of triangles in the normals of their corners (Max 1999),
+    from their areas (m,) and the squares of their sides ab, bc, ca (3, m)."""
+    ab, bc, ca = side_squares
     # Area / (|a|^2 |b|^2) by the side across from the corner. Where a side has no length the
     # triangle is degenerate, and nothing is known of its normal.
     scale = ab * bc
     scale *= ca
     np.divide(area, scale, out=scale, where=scale > 0)
-    weights = np.empty((m, 3))
+    weights = np.empty((len(area), 3))
     for corner, across in enumerate((bc, ca, ab)):
         np.multiply(scale, across, out=weights[:, corner])
-    starts = np.arange(0, 3 * m + 1, 3, dtype=np.int32)
-    corners = sparse.csc_array((weights.ravel(), surface.triangles.ravel(), starts), shape=(n, m))
-    return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
+    return weights
 
 
 def _unit_or_largest_face(surface: Surface, total: np.ndarray, scale: np.ndarray) -> np.ndarray:

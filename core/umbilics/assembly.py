@@ -16,7 +16,7 @@ from . import kind as cubic_form
 from .compounds import merged, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
-from .located import locate
+from .located import locate, standard_errors
 from .methods.raw import RawUmbilics
 from .pairing.persistence import importance, trust_ratio
 from .regions.region_map import RegionMap
@@ -159,6 +159,7 @@ def _umbilics(
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
+    clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     return Umbilics(
         position=found.position(surface) * surface.unit + surface.origin,
@@ -171,7 +172,7 @@ def _umbilics(
         curvature=found.curvature / surface.unit,
         persistence=verdict.persistence / surface.unit,
         partner=verdict.partner,
-        uncertainty=found.uncertainty * surface.unit,
+        uncertainty=standard_errors(found, clean) * surface.unit,
         noise=found.noise / surface.unit,
         separatrix=_rays(found.p, found.q, found.x, found.y),
         at_border=verdict.at_border,

@@ -30,7 +30,7 @@ from .pairing.persistence import measure_persistence
 from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
-from .regions.round_shapes import resolved_by_wider_fits
+from .regions.round_shapes import resolved_by_wider_fits, standing_off
 from .regions.unresolved import low_vertices, unresolved_sets
 from .result import Detection
 
@@ -214,8 +214,20 @@ def _regions(
             return wider_ratio(surface, fitted, vertices, progress)
 
         rows = regions.rows()
-        regions = without(regions, resolved_by_wider_fits(surface, rows, WIDER * rings, ratio))
+        dropped = np.array(resolved_by_wider_fits(surface, rows, WIDER * rings, ratio), bool)
+        dropped |= standing_off(surface, rows, rings, _scatter(fitted, noise, radius))
+        regions = without(regions, dropped)
     return regions if cad is None else with_faces(cad, regions)
+
+
+def _scatter(fitted: Estimate, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """(n,) standard deviation of the points about fits, in length: the errors of curvatures go with
+    it over the square of the radius."""
+    size = noise * np.square(radius)
+    known = size[np.isfinite(size) & (size > 0.0)]
+    if not len(known):
+        return np.full(len(size), np.nan)
+    return np.asarray(fitted.residual * size / np.median(known))
 
 
 def _crease_angle(settings: Settings, cad: Tessellation | None) -> float:

@@ -56,8 +56,9 @@ class Umbilics:
         (k,) int64 row of the umbilic it cancels with, -1 where there is none. In a filtered
         set the rows are those of the full set, `Detection.candidates`.
     uncertainty:
-        (k,) float64 standard error of the position along the surface, in the direction in which
-        it is known least, in length; of a compound how far its parts lie from it.
+        (k,) float64 standard error of the position along the surface, per axis, in length: one,
+        two and three of it hold 39, 86 and 99 % if errors are Gaussian; of a compound how far its
+        parts lie from it.
     noise:
         (k,) float64 standard error of the gap around the point, in 1 / length; NaN where unknown.
     separatrix:

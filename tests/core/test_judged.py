@@ -5,7 +5,7 @@ import pytest
 from fields import flat_surface
 
 from core.umbilics.judged import Evidence, judge
-from core.umbilics.located import Located
+from core.umbilics.located import BIAS, BIAS_CLEAN, LARGEST, Located, standard_errors
 from core.umbilics.pairing.persistence import measure_persistence
 
 RADIUS, NOISE = 0.3, 0.01
@@ -223,3 +223,56 @@ def test_pairs_at_a_border_are_not_told_by_their_errors(square):
     found = located(pair, index=[0.5, -0.5], clarity=[2.2] * 2, uncertainty=[0.8 * RADIUS] * 2)
     verdict = judged(surface, found, partner=[1, 0], persistence=[1000.0 * NOISE] * 2)
     assert verdict.at_border.tolist() == [True, False] and verdict.resolved.all()
+
+
+@pytest.mark.parametrize(
+    "apart, persistence, error, seen, resolved",
+    [
+        # Twice its error is no pair of many, but of two places of their own it is enough.
+        (1.5, 2.0, 0.08, [True, True], True),
+        (1.5, 2.0, 0.08, [True, False], True),
+        # Not within the reach of one fit, not below the error of the gap, not within those of the
+        # places, and not where no finer fit shows either of them.
+        (0.8, 2.0, 0.08, [True, True], False),
+        (1.5, 1.5, 0.08, [True, True], False),
+        (1.5, 2.0, 0.8, [True, True], False),
+        (1.5, 2.0, 0.08, [False, False], False),
+    ],
+)
+def test_two_places_of_their_own_need_less(square, apart, persistence, error, seen, resolved):
+    surface, nearest = square
+    pair = [nearest(-0.5 * apart * RADIUS, 0.0), nearest(0.5 * apart * RADIUS, 0.0)]
+    found = located(
+        pair, index=[0.5, -0.5], clarity=[1.0] * 2, uncertainty=[error * RADIUS] * 2, seen=seen
+    )
+    verdict = judged(surface, found, partner=[1, 0], persistence=[persistence * NOISE] * 2)
+    assert verdict.resolved.tolist() == [resolved] * 2
+    # However clear one of them is: what needs the other to be told from noise is not beyond doubt.
+    found = located(
+        pair, index=[0.5, -0.5], clarity=[CLEAR, 1.0], uncertainty=[error * RADIUS] * 2, seen=seen
+    )
+    verdict = judged(surface, found, partner=[1, 0], persistence=[persistence * NOISE] * 2)
+    assert not verdict.certain.any()
+
+
+@pytest.mark.parametrize("p, q", [(1.0, 0.1j), (0.3, -1.0), (1.0, 0.8)])
+def test_stated_errors_are_those_of_an_axis(p, q):
+    """The zeros of p z + q conj(z) + e, for errors e whose length is the given one on average."""
+    error = 0.02
+    e = error * np.random.default_rng(0).normal(size=(2, 20000)) / np.sqrt(2.0)
+    e = e[0] + 1j * e[1]
+    determinant = abs(p) ** 2 - abs(q) ** 2
+    zeros = (q * np.conj(e) - np.conj(p) * e) / determinant
+    assert np.allclose(p * zeros + q * np.conj(zeros), -e)
+    slope = abs(abs(p) - abs(q))
+    found = located(
+        [0], p=[complex(p)], q=[complex(q)], uncertainty=[error / slope], noise=[0.5 * error]
+    )
+    per_axis = np.sqrt(0.5 * (np.abs(zeros) ** 2).mean())
+    for clean, bias in ((True, BIAS_CLEAN), (False, BIAS)):
+        assert standard_errors(found, clean)[0] == pytest.approx(bias * per_axis, rel=0.02)
+    # Where the field around errs more than the fit, so does the place.
+    worse = located([0], p=[complex(p)], q=[complex(q)], uncertainty=[0.0], noise=[error])
+    assert standard_errors(worse, False)[0] == pytest.approx(BIAS * per_axis, rel=0.02)
+    flat = located([0], p=[1.0 + 0j], q=[1.0 + 0j], noise=[error])
+    assert standard_errors(flat, False)[0] == LARGEST

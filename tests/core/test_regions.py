@@ -27,9 +27,11 @@ from core.mesh.exact_shapes import PLANAR, SPHERICAL
 from core.mesh.repair import clean
 from core.mesh.surface import Surface
 from core.mesh.tessellated import Tessellation
+from core.umbilics.regions import round_shapes
 from core.umbilics.regions.find import find_regions
 from core.umbilics.regions.region_map import RegionMap, with_faces
 from core.umbilics.regions.report import describe_regions
+from core.umbilics.regions.round_shapes import standing_off
 
 
 def _surface(surface) -> Surface:
@@ -403,3 +405,33 @@ def test_beside_exact_faces_what_is_left_of_the_regions_stays():
     assert both.label.tolist() == [0, 0, 2, 3, -1, 1]
     assert both.count == 4
     assert with_faces(faces, RegionMap(np.full(6, -1, np.int32), 0)).label.tolist() == face.tolist()
+
+
+def test_a_region_has_the_places_of_its_shape(monkeypatch):
+    """What hides in the noise of curvatures shows in the places of the points."""
+    points, triangles = icosphere(4)
+    random = np.random.default_rng(0)
+
+    def off(vertices, triangles, scatter):
+        surface = clean(vertices, triangles)[0]
+        scatter = np.full(len(surface.vertices), scatter / surface.unit)
+        rows = [np.arange(len(surface.triangles))]
+        return standing_off(surface, rows, 3, scatter)[0]
+
+    shift = 0.01 * random.normal(size=points.shape)
+    assert not off(points + shift, triangles, 0.01)
+    assert not off(points, triangles, 0.0)
+    barrel = points * (1.0, 1.0, 0.9)
+    assert off(barrel + shift, triangles, 0.01)
+    # Where the noise is that large, or unknown, a barrel is not told from a sphere.
+    assert not off(barrel + shift, triangles, 0.1)
+    assert not off(barrel, triangles, np.nan)
+    flat = plane(cells=40)
+    bumps = 0.02 * random.normal(size=len(flat.vertices))[:, None] * (0.0, 0.0, 1.0)
+    assert not off(flat.vertices + bumps, flat.triangles, 0.02)
+    assert off(flat.vertices + bumps, flat.triangles, 0.005)
+    # And is asked of what is found: such a region is none.
+    rough = noisy(sphere(subdivisions=4), 0.05)
+    assert core.detect(rough.vertices, rough.triangles).regions
+    monkeypatch.setattr(round_shapes, "STANDS_OFF", 0.3)
+    assert not core.detect(rough.vertices, rough.triangles).regions

@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from surfaces import ellipsoid, sphere
-from surfaces.sampling import icosphere
+from surfaces.sampling import icosphere, outward
 
 import core
 from core.matching.mirror_planes import mirrored_pairs, proposed_planes
@@ -19,9 +20,12 @@ def mirror(vertices, triangles):
 def egg(subdivisions=5):
     """A lopsided ellipsoid: only y -> -y maps it onto itself."""
     points, triangles = icosphere(subdivisions)
-    points = points * (3.0, 2.0, 1.0)
-    x, y, z = points.T
-    return np.stack([x + 0.15 * x**2, y, z * (1 + 0.1 * x) + 0.05 * x**2], axis=1), triangles
+    return lopsided(points), triangles
+
+
+def lopsided(points):
+    x, y, z = (points * (3.0, 2.0, 1.0)).T
+    return np.stack([x + 0.15 * x**2, y, z * (1 + 0.1 * x) + 0.05 * x**2], axis=1)
 
 
 def turned(angle):
@@ -43,17 +47,24 @@ def test_the_one_plane_is_found_wherever_it_is(angle):
     assert len(plane.pairs)
 
 
-def test_random_meshes_do_not_need_matching_vertices():
-    from scipy.spatial import ConvexHull
-    from surfaces.sampling import outward
+@pytest.mark.parametrize("coarse", [2, 4])
+def test_halves_of_unlike_triangles_do_not_move_the_plane(coarse):
+    # The larger its triangles the deeper a mesh lies inside a rounded surface.
+    random = np.random.default_rng(coarse)
+    points = random.normal(size=(8000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    points = points[(points[:, 1] > 0.0) | (np.arange(8000) % coarse == 0)]
+    triangles = outward(points, ConvexHull(points).simplices.astype(np.int64))
+    plane = mirror(lopsided(points), triangles)
+    assert np.degrees(np.arccos(min(abs(plane.normal[1]), 1.0))) < 3.0 * plane.angle_error
+    assert abs(plane.point[1]) < 3.0 * plane.offset_error
 
+
+def test_random_meshes_do_not_need_matching_vertices():
     points = np.random.default_rng(2).normal(size=(15000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     triangles = outward(points, ConvexHull(points).simplices.astype(np.int64))
-    points = points * (3.0, 2.0, 1.0)
-    x, y, z = points.T
-    vertices = np.stack([x + 0.15 * x**2, y, z * (1 + 0.1 * x) + 0.05 * x**2], axis=1)
-    plane = mirror(vertices, triangles)
+    plane = mirror(lopsided(points), triangles)
     assert np.degrees(np.arccos(min(abs(plane.normal[1]), 1.0))) < 0.5
     assert abs(plane.point[1]) < 0.01
 

@@ -11,6 +11,7 @@ from surfaces.blobs import random_sphere, star
 
 import core
 from core.matching.closest_points import rotation_by
+from core.mesh.samples import points_at
 
 from .page import Page, number
 
@@ -120,19 +121,22 @@ def difference(one: Mirror, other: Mirror, vertices: np.ndarray) -> tuple[float,
 def half_anew(
     vertices: np.ndarray, triangles: np.ndarray, mirror: Mirror, noise: float, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The mesh with one half as another scan of it would be: its vertices moved along the surface,
-    a third of its edges flipped, and noise, in edges."""
+    """The mesh with one half as another scan of it would be: its vertices moved along the surface
+    that its triangles stand for, a third of its edges flipped, and noise, in edges."""
     random = np.random.default_rng(seed)
     upper = vertices @ mirror.normal > mirror.offset
     half = np.flatnonzero(upper[triangles].all(axis=1))
     flipped = triangles.copy()
     flipped[half] = flipped_edges(vertices, triangles[half], 0.33, random)
-    corner = vertices[triangles]
-    some = np.zeros(len(vertices), int)
-    some[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
-    inside = np.einsum("tk,tkc->tc", random.dirichlet((1.0, 1.0, 1.0), len(triangles)), corner)
-    edge = np.linalg.norm(corner[:, 0] - corner[:, 1], axis=1).mean()
-    moved = 0.7 * vertices + 0.3 * inside[some]
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    area = np.linalg.norm(across, axis=1)
+    row, corner = np.zeros(len(vertices), int), np.zeros(len(vertices), int)
+    row[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
+    corner[triangles.ravel()] = np.tile(np.arange(3), len(triangles))
+    weights = 0.7 * np.eye(3)[corner] + 0.3 * random.dirichlet((1.0, 1.0, 1.0), len(vertices))
+    moved, _ = points_at(vertices, triangles, (across / area[:, None], 0.5 * area), row, weights)
+    edge = np.linalg.norm(a - b, axis=1).mean()
     moved += noise * edge * random.normal(size=vertices.shape)
     return np.where(upper[:, None], moved, vertices), flipped
 

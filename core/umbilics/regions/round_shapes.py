@@ -20,7 +20,14 @@ OFF_SHAPE, MARGIN = 0.35, 3.0
 # none. On noisy spheres, half balls and flat caps it is 1.6 at most, at the tips of ellipsoids, of
 # which narrow fits make spheres at 10 % of noise, 5.9 at least.
 STANDS_OUT = 4.0
-# Vertices of each region at which that is asked.
+# Median distance of a region's points from the sphere or plane through them, over the standard
+# deviation of points about fits, from which on it is none. It is 0.67 for independent noise, at
+# most 0.84 in spheres, caps of capsules and planes, noisy, out of marching cubes or decimated;
+# 1.59 for a cylinder that was rounded off by subdivision, whose noise hides how round it is.
+STANDS_OFF = 1.2
+# Distances that round-off makes, for coordinates of order 1.
+ROUND_OFF = 1e-12
+# Vertices of each region at which both are asked.
 ASKED = 30
 
 
@@ -172,3 +179,53 @@ def resolved_by_wider_fits(
         known = values[np.isfinite(values)]
         found.append(bool(len(known) and np.median(known) > STANDS_OUT))
     return found
+
+
+def standing_off(
+    surface: Surface, regions: Sequence[np.ndarray], rings: int, scatter: np.ndarray
+) -> list[bool]:
+    """Whether the points in the middle of each region (its rows of triangles) stand further off
+    the sphere and the plane through them than noise lets them: what hides in the noise of the
+    curvatures need not hide in that of the points.
+
+    Parameters
+    ----------
+    surface:
+        The surface, n vertices.
+    regions, rings:
+        Rows of triangles, and how far from others the middle is, as in `deepest`.
+    scatter:
+        (n,) standard deviation of points about fits, in length; NaN where unknown.
+    """
+    found = []
+    for rows in regions:
+        inside = np.zeros(len(surface.triangles), bool)
+        inside[rows] = True
+        middle = deepest(surface, inside, rings)
+        least = np.median(scatter[middle]) if len(middle) else np.nan
+        off = min(_off_sphere(surface.vertices[middle]), _off_plane(surface.vertices[middle]))
+        # Of few points little is known, and round-off is no shape.
+        known = len(middle) >= ASKED and off > ROUND_OFF
+        found.append(bool(known and off > STANDS_OFF * least))
+    return found
+
+
+def _off_sphere(points: np.ndarray) -> float:
+    """Median distance of points (r, 3) from the sphere fitted to them (linear in the squares)."""
+    if len(points) < 4:
+        return 0.0
+    offset = points - points.mean(axis=0)
+    rows = np.column_stack([2.0 * offset, np.ones(len(offset))])
+    solution = np.linalg.lstsq(rows, np.square(offset).sum(axis=1), rcond=None)[0]
+    centre = solution[:3]
+    radius = np.sqrt(max(solution[3] + centre @ centre, 0.0))
+    return float(np.median(np.abs(np.linalg.norm(offset - centre, axis=1) - radius)))
+
+
+def _off_plane(points: np.ndarray) -> float:
+    """Median distance of points (r, 3) from the plane fitted to them."""
+    if len(points) < 3:
+        return 0.0
+    offset = points - points.mean(axis=0)
+    normal = np.linalg.eigh(offset.T @ offset)[1][:, 0]
+    return float(np.median(np.abs(offset @ normal)))
