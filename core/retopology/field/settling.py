@@ -35,8 +35,8 @@ AROUND = 8
 # Turns above this share of half a turn weigh more in the next round, by the square of the excess:
 # least squares become the least largest turn (Lawson 1961).
 EASY = 0.7
-# What is left in a round of the stiffness beside a turn that is too large. Chosen by separatrices of
-# an ellipsoid with 5 % noise, confirmed on three others of them.
+# What is left in a round of the stiffness beside a turn that is too large. Chosen by separatrices
+# of an ellipsoid with 5 % noise, confirmed on three others of them.
 SOFTER = 0.02
 # Rings around turns that are still too large within which they are made as small as can be.
 SURE_RINGS = (1, 2, 4, 8, 16, 32)
