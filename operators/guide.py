@@ -64,6 +64,8 @@ class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
         three = int((poles.valence == 3).sum())
         five = len(poles) - three
         planned = f"{three} poles of valence 3 and {five} of valence 5"
+        if three == 1:
+            planned = f"1 pole of valence 3 and {five} of valence 5"
         if not math.isfinite(poles.expected):
             return f"{planned}; 4 - valence sums to {poles.total} on an open surface."
         return (

@@ -49,7 +49,7 @@ class UMBILICS_OT_mark_seams(GuidanceOperator, bpy.types.Operator):
     def done(self, context: bpy.types.Context, job: retopology.Job, found: np.ndarray) -> str:
         with retopology.written(context, job) as (obj, transaction):
             count = marked_edges.mark(obj, found, _MARK[self.mark], transaction)
-        return f"{count} edges marked."
+        return f"{count} edge{'' if count == 1 else 's'} marked."
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mark_seams,))

@@ -73,7 +73,7 @@ class CrossField:
         Length over which the field was smoothed, median over the vertices, in the coordinates
         of the surface.
     astray:
-        At how many vertices the field of the triangles is singular otherwise than planned.
+        How many poles the field of the triangles lacks, and has that were not planned.
     """
 
     direction: np.ndarray

@@ -103,7 +103,7 @@ def disagreements(
     if stayed:
         found.append(
             f"{stayed} umbilic{'s' if stayed > 1 else ''} that should go stay in the field: "
-            "they have nothing opposite left to cancel with."
+            "nothing opposite is left to cancel with, or the surface is too rough there."
         )
     planned = np.zeros(len(cross.triangle_index))
     at, _ = places_on_surface(surface, poles.triangle, poles.barycentric)
@@ -112,7 +112,8 @@ def disagreements(
     differing = max(differing, cross.astray)
     if differing:
         found.append(
-            f"The cross field has other poles than planned in {differing} places: the sum of "
-            "the planned ones, or the room between them, does not allow them."
+            f"The cross field has other poles than planned in {differing} "
+            f"place{'s' if differing > 1 else ''}: the sum of the planned ones does not allow "
+            "them, or triangles are too few there."
         )
     return tuple(found)

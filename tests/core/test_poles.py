@@ -10,6 +10,8 @@ from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
+from core.fields.face_index import face_field_singularities
+from core.mesh.rings import adjacency
 from core.retopology.cross_field import cross_field
 from core.retopology.features import find_features
 from core.retopology.field.planned import with_poles
@@ -267,17 +269,23 @@ def test_there_is_no_pole_in_a_triangle_without_an_inner_vertex():
     assert poles.triangle.tolist() == [surface.source_triangle[inner]]
 
 
-def test_poles_that_share_a_vertex_of_the_faces_are_said():
+def test_poles_in_one_triangle_have_vertices_of_their_own_and_too_many_are_said():
     guide = guide_of("torus")
     surface, planes = guide.surface, guide.planes(Progress())
     settings, measured = core.GuidanceSettings(), guide.measured(Progress())
     cross = cross_field(surface, measured, settings, Progress())
     features = find_features(surface, settings)
-    # Three corners have room for three, and cancelling poles for none.
-    for sign, astray in ([1, -1], 0), ([1, -1, 1, -1], 1):
+    near = np.unique(adjacency(surface)[surface.triangles[100]].indices)
+    # Three at the corners and others beside; where all vertices are taken opposite ones cancel.
+    for pairs, enough in (1, True), (2, True), (len(near), False):
+        sign = np.tile([1, -1], pairs)
         triangle = np.full(len(sign), 100)
-        found = with_poles(surface, planes, cross, features, triangle, np.array(sign), Progress())
-        assert found.astray == astray
+        found = with_poles(surface, planes, cross, features, triangle, sign, Progress())
+        assert (found.astray == 0) == enough
         poles = plan_poles(surface, planes, cross, guide.detection.umbilics, [])
         said = disagreements(surface, 0, found, poles)
-        assert [f"in {astray} places" in text for text in said] == [True] * astray
+        assert [f"in {found.astray} places" in text for text in said] == [True] * (not enough)
+        vertex, quarters = face_field_singularities(surface, planes, found.face_direction)
+        if enough:
+            assert np.isin(vertex, near).all()
+            assert np.array_equal(np.sort(quarters), np.sort(sign))

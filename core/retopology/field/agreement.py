@@ -30,7 +30,7 @@ class Agreement:
         (m,) float64 its certified index.
     stayed:
         (s,) int64 triangles whose index is not the one wanted: the sum over the surface does not
-        allow it, or there is no way to what would balance it.
+        allow it, there is no way to what would balance it, or the normals turn too wildly there.
     """
 
     field: DirectionField
@@ -65,9 +65,10 @@ def with_index(
     index = certified_index(surface, field.direction, field.across, part, field.symmetry)
     charge = np.rint(field.symmetry * (index - wanted)).astype(np.int64)
     changing = np.flatnonzero(charge)
+    before = Agreement(field, index, changing)
     if not len(changing):
-        return Agreement(field, index, changing)
-    angle, left = np.zeros(len(surface.vertices)), charge
+        return before
+    angle = np.zeros(len(surface.vertices))
     nearby = Patch.around(surface, surface.triangles[changing], NEARBY)
     patches = [Patch.whole(surface)]
     if len(nearby.triangles) < MOST * len(index):
@@ -85,18 +86,16 @@ def with_index(
             turns, mine, priority[patch.triangles], rim, stiffness[patch.vertices], part
         )
         if last or not settled.left.any():
-            left = np.zeros_like(charge)
-            angle[patch.vertices], left[patch.triangles] = settled.angle, settled.left
+            angle[patch.vertices] = settled.angle
             break
     turned = replace(
         field, direction=rotated(field.direction, field.across, angle / field.symmetry)
     )
     part = progress.part("Counting", 0.9, 1.0)
     after = certified_index(surface, turned.direction, turned.across, part, field.symmetry)
-    if np.any(np.rint(field.symmetry * (after - wanted)) != left):
-        # Round-off at a turn of nearly half: as it was rather than anything else.
-        return Agreement(field, index, changing)
-    return Agreement(turned, after, np.flatnonzero(left))
+    stayed = np.flatnonzero(after != wanted)
+    # Where normals turn wildly, rather as it was than worse.
+    return Agreement(turned, after, stayed) if len(stayed) <= len(changing) else before
 
 
 def rotated(direction: np.ndarray, across: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -27,20 +27,15 @@ class Paths:
     ----------
     flow:
         (e,) int64 charge that goes over each edge of the turns from left to right.
-    edge, reach, amount, cluster:
-        (p,) the edges of the paths, one path after the other; how many edges the path has, how
-        many charges go along it and the cluster that it belongs to.
-    source, of:
-        (k,) places of the charges, and (k,) their clusters.
+    edge, reach, amount:
+        (p,) the edges of the paths, one path after the other; how many edges the path has and how
+        many charges go along it.
     """
 
     flow: np.ndarray
     edge: np.ndarray
     reach: np.ndarray
     amount: np.ndarray
-    cluster: np.ndarray
-    source: np.ndarray
-    of: np.ndarray
 
 
 def joined_places(turns: Turns, usable: np.ndarray) -> np.ndarray:
@@ -79,7 +74,6 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
     moved = _balanced(first[bridge], second[bridge], amount)
     going = np.flatnonzero(moved)
     bridge, moved = bridge[going], moved[going]
-    cluster = _joined(first[bridge], second[bridge], len(source))
     flow = np.zeros(len(turns.tail), np.int64)
     np.add.at(flow, name[bridge], moved)
     walked = [np.arange(len(bridge))]
@@ -102,15 +96,7 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
             passed.append(number)
             at = previous
     path = np.concatenate(walked)
-    return Paths(
-        flow=flow,
-        edge=np.concatenate(passed),
-        reach=hops[path],
-        amount=np.abs(moved)[path],
-        cluster=cluster[first[bridge]][path],
-        source=source[:-1],
-        of=cluster[:-1],
-    )
+    return Paths(flow, np.concatenate(passed), hops[path], np.abs(moved)[path])
 
 
 def _ends(turns: Turns, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

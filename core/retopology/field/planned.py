@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ...base.progress import Progress
 from ...fields.directions import DirectionField
 from ...fields.face_index import face_field_singularities
 from ...fields.planes import FaceFrames
+from ...mesh.rings import adjacency, selection
 from ...mesh.surface import Surface
 from ..cross_field import CrossField
 from ..features import Features
@@ -20,6 +24,8 @@ from .turns import Patch, turns_in_triangles
 
 # Rings around the singular vertices that differ, within which triangles turn.
 NEARBY = 12
+# Rings beside its triangle in which a pole looks for a vertex where its corners have none left.
+BESIDE = 2
 
 
 def with_poles(
@@ -33,9 +39,9 @@ def with_poles(
 ) -> CrossField:
     """Turn a cross field so that its singularities are the poles.
 
-    In the faces each pole is at a corner of its triangle, and triangles beside hard features keep
-    to them. What the sum over the surface forbids stays as it is; so does what the curvature is
-    sure of, as far as it can.
+    In the faces each pole is at a vertex of its own, a corner of its triangle or near it, and
+    triangles beside hard features keep to them unless poles need their room. What the sum over the
+    surface forbids stays as it is; so does what the curvature is sure of, as far as it can.
 
     Parameters
     ----------
@@ -72,31 +78,53 @@ def _faces(
     progress: Progress,
 ) -> tuple[np.ndarray, int]:
     """(m, 3) directions in the triangles, with the poles for their singular vertices, and how many
-    of these are others than the poles; directions `beside` (m,) bool features stay."""
-    vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
+    of these are others than the poles; directions `beside` (m,) bool features stay if they can."""
+    direction, upright = cross.face_direction, surface.face_normal_area[0]
+    vertex, quarters = face_field_singularities(surface, planes, direction)
     charge = np.zeros(len(surface.vertices), np.int64)
     charge[vertex] = quarters
     corner, value = _corners(surface, charge, triangle, sign)
     np.subtract.at(charge, corner, value)
-    # Poles on a border, and those that must share a vertex.
-    astray = len(triangle) - len(np.unique(corner))
-    changing = np.flatnonzero(charge)
-    if not len(changing):
-        return cross.face_direction, astray
-    angle = np.zeros(len(surface.triangles))
-    for patch in (Patch.around(surface, changing, NEARBY), Patch.whole(surface)):
-        turns = turns_in_triangles(surface, patch, planes, cross.face_direction)
-        _, twin, inner = patch.sides(surface)
-        held = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1) | beside[patch.triangles]
-        sure = STIFF * cross.confidence[surface.triangles[patch.triangles]].mean(axis=1)
-        none = np.zeros(len(patch.vertices))
-        settled = settle(turns, charge[patch.vertices], none, held, sure, progress)
-        angle[patch.triangles] = settled.angle / 4.0
-        if not settled.left.any():
+    sure = STIFF * cross.confidence[surface.triangles].mean(axis=1)
+    none = np.zeros(len(charge))
+    for yielding, near in itertools.product((False, True), (True, False)):
+        changing = np.flatnonzero(charge)
+        if not len(changing):
             break
-    across = np.cross(surface.face_normal_area[0], cross.face_direction)
-    astray += int(np.count_nonzero(settled.left))
-    return rotated(cross.face_direction, across, angle), astray
+        patch = Patch.around(surface, changing, NEARBY) if near else Patch.whole(surface)
+        turns = turns_in_triangles(surface, patch, planes, direction)
+        _, twin, inner = patch.sides(surface)
+        held = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
+        if not yielding:
+            held |= beside[patch.triangles]
+        stiffness = np.where(beside, STIFF, sure)[patch.triangles]
+        mine = patch.vertices
+        settled = settle(turns, charge[mine], none[mine], held, stiffness, progress)
+        if np.count_nonzero(settled.left) < len(changing):
+            angle = np.zeros(len(direction))
+            angle[patch.triangles] = settled.angle / 4.0
+            direction = rotated(direction, np.cross(upright, direction), angle)
+            charge[mine] = settled.left
+    return direction, _astray(surface, planes, direction, triangle, sign)
+
+
+def _astray(
+    surface: Surface,
+    planes: FaceFrames,
+    direction: np.ndarray,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+) -> int:
+    """How many poles have no singular vertex of their own in their triangle or beside it, and how
+    many singularities are of no pole."""
+    vertex, quarters = face_field_singularities(surface, planes, direction)
+    near = selection(surface.triangles[triangle], len(surface.vertices)) @ adjacency(surface)
+    found = 0
+    for one in (1, -1):
+        taken = np.ones(len(surface.vertices), bool)
+        taken[vertex[one * quarters > 0]] = False
+        found += int(np.count_nonzero(_matched(near[sign == one], taken) >= 0))
+    return len(triangle) + int(np.abs(quarters).sum()) - 2 * found
 
 
 def _beside(surface: Surface, features: Features) -> np.ndarray:
@@ -110,12 +138,13 @@ def _beside(surface: Surface, features: Features) -> np.ndarray:
 def _corners(
     surface: Surface, quarters: np.ndarray, triangle: np.ndarray, sign: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices that stand for the poles, where the faces are singular already if they can be, and
-    the signs of the poles; border vertices cannot."""
+    """Vertices that stand for the poles, each for one, and the signs of the poles: of the corners
+    of its triangle one where the faces are singular already if it can be, where none is left one
+    beside these. Border vertices cannot."""
     vertex = np.full(len(triangle), -1)
     taken = surface.border.copy()
     corners = surface.triangles[triangle].T
-    # First those that are singular already, then others; two poles at one vertex would be none.
+    # First those that are singular already, then others.
     for wanted in (quarters, None):
         for corner in corners:
             fits = (vertex < 0) & ~taken[corner]
@@ -125,8 +154,29 @@ def _corners(
             _, first = np.unique(corner[rows], return_index=True)
             vertex[rows[first]] = corner[rows[first]]
             taken[corner[rows[first]]] = True
-    for corner in corners:
-        free = (vertex < 0) & ~surface.border[corner]
-        vertex[free] = corner[free]
+    reach = selection(surface.triangles[triangle], len(surface.vertices))
+    if (vertex < 0).any():
+        # All that share vertices with one that has none choose anew.
+        group = csgraph.connected_components(reach @ reach.T, directed=False)[1]
+        again = np.flatnonzero(np.isin(group, group[vertex < 0]))
+        taken[vertex[again]] = False
+        taken |= surface.border
+        vertex[again] = _matched(reach[again], taken)
+    for _ in range(BESIDE):
+        again = np.flatnonzero(vertex < 0)
+        if not len(again):
+            break
+        reach = reach @ adjacency(surface)
+        vertex[again] = _matched(reach[again], taken)
     known = vertex >= 0
     return vertex[known], sign[known]
+
+
+def _matched(reach: sparse.csr_array, taken: np.ndarray) -> np.ndarray:
+    """(r,) a vertex for each row of those it reaches, for as many rows as can be, -1 for none; none
+    twice and none that is `taken` (n,) bool, as they are then."""
+    free = np.flatnonzero(~taken)
+    found = csgraph.maximum_bipartite_matching(reach.tocsc()[:, free].tocsr(), perm_type="column")
+    vertex = np.where(found >= 0, free[found], -1)
+    taken[vertex[vertex >= 0]] = True
+    return vertex
