@@ -23,9 +23,9 @@ _WIDER = 1.5
 # Vertices this close, in parts of the largest coordinate, are one: single precision's rounding.
 _SAME = 1e-6
 # A new modifier makes so many faces, or its most levels: what is too coarse with two levels (cube,
-# cone) or one (Suzanne) is not with these. Chosen on them; held on Spot's cage (three levels), and
-# on a torso, a sword and MakeHuman's base (one). Blender's cylinder wants another click.
-_FINE, _LEVELS = 5000, (1, 3)
+# cone), three (cylinder) or one (Suzanne) is not with these. Chosen on them; held on Spot's cage,
+# and on a torso, a sword and MakeHuman's base (one level).
+_FINE, _LEVELS = 5000, (1, 4)
 _TEXTS = {
     verdict.SUBDIVIDE: "Add a Subdivision Surface modifier, or a level to the one that is there",
     verdict.CREASES: "Fit no curvature across edges sharper than 30°",

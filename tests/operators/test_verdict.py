@@ -19,7 +19,7 @@ def test_a_fine_ellipsoid_is_trusted(judged):
 
 
 @pytest.mark.parametrize(
-    ("primitive", "levels"), [("cube", 3), ("cone", 3), ("cylinder", 3), ("monkey", 2)]
+    ("primitive", "levels"), [("cube", 4), ("cone", 4), ("cylinder", 4), ("monkey", 2)]
 )
 def test_what_is_too_coarse_gets_a_subdivision(judged, primitive, levels):
     """One click is enough."""
