@@ -96,11 +96,16 @@ def judge(
     unclear = found.clarity < BORDER_CLEAR
     at_border = _at_border(surface, found, partner, vague, unclear, evidence.exact)
     position = found.position(surface)
+    other_noise = np.where(partner >= 0, found.noise[partner], 0.0)
     unseen = _unseen_pairs(position, partner, found.seen | at_border, radius)
     if not evidence.exact:
         # A border has errors of its own: it makes places vague without making pairs.
         inner = ~at_border & ~(at_border[partner] & (partner >= 0))
-        unseen |= inner & _within_errors(position, partner, found.uncertainty, PRESENT)
+        within = _within_errors(position, partner, found.uncertainty, PRESENT)
+        # Errors of places tell by the slopes of a fit, and these only as far as it reaches: those of
+        # halves of a flat point are many radii. What parts two further apart is the gap between.
+        sure = persistence > significant(fits, CERTAIN) * np.fmax(found.noise, other_noise)
+        unseen |= inner & within & ~(sure & ~_close(position, partner, radius))
     # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
     above = np.where(unseen, np.fmax(found.noise, persistence), found.noise)
     above = np.where(_both(present, partner), 0.0, above)
@@ -157,11 +162,16 @@ def _unseen_pairs(
     A fit that reaches over both would have two zeros or none: the error of the gap is then at
     least what parts them. `radius` (k, 3) are those of the fits at the corners.
     """
-    paired = partner >= 0
-    apart = np.linalg.norm(position - position[partner], axis=1)
-    close = apart <= PAIR_REACH * radius.mean(axis=1)
+    paired, close = partner >= 0, _close(position, partner, radius)
     both, either = located & located[partner], located | located[partner]
     return paired & ~(both | (either & ~close))
+
+
+def _close(position: np.ndarray, partner: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """(k,) bool, umbilics that a finer fit, of `radius` (k, 3) at the corners, reaches over
+    together with the one they cancel with."""
+    apart = np.linalg.norm(position - position[partner], axis=1)
+    return np.asarray(apart <= PAIR_REACH * radius.mean(axis=1))
 
 
 def _within_errors(

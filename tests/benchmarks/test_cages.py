@@ -55,3 +55,21 @@ def test_umbilics_of_a_cage_are_found():
         assert count.kinds_wrong == 0
     # The finest level resolves most of them.
     assert count.true >= 20 and count.found == count.true
+
+
+@pytest.mark.parametrize("diagonal", [0, 1])
+@pytest.mark.parametrize("level", [3, 4])
+def test_a_cube_s_sides_have_flat_points_and_its_corners_stars(level, diagonal):
+    """However its quads are cut in two."""
+    corner = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    cube = cages.Quads(corner, np.array(sides))
+    for _ in range(level):
+        cube = cube.subdivided()
+    cube = cages.Quads(cube.vertices, np.roll(cube.corners, diagonal, axis=1))
+    found = core.detect(cube.vertices, cube.triangles).umbilics
+    places = np.concatenate([np.eye(3), -np.eye(3), corner / np.sqrt(3.0)])
+    direction = found.position / np.linalg.norm(found.position, axis=1)[:, None]
+    nearest = (direction @ places.T).argmax(axis=1)
+    total = np.bincount(nearest, weights=found.index, minlength=14)
+    assert total.tolist() == [1.0] * 6 + [-0.5] * 8

@@ -208,6 +208,20 @@ def test_pairs_are_resolved(square, apart, persistence, clarity, seen, resolved)
     assert verdict.present.tolist() == [clarity == CLEAR] * 2
 
 
+@pytest.mark.parametrize(
+    "apart, persistence, resolved", [(2.5, 100.0, True), (1.5, 100.0, False), (2.5, 3.2, False)]
+)
+def test_slopes_say_nothing_of_what_their_fit_does_not_reach(square, apart, persistence, resolved):
+    """Of the half of a flat point, whose place could be anywhere, and what cancels with it."""
+    surface, nearest = square
+    pair = [nearest(-0.5 * apart * RADIUS, 0.0), nearest(0.5 * apart * RADIUS, 0.0)]
+    found = located(
+        pair, index=[0.5, -0.5], clarity=[2.1] * 2, uncertainty=[3.0 * RADIUS, 0.1 * RADIUS]
+    )
+    verdict = judged(surface, found, partner=[1, 0], persistence=[persistence * NOISE] * 2)
+    assert verdict.resolved.tolist() == [resolved] * 2
+
+
 def test_pairs_at_a_border_are_not_told_by_their_errors(square):
     """The border makes places vague without making pairs."""
     surface, nearest = square
