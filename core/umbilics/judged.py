@@ -102,8 +102,8 @@ def judge(
         # A border has errors of its own: it makes places vague without making pairs.
         inner = ~at_border & ~(at_border[partner] & (partner >= 0))
         within = _within_errors(position, partner, found.uncertainty, PRESENT)
-        # Errors of places tell by the slopes of a fit, and these only as far as it reaches: those of
-        # halves of a flat point are many radii. What parts two further apart is the gap between.
+        # Errors of places tell by the slopes of a fit, and these only as far as it reaches: those
+        # of halves of a flat point are many radii. What parts two further apart is the gap between.
         sure = persistence > significant(fits, CERTAIN) * np.fmax(found.noise, other_noise)
         unseen |= inner & within & ~(sure & ~_close(position, partner, radius))
     # What a finer fit does not show is noise up to where it cancels, what it shows clearly none.
