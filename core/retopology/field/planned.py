@@ -24,8 +24,8 @@ from .turns import Patch, turns_in_triangles
 
 # Rings around the singular vertices that differ, within which triangles turn.
 NEARBY = 12
-# Rings around poles that have no vertex yet within which triangles may turn from features: chosen on
-# a torso (one ring and three leave some), held on a tray, a chair, a goblet and its foot's edge.
+# Rings around poles that have no vertex yet within which triangles may turn from features: chosen
+# on a torso (one ring and three leave some), held on a tray, a chair, a goblet and its foot's edge.
 ROOM = 2
 # Rings beside its triangle in which a pole looks for a vertex where its corners have none left.
 BESIDE = 2
