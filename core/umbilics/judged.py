@@ -22,8 +22,8 @@ BORDER_CLEAR = 2.0
 PRESENT = 1e-2
 CERTAIN = 1e-8
 # The same of two that stand further apart than a fit reaches: they share few samples, and noise
-# seldom has two such places cancel. Chosen on seeds 200 and 201 of benchmarks.people, where it
-# brings 8 of 398 more and none false; of 20 more on seeds 300, 301, 400 and 401 none is false.
+# seldom has two such places cancel. Chosen on seeds 200 and 201 of benchmarks.people; with 400 and
+# 401 it brings 9 of 641 more and none false.
 SEPARATE = 5e-2
 # Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
 PAIR_REACH = 2.0
@@ -198,7 +198,8 @@ def _separate(
     mutual = (partner >= 0) & (partner[partner] == np.arange(len(partner)))
     reach = np.fmax(radius.mean(axis=1), radius.mean(axis=1)[partner])
     apart = np.linalg.norm(position - position[partner], axis=1) > reach
-    shown = found.seen & np.isfinite(found.clarity) & ~at_border
+    # By its own chance, not by that of the whole surface.
+    shown = found.seen & (found.clarity >= significant(1.0, PRESENT)) & ~at_border
     shown = (shown | shown[partner]) & ~at_border & ~at_border[partner]
     # Among many the highest that noise makes is as much higher as it is of all pairs.
     among = significant(1.0, SEPARATE) * noise_multiple(len(found)) / PAIR_NOISE

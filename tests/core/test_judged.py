@@ -240,24 +240,27 @@ def test_pairs_at_a_border_are_not_told_by_their_errors(square):
 
 
 @pytest.mark.parametrize(
-    "apart, persistence, error, seen, resolved",
+    "apart, persistence, error, clarity, seen, resolved",
     [
         # Twice its error is no pair of many, but of two places of their own it is enough.
-        (1.5, 2.0, 0.08, [True, True], True),
-        (1.5, 2.0, 0.08, [True, False], True),
+        (1.5, 2.0, 0.08, 2.2, [True, True], True),
+        (1.5, 2.0, 0.08, 2.2, [True, False], True),
         # Not within the reach of one fit, not below the error of the gap, not within those of the
-        # places, and not where no finer fit shows either of them.
-        (0.8, 2.0, 0.08, [True, True], False),
-        (1.5, 1.5, 0.08, [True, True], False),
-        (1.5, 2.0, 0.8, [True, True], False),
-        (1.5, 2.0, 0.08, [False, False], False),
+        # places, and not where no finer fit shows either of them, or none clearly.
+        (0.8, 2.0, 0.08, 2.2, [True, True], False),
+        (1.5, 1.5, 0.08, 2.2, [True, True], False),
+        (1.5, 2.0, 0.8, 2.2, [True, True], False),
+        (1.5, 2.0, 0.08, 2.2, [False, False], False),
+        (1.5, 2.0, 0.08, 2.1, [True, True], False),
     ],
 )
-def test_two_places_of_their_own_need_less(square, apart, persistence, error, seen, resolved):
+def test_two_places_of_their_own_need_less(
+    square, apart, persistence, error, clarity, seen, resolved
+):
     surface, nearest = square
     pair = [nearest(-0.5 * apart * RADIUS, 0.0), nearest(0.5 * apart * RADIUS, 0.0)]
     found = located(
-        pair, index=[0.5, -0.5], clarity=[1.0] * 2, uncertainty=[error * RADIUS] * 2, seen=seen
+        pair, index=[0.5, -0.5], clarity=[clarity] * 2, uncertainty=[error * RADIUS] * 2, seen=seen
     )
     verdict = judged(surface, found, partner=[1, 0], persistence=[persistence * NOISE] * 2)
     assert verdict.resolved.tolist() == [resolved] * 2
