@@ -177,6 +177,7 @@ def _matched(reach: sparse.csr_array, taken: np.ndarray) -> np.ndarray:
     twice and none that is `taken` (n,) bool, as they are then."""
     free = np.flatnonzero(~taken)
     found = csgraph.maximum_bipartite_matching(reach.tocsc()[:, free].tocsr(), perm_type="column")
-    vertex = np.where(found >= 0, free[found], -1)
-    taken[vertex[vertex >= 0]] = True
+    vertex, some = np.full(len(found), -1), found >= 0
+    vertex[some] = free[found[some]]
+    taken[vertex[some]] = True
     return vertex
