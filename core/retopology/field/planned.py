@@ -36,6 +36,7 @@ def with_poles(
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
+    exact: bool = True,
 ) -> CrossField:
     """Turn a cross field so that its singularities are the poles.
 
@@ -49,6 +50,10 @@ def with_poles(
         What the field runs along.
     triangle, sign:
         (k,) triangles of the poles and (k,) 4 - valence of each.
+    exact:
+        Whether the faces take great pains for their poles: triangles leave features, and turns
+        that stay too large are made certain. Quads had better keep to the features, and go around
+        poles that are not met.
     """
     quarters = np.zeros(len(surface.triangles), np.int64)
     np.add.at(quarters, triangle, sign)
@@ -58,7 +63,7 @@ def with_poles(
     found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
     part = progress.part("Moving poles", 0.5, 1.0)
     held = _beside(surface, features)
-    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part)
+    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part, exact)
     return replace(
         cross,
         direction=found.field.direction,
@@ -76,6 +81,7 @@ def _faces(
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
+    exact: bool,
 ) -> tuple[np.ndarray, int]:
     """(m, 3) directions in the triangles, with the poles for their singular vertices, and how many
     of these are others than the poles; directions `beside` (m,) bool features stay if they can."""
@@ -87,7 +93,7 @@ def _faces(
     np.subtract.at(charge, corner, value)
     sure = STIFF * cross.confidence[surface.triangles].mean(axis=1)
     none = np.zeros(len(charge))
-    for yielding, near in itertools.product((False, True), (True, False)):
+    for yielding, near in itertools.product((False, True)[: 1 + exact], (True, False)):
         changing = np.flatnonzero(charge)
         if not len(changing):
             break
@@ -99,7 +105,7 @@ def _faces(
             held |= beside[patch.triangles]
         stiffness = np.where(beside, STIFF, sure)[patch.triangles]
         mine = patch.vertices
-        settled = settle(turns, charge[mine], none[mine], held, stiffness, progress)
+        settled = settle(turns, charge[mine], none[mine], held, stiffness, progress, exact)
         if np.count_nonzero(settled.left) < len(changing):
             angle = np.zeros(len(direction))
             angle[patch.triangles] = settled.angle / 4.0
