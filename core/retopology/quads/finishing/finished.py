@@ -26,6 +26,8 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
+# Below this scaled Jacobian quads are evened out the way for thin parts too.
+POOR = 0.5
 # With more than this share of its quads folded a piece has no room for them: others would be too.
 HOPELESS = 0.05
 # Vertices count as off the surface beyond the first part of a side; beyond the second the shape is
@@ -78,10 +80,10 @@ def finished(
         one, quality = _evened(laid, grid, placed, steps, False, progress)
         size = len(laid.working.surface.triangles)
         effort.spend(EVENING * size if attempt else 0)
-        if one.bad and effort.left:
+        if quality.min() < POOR and effort.left:
             effort.spend(EVENING * size)
             other, also = _evened(laid, grid, placed, steps, True, progress)
-            if _worth(other) < _worth(one):
+            if (*_worth(other), -also.min()) < (*_worth(one), -quality.min()):
                 one, quality = other, also
         tries.append(one)
         folded, bad, triangle = one.folded, one.bad, one.triangle
