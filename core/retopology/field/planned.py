@@ -24,6 +24,9 @@ from .turns import Patch, turns_in_triangles
 
 # Rings around the singular vertices that differ, within which triangles turn.
 NEARBY = 12
+# Rings around poles that have no vertex yet within which triangles may turn from features: chosen
+# on a torso (one ring and three leave some), held on a tray, a chair, a goblet and its foot's edge.
+ROOM = 2
 # Rings beside its triangle in which a pole looks for a vertex where its corners have none left.
 BESIDE = 2
 
@@ -101,8 +104,11 @@ def _faces(
         turns = turns_in_triangles(surface, patch, planes, direction)
         _, twin, inner = patch.sides(surface)
         held = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
-        if not yielding:
-            held |= beside[patch.triangles]
+        keeps = beside
+        if yielding:
+            keeps = beside.copy()
+            keeps[Patch.around(surface, changing, ROOM).triangles] = False
+        held |= keeps[patch.triangles]
         stiffness = np.where(beside, STIFF, sure)[patch.triangles]
         mine = patch.vertices
         settled = settle(turns, charge[mine], none[mine], held, stiffness, progress, exact)
