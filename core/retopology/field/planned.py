@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -95,8 +96,7 @@ def _faces(
     np.subtract.at(charge, corner, value)
     sure = STIFF * cross.confidence[surface.triangles].mean(axis=1)
     none = np.zeros(len(charge))
-    # Features give way near poles only.
-    for yielding, near in ((False, True), (False, False), (True, True))[: 2 + exact]:
+    for yielding, near in itertools.product((False, True)[: 1 + exact], (True, False)):
         changing = np.flatnonzero(charge)
         if not len(changing):
             break
