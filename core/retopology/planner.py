@@ -130,6 +130,8 @@ class Guide(Groundwork):
             places_on_surface(surface, poles.triangle, poles.barycentric)[0],
             4 - poles.valence,
             progress.part("Moving poles", 0.95, 1.0),
+            # What is wanted by hand may not fit the surface: features do not give way to that.
+            exact=wanted is None,
         )
         end = time.perf_counter()
         progress.step(1.0)

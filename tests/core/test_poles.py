@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import sparse
 from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
@@ -14,7 +15,7 @@ from core.fields.face_index import face_field_singularities
 from core.mesh.rings import adjacency
 from core.retopology.cross_field import cross_field
 from core.retopology.features import find_features
-from core.retopology.field.planned import with_poles
+from core.retopology.field.planned import _matched, with_poles
 from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
 from core.retopology.poles import plan_poles
@@ -289,3 +290,11 @@ def test_poles_in_one_triangle_have_vertices_of_their_own_and_too_many_are_said(
         if enough:
             assert np.isin(vertex, near).all()
             assert np.array_equal(np.sort(quarters), np.sort(sign))
+
+
+def test_poles_without_a_free_vertex_get_none():
+    reach = sparse.csr_array(np.ones((2, 5), bool))
+    assert (_matched(reach, np.ones(5, bool)) == -1).all()
+    taken = np.array([True, True, False, True, True])
+    assert sorted(_matched(reach, taken).tolist()) == [-1, 2]
+    assert taken.all()

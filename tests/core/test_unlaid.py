@@ -87,3 +87,37 @@ def test_quads_that_do_not_join_up_are_not_returned(monkeypatch):
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=200))
     assert conformity(made.quads, len(made.vertices)).manifold
     assert any("cut into three" in one for one in made.warnings)
+
+
+def test_a_piece_far_smaller_than_a_quad_does_not_vanish():
+    large, small = torus(columns=40, rows=16), ellipsoid(subdivisions=2)
+    vertices = np.concatenate([large.vertices, 0.01 * small.vertices + 9.0])
+    triangles = np.concatenate([large.triangles, small.triangles + len(large.vertices)])
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=100))
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold
+    assert found.characteristic == 2
+    assert (made.vertices > 8.9).all(axis=1).any()
+
+
+def test_few_folds_do_not_cost_the_layout(monkeypatch):
+    """Where quads cannot be unfolded a piece is cut only if many are folded, and that is said."""
+    mesh = ellipsoid(subdivisions=3)
+    settings = core.RemeshSettings(quads=300)
+    whole = core.remesh(mesh.vertices, mesh.triangles, settings)
+    quality = finished.oriented_quality
+    folded = 1
+
+    def worse(*given):
+        found = quality(*given)
+        found[:folded] = -1.0
+        return found
+
+    monkeypatch.setattr(finished, "oriented_quality", worse)
+    monkeypatch.setattr(finished, "_unfolded", lambda *_: None)
+    made = core.remesh(mesh.vertices, mesh.triangles, settings)
+    assert len(made.pole_valence) == len(whole.pole_valence)
+    assert any("1 quad folded" in said for said in made.warnings)
+    folded = 200
+    made = core.remesh(mesh.vertices, mesh.triangles, settings)
+    assert len(made.pole_valence) > len(whole.pole_valence)

@@ -39,6 +39,7 @@ def with_poles(
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
+    exact: bool = True,
 ) -> CrossField:
     """Turn a cross field so that its singularities are the poles.
 
@@ -52,6 +53,10 @@ def with_poles(
         What the field runs along.
     triangle, sign:
         (k,) triangles of the poles and (k,) 4 - valence of each.
+    exact:
+        Whether the faces take great pains for their poles: triangles leave features, and turns
+        that stay too large are made certain. Quads had better keep to the features, and go around
+        poles that are not met.
     """
     quarters = np.zeros(len(surface.triangles), np.int64)
     np.add.at(quarters, triangle, sign)
@@ -61,7 +66,7 @@ def with_poles(
     found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
     part = progress.part("Moving poles", 0.5, 1.0)
     held = _beside(surface, features)
-    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part)
+    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part, exact)
     return replace(
         cross,
         direction=found.field.direction,
@@ -79,6 +84,7 @@ def _faces(
     triangle: np.ndarray,
     sign: np.ndarray,
     progress: Progress,
+    exact: bool,
 ) -> tuple[np.ndarray, int]:
     """(m, 3) directions in the triangles, with the poles for their singular vertices, and how many
     of these are others than the poles; directions `beside` (m,) bool features stay if they can."""
@@ -90,7 +96,7 @@ def _faces(
     np.subtract.at(charge, corner, value)
     sure = STIFF * cross.confidence[surface.triangles].mean(axis=1)
     none = np.zeros(len(charge))
-    for yielding, near in itertools.product((False, True), (True, False)):
+    for yielding, near in itertools.product((False, True)[: 1 + exact], (True, False)):
         changing = np.flatnonzero(charge)
         if not len(changing):
             break
@@ -105,7 +111,7 @@ def _faces(
         held |= keeps[patch.triangles]
         stiffness = np.where(beside, STIFF, sure)[patch.triangles]
         mine = patch.vertices
-        settled = settle(turns, charge[mine], none[mine], held, stiffness, progress)
+        settled = settle(turns, charge[mine], none[mine], held, stiffness, progress, exact)
         if np.count_nonzero(settled.left) < len(changing):
             angle = np.zeros(len(direction))
             angle[patch.triangles] = settled.angle / 4.0
@@ -183,6 +189,7 @@ def _matched(reach: sparse.csr_array, taken: np.ndarray) -> np.ndarray:
     twice and none that is `taken` (n,) bool, as they are then."""
     free = np.flatnonzero(~taken)
     found = csgraph.maximum_bipartite_matching(reach.tocsc()[:, free].tocsr(), perm_type="column")
-    vertex = np.where(found >= 0, free[found], -1)
-    taken[vertex[vertex >= 0]] = True
+    vertex, some = np.full(len(found), -1), found >= 0
+    vertex[some] = free[found[some]]
+    taken[vertex[some]] = True
     return vertex

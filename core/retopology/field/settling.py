@@ -74,6 +74,7 @@ def settle(
     held: np.ndarray,
     stiffness: np.ndarray,
     progress: Progress,
+    exact: bool = True,
 ) -> Settled:
     """Turn a field so that charges leave it.
 
@@ -87,6 +88,8 @@ def settle(
         (n,) bool directions that must not turn.
     stiffness:
         (n,) float64 by which a direction resists to turning, beside the weights of the edges.
+    exact:
+        Whether turns that least squares leave too large are made sure of.
     """
     usable = ~(held[turns.tail] & held[turns.head])
     joined = joined_places(turns, usable)
@@ -95,7 +98,7 @@ def settle(
     if not charge.any():
         return Settled(np.zeros(turns.directions), surplus)
     paths = charge_paths(turns, usable, charge)
-    angle = _turned(turns, paths, held, stiffness, progress)
+    angle = _turned(turns, paths, held, stiffness, progress, exact)
     turn = turns.turn - 2.0 * np.pi * paths.flow + angle[turns.head] - angle[turns.tail]
     # A turn that is too large still is a smaller one, and charges on both sides.
     over = np.rint(turn / (2.0 * np.pi)).astype(np.int64)
@@ -124,7 +127,12 @@ def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np
 
 
 def _turned(
-    turns: Turns, paths: Paths, held: np.ndarray, stiffness: np.ndarray, progress: Progress
+    turns: Turns,
+    paths: Paths,
+    held: np.ndarray,
+    stiffness: np.ndarray,
+    progress: Progress,
+    exact: bool,
 ) -> np.ndarray:
     """(n,) angles with which the charges move."""
     ring = _ring(turns)
@@ -158,7 +166,7 @@ def _turned(
         around[ends] = AROUND
         _spread(ring, around, ~free)
         moving = around >= 0
-    for rings in SURE_RINGS:
+    for rings in SURE_RINGS if exact else ():
         if not len(bad):
             break
         around = np.full(turns.directions, -1)

@@ -26,8 +26,6 @@ from .surface.working_surface import SCRAP, prepared, working_surface
 
 # Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
 BEYOND = 0.5
-# Pieces of less area, in quads, are not seen beside the others.
-UNSEEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -98,14 +96,7 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     undirected = np.zeros(len(given.triangles), bool)
     undirected[whole.source_triangle] = guide.undirected
     poles = None if given.wanted is None else _reachable(whole, given.wanted, plane, size)
-    every = pieces(mesh)
-    cut = [piece for piece in every if piece.area >= UNSEEN * (size / whole.unit) ** 2] or every
-    lost = len(every) - len(cut)
-    if lost:
-        warnings.append(
-            f"{lost} piece{'' if lost == 1 else 's'} without any area to speak of left out. Delete "
-            f"{'it' if lost == 1 else 'them'}, or remesh {'it' if lost == 1 else 'them'} alone."
-        )
+    cut = pieces(mesh)
     parts: list[LaidOut] = []
     unlaid: list[Unlaid] = []
     part = progress.part("Mapping the surface", 0.1, 0.15)

@@ -116,7 +116,7 @@ def remesh(
             "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
             "more quads to have them on it."
         )
-    folded = sum(number for _, number in cut)
+    folded = sum(one.folded for one in done) + sum(number for _, number in cut)
     if folded:
         warnings.append(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "

@@ -85,7 +85,7 @@ def planned_field(
         if len(poles.triangle) > most:
             return None
     cross = with_poles(
-        surface, planes, cross, features, poles.triangle, 4 - poles.valence, Progress()
+        surface, planes, cross, features, poles.triangle, 4 - poles.valence, Progress(), exact=False
     )
     pulled = np.zeros(len(surface.vertices))
     not_held: tuple[str, ...] = ()

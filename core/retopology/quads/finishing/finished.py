@@ -11,7 +11,7 @@ from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
 from ..layout.counting import characteristic, counted
-from ..layout.effort import Effort
+from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
@@ -26,6 +26,8 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
+# Below this scaled Jacobian quads are evened out the way for thin parts too.
+POOR = 0.5
 # With more than this share of its quads folded a piece has no room for them: others would be too.
 HOPELESS = 0.05
 # Vertices count as off the surface beyond the first part of a side; beyond the second the shape is
@@ -75,13 +77,16 @@ def finished(
         placed = place(laid.map_, laid.layout, grid)
         if not _joins_up(placed, laid):
             break
-        guides = _guides(placed, laid)
-        position, triangle = relaxed(placed.position, placed.quads, guides, steps, progress)
-        if laid.working.fine is not None:
-            position, guides = _on_fine(position, placed.quads, guides, laid.working.fine, progress)
-        quality = oriented_quality(position, placed.quads, guides)
-        folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
-        tries.append(Finished(laid, grid, placed, position, triangle, folded, bad))
+        one, quality = _evened(laid, grid, placed, steps, False, progress)
+        size = len(laid.working.surface.triangles)
+        effort.spend(EVENING * size if attempt else 0)
+        if quality.min() < POOR and effort.left:
+            effort.spend(EVENING * size)
+            other, also = _evened(laid, grid, placed, steps, True, progress)
+            if (*_worth(other), -also.min()) < (*_worth(one), -quality.min()):
+                one, quality = other, also
+        tries.append(one)
+        folded, bad, triangle = one.folded, one.bad, one.triangle
         if not bad or attempt == ATTEMPTS - 1 or not effort.left:
             break
         if folded > HOPELESS * len(quality):
@@ -105,8 +110,31 @@ def finished(
         except RemeshError:
             break
         laid = again
-    best = min(tries, key=lambda one: (one.folded, one.bad), default=None)
-    return best if best is None or not best.folded else _unfolded(best, progress)
+    best = min(tries, key=_worth, default=None)
+    if best is None or not best.folded:
+        return best
+    # Quads along the curvature with few folds are better than none along it.
+    hopeless = best.folded > HOPELESS * len(best.placed.quads)
+    return _unfolded(best, progress) or (None if hopeless else best)
+
+
+def _worth(one: Finished) -> tuple[int, int]:
+    """Less is better."""
+    return one.folded, one.bad
+
+
+def _evened(
+    laid: LaidOut, grid: Grids, placed: Placement, steps: int, thin: bool, progress: Progress
+) -> tuple[Finished, np.ndarray]:
+    """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
+    guides = replace(_guides(placed, laid), thin=thin)
+    quads = placed.quads
+    position, triangle = relaxed(placed.position, quads, guides, steps, progress)
+    if laid.working.fine is not None:
+        position, guides = _on_fine(position, quads, guides, laid.working.fine, progress)
+    quality = oriented_quality(position, quads, guides)
+    folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
+    return Finished(laid, grid, placed, position, triangle, folded, bad), quality
 
 
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:

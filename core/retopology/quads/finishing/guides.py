@@ -36,6 +36,9 @@ class Guides:
         (n, 2) int64 vertices before and after it there, -1 for none.
     curves:
         The polylines' starts and ends, (s, 3) each.
+    thin:
+        Whether sheets and rods may be thinner than quads: those at hand then count more than the
+        surface that is nearest, which may be that of another side.
     """
 
     surface: ClosestPoints
@@ -45,6 +48,7 @@ class Guides:
     curve: np.ndarray
     beside: np.ndarray
     curves: dict[int, tuple[np.ndarray, np.ndarray]]
+    thin: bool = False
 
 
 def on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -75,15 +79,18 @@ def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndar
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     around = normals.sum(axis=1)
     triangle, _ = guides.surface(at.mean(axis=1), around)
-    return own_planes(normal, around, guides.surface.normal[triangle])
+    return own_planes(normal, around, triangle, guides)
 
 
-def own_planes(normal: np.ndarray, around: np.ndarray, below: np.ndarray) -> np.ndarray:
-    """(q, 3) unit normals of quads, or of the surface below where they are too far both from it
-    and from the quads around: within a thin rod the surface below may be that of any side."""
-    own, around = unit(normal), unit(around)
+def own_planes(
+    normal: np.ndarray, around: np.ndarray, triangle: np.ndarray, guides: Guides
+) -> np.ndarray:
+    """(q, 3) unit normals of quads, or of the triangles (q,) below where they are too far from
+    these, and from the quads around too where those count."""
+    own, below = unit(normal), guides.surface.normal[triangle]
     near = np.einsum("qc,qc->q", own, below) > OWN_PLANE
-    near |= np.einsum("qc,qc->q", own, around) > OWN_PLANE
+    if guides.thin:
+        near |= np.einsum("qc,qc->q", own, unit(around)) > OWN_PLANE
     return np.where(near[:, None], own, below)
 
 

@@ -56,17 +56,17 @@ def mend(position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Prog
 
 
 def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
-    """(q,) scaled Jacobians, negative where a quad faces against the surface: where no part of it
-    within half of a side faces as the quad does."""
+    """(q,) scaled Jacobians, negative where a quad faces against the surface; where this may be
+    thin, where no part of it within half of a side faces as the quad does."""
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     around = vertex_normals(position, quads)[quads].sum(axis=1)
     middle = at.mean(axis=1)
     triangle, _ = guides.surface(middle, around)
     against = np.einsum("qc,qc->q", guides.surface.normal[triangle], normal) < 0.0
-    # Sheets and rods may be thinner than what is looked at, unless the quad itself is turned.
+    # A quad that is turned against those around is turned in any way.
     rows = np.flatnonzero(against & (np.einsum("qc,qc->q", around, normal) > 0.0))
-    if len(rows):
+    if guides.thin and len(rows):
         side = np.linalg.norm(np.roll(at[rows], -1, axis=1) - at[rows], axis=2)
         against[rows] = ~guides.surface.faced(middle[rows], normal[rows], 0.5 * side.max(axis=1))
     quality = scaled_jacobian(position, quads)

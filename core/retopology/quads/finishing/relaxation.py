@@ -138,7 +138,7 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     triangle, _ = guides.surface(at.mean(axis=1), normal)
     around = vertex_normals(position, quads)[quads].sum(axis=1)
-    up = own_planes(normal, around, guides.surface.normal[triangle])
+    up = own_planes(normal, around, triangle, guides)
     x = guides.direction[triangle]
     x = unit(x - up * np.einsum("qc,qc->q", x, up)[:, None])
     return x, np.cross(up, x), guides.size[triangle]

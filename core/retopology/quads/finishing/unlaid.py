@@ -72,6 +72,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         curve=np.full(len(position), -1),
         beside=np.full((len(position), 2), -1),
         curves={},
+        thin=True,
     )
     position = laid_on(position, ~held, quads, guides)
     better = position.copy()
