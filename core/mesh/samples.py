@@ -37,9 +37,9 @@ def points_at(
     barycentric `weights` (s, 3), and (s, 3) unit normals there.
 
     The normals go over from corner to corner: each has the mean of its triangles', where that is no
-    crease. The points are lifted off the triangles to parabolas over their edges that
-    have these normals at the ends: a plane through points of a rounded surface lies on its inner
-    side, the deeper the coarser the mesh, and two meshes of one surface would differ by that.
+    crease. The points are lifted off the triangles to parabolas over their edges that have these
+    normals at the ends: a plane through points of a rounded surface lies on its inner side, the
+    deeper the coarser the mesh, and two meshes of one surface would differ by that.
     """
     normal, _ = face_normal_area
     corners = triangles[row]

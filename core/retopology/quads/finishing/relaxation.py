@@ -15,6 +15,7 @@ from scipy import sparse
 from ....base.factors import definite_factors
 from ....base.progress import Progress
 from ....base.unit import unit
+from ....mesh.rings import with_rings
 from ..field.crosses import QUARTER
 from .guides import Guides, moved_along, own_planes, vertex_normals
 from .mending import mend, oriented_quality
@@ -83,8 +84,7 @@ def _undone(
     while worse.any():
         grown = back.copy()
         grown[quads[worse]] = True
-        for _ in range(UNDONE_RINGS):
-            grown[quads[grown[quads].any(axis=1)]] = True
+        grown = with_rings(quads, grown, UNDONE_RINGS)
         if grown.sum() == back.sum():
             break
         back = grown

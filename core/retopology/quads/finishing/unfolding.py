@@ -13,7 +13,8 @@ import numpy as np
 from ....base.progress import Progress
 from ....base.subsets import places_in
 from ....base.unit import unit
-from ..conformity import scaled_jacobian
+from ....mesh.rings import with_rings
+from ..conformity import conformity, scaled_jacobian
 from .guides import Guides, on_curve, vertex_normals
 from .opening import Opening
 
@@ -40,7 +41,7 @@ def unfolded(
     it cannot be on it."""
     start = position
     position = position.copy()
-    borders = _borders(quads, len(position))
+    borders = conformity(quads, len(position)).border
     for rings, stay, averaged, number in zip(RINGS, STAY, AVERAGED, range(len(RINGS)), strict=True):
         held = guides.fixed | (guides.curve >= 0) if number < CREASES_GIVE else borders
         for _ in range(ROUNDS):
@@ -51,8 +52,7 @@ def unfolded(
                 return _on_surface(position, start, quads, guides)
             near = np.zeros(len(position), bool)
             near[quads[bad]] = True
-            for _ in range(rings):
-                near[quads[near[quads].any(axis=1)]] = True
+            near = with_rings(quads, near, rings)
             rows = np.flatnonzero(near & ~held)
             if not len(rows):
                 break
@@ -93,18 +93,6 @@ def _around(position: np.ndarray, quads: np.ndarray, averaged: int) -> np.ndarra
         ]
         normal = np.stack(total, axis=1)
     return unit(unit(normal)[quads].sum(axis=1))
-
-
-def _borders(quads: np.ndarray, count: int) -> np.ndarray:
-    """(count,) bool vertices on sides of one quad only."""
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
-    edge, uses = np.unique(
-        np.minimum(tail, head) * count + np.maximum(tail, head), return_counts=True
-    )
-    found = np.zeros(count, bool)
-    single = edge[uses == 1]
-    found[single // count] = found[single % count] = True
-    return found
 
 
 def _on_surface(
