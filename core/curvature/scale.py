@@ -33,9 +33,9 @@ SAMPLED = 500
 FALLING = 0.85
 # Least share of its variance that a fit is taken to lose to the next ring.
 LEAST_FALL = 0.3
-# Errors that neighbours share made cubics on marching cubes and decimated meshes up to three times
-# worse than independent ones; what is more is detail of the surface that the next ring smooths.
-MOST_FACTOR = 3.0
+# Errors that neighbours share make cubics on marching cubes and decimated meshes up to five times
+# worse than independent ones, those of scans four to six times; what is more is creases and the like.
+MOST_FACTOR = 6.0
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
 # Length over width of the rings around the median vertex above which the nearest samples stand
