@@ -20,10 +20,11 @@ BORDER_CLEAR = 2.0
 # Chance that noise alone makes a pair that passes for present, or one that passes for certain.
 PRESENT = 1e-2
 CERTAIN = 1e-8
-# Pairs of two places of their own that noise is expected to make on a mesh. Chosen on seeds 200, 201,
-# 300, 301, 400 and 401 of benchmarks.people, on which anything from 0.3 to 1.5 keeps the same but
-# for one pair.
-SEPARATE = 0.5
+# Pairs of two places of their own that noise is expected to make on a mesh, and the chance that the
+# errors of two such places reach as far as they stand apart. Chosen on seeds 200, 201, 300, 301, 400
+# and 401 of benchmarks.people, where 0.2 to 1 and 0.06 to 0.3 keep the same but for one pair.
+SEPARATE = 0.3
+TOGETHER = 0.15
 # Distance, in radii of the fits, from which on the errors of two fits have nothing in common: of
 # samples spread evenly their correlation is then 0.08 (cubics) and -0.15 (degree four).
 INDEPENDENT = 0.8
@@ -208,7 +209,7 @@ def _separate(
         above = persistence > significant(pairs, SEPARATE) * np.fmin(
             found.noise, found.noise[partner]
         )
-    within = _within_errors(position, partner, found.uncertainty, SEPARATE)
+    within = _within_errors(position, partner, found.uncertainty, TOGETHER)
     return mutual & apart & inner & shown & above & ~within
 
 
