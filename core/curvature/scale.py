@@ -34,7 +34,7 @@ FALLING = 0.85
 # Least share of its variance that a fit is taken to lose to the next ring.
 LEAST_FALL = 0.3
 # Errors that neighbours share make cubics on marching cubes and decimated meshes up to five times
-# worse than independent ones, those of scans four to six times; what is more is creases and the like.
+# worse than independent ones, those of scans four to six times; what is more is creases and such.
 # Of clean meshes the change is the surface's own shape, of which the next ring smooths more.
 MOST_FACTOR, MOST_CLEAN = 6.0, 3.0
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.

@@ -20,7 +20,6 @@ from core.mesh.mending.repair import clean
 from core.umbilics.regions.region_map import RegionMap, with_curves
 from core.umbilics.regions.unresolved import UnresolvedSets, unresolved_sets
 
-
 # A turn after which no row of vertices lies along a symmetry.
 TURN, _ = np.linalg.qr(np.array([[2.0, 0.3, 0.5], [-0.2, 3.0, 0.7], [0.4, -0.6, 1.5]]))
 
