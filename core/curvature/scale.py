@@ -3,9 +3,10 @@
 A fit over few rings follows the errors of the points, one over many smooths the surface away.
 From one ring to the next the deviator changes by what the smaller fit was wrong: where errors
 of the points are averaged out the change falls from ring to ring, where the surface's own shape
-is lost it rises. The rings grow while it falls. Errors that neighbours share, those of marching
-cubes and of decimation, show in this trend; the residuals of a fit, which take them for shape,
-do not tell them (Lepski 1991 compares scales by such standard errors).
+is lost it rises. The rings grow while it falls, and as long as independent errors, which the
+residuals tell, make more of it than the shape that is lost (Lepski 1991 compares scales by such
+standard errors). Errors that neighbours share, those of marching cubes and of decimation, show in
+the trend alone; the residuals take them for shape.
 
 One scale serves the whole mesh: the medians need many vertices.
 """
@@ -96,7 +97,12 @@ def choose(
     grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0, grown.clean)
-    return grown
+    around = grown.neighbourhood
+    start = starting_normals(surface, normals, around, progress.quiet())
+    larger = dataclasses.replace(around, rings=around.rings + 1)
+    pair = [fit_jets(surface, start, one, progress, centres) for one in (around, larger)]
+    factor = _factor(*pair, _change(*pair, normals[centres]))
+    return dataclasses.replace(grown, normals=start, factor=factor)
 
 
 def grow_while_it_falls(
@@ -113,31 +119,36 @@ def grow_while_it_falls(
     Parameters
     ----------
     normals:
-        (n, 3) float64 unit normals, smoothed as far as `starting_normals` does for the rings.
+        (n, 3) float64 unit normals to start the fits from; those of wider ones start from what
+        the fits before have found.
     centres:
         (c,) vertices whose fits are compared.
     degree:
         Degree of the fits.
     """
 
-    def at(rings: int, start: np.ndarray) -> Jets:
+    start = normals.copy()
+
+    def at(rings: int) -> Jets:
         around = dataclasses.replace(neighbourhood, rings=rings)
         return fit_jets(surface, start, around, progress, centres, degree)
 
     axes = normals[centres]
-    rings, smoothed = neighbourhood.rings, normals
-    fits = [at(rings + more, normals) for more in range(3)]
+    rings = neighbourhood.rings
+    fits = [at(rings + more) for more in range(3)]
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
     changes = [_change(*pair, axes) for pair in pairwise(fits)]
-    while changes[1] < FALLING * changes[0] and rings < most:
+    while rings < most and (
+        changes[1] < FALLING * changes[0] or _pays(fits[0], fits[1], changes[0], degree)
+    ):
         rings += 1
-        # What `starting_normals` gives, from where the rings before have come to.
-        smoothed = smooth_normals(surface, smoothed, 1 if rings > 3 else 3, progress.quiet())
-        fits = [*fits[1:], at(rings + 2, smoothed)]
+        known = fits[-1].determined
+        start[centres[known]] = fits[-1].normal[known]
+        fits = [*fits[1:], at(rings + 2)]
         changes = [changes[1], _change(fits[1], fits[2], axes)]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0])
-    return Scale(around, smoothed, factor, clean)
+    return Scale(around, normals, factor, clean)
 
 
 def starting_normals(
@@ -184,6 +195,25 @@ def _factor(smaller: Jets, larger: Jets, change: float) -> float:
     fallen = max(variance - np.median(larger.noise[both] ** 2), LEAST_FALL * variance)
     expected = np.sqrt(np.log(2.0) * fallen)
     return min(max(change / expected, 1.0), MOST_FACTOR) if expected > 0.0 else 1.0
+
+
+def _pays(smaller: Jets, larger: Jets, change: float, degree: int) -> bool:
+    """Whether independent errors alone ask for the next scale: it loses more variance than it gains
+    in squared bias.
+
+    The square of the change is the variance lost (Hausman 1978) and the square of the bias gained.
+    Bias grows with the radius to the power degree - 1, so that what is gained tells how much
+    there was: from b to g b it is (g - 1) b, its square grows by (g + 1) / (g - 1) times that
+    squared. Where neighbours share errors the residuals tell less variance than there is, and the
+    trend decides.
+    """
+    both = smaller.determined & larger.determined
+    if not both.any() or not np.isfinite(change):
+        return False
+    lost = np.log(2.0) * np.median(smaller.noise[both] ** 2 - larger.noise[both] ** 2)
+    grown = np.median(larger.radius[both] / smaller.radius[both]) ** (degree - 1)
+    gained = (change**2 - lost) * (grown + 1.0) / max(grown - 1.0, np.finfo(float).tiny)
+    return bool(gained < lost)
 
 
 def _deviator(jets: Jets, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from ..base.parallel import run
 from ..base.progress import Progress
 from .rings import adjacency
-from .surface import Surface
+from .surface import BLOCK, Surface
 
 
 def vertex_normals(surface: Surface) -> np.ndarray:
@@ -74,13 +75,27 @@ def smooth_normals(
     if passes <= 0:
         return normals.copy()
     area = surface.vertex_area
-    ring = adjacency(surface, area[surface.neighbours])
-    floor = 1e-9 * (area + ring.sum(axis=1))
+    start = surface.neighbour_start
+    n = len(start) - 1
+    weights = area[surface.neighbours]
+    floor = 1e-9 * (area + adjacency(surface, weights).sum(axis=1))
     for _ in range(passes):
-        if progress is not None:
-            progress.ask()
-        mean = ring @ normals + area[:, None] * normals
-        length = np.linalg.norm(mean, axis=1)
-        kept = ~(length > floor)
-        normals = np.where(kept[:, None], normals, mean / np.where(kept, 1.0, length)[:, None])
+        smoothed = np.empty((n, 3))
+
+        def block(first: int, before: np.ndarray = normals, after: np.ndarray = smoothed) -> None:
+            rows, begin = slice(first, first + BLOCK), start[first : first + BLOCK + 1]
+            some = slice(begin[0], begin[-1])
+            ring = sparse.csr_array(
+                (weights[some], surface.neighbours[some], begin - begin[0]),
+                shape=(len(begin) - 1, n),
+            )
+            mean = ring @ before + area[rows, None] * before[rows]
+            length = np.sqrt(np.einsum("rc,rc->r", mean, mean))
+            kept = ~(length > floor[rows])
+            if kept.any():
+                mean[kept], length[kept] = before[rows][kept], 1.0
+            np.divide(mean, length[:, None], out=after[rows])
+
+        run(block, range(0, n, BLOCK), progress.quiet() if progress else Progress())
+        normals = smoothed
     return normals

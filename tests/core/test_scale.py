@@ -81,7 +81,7 @@ def series(monkeypatch, changes, noise=0.1):
     steps = np.asarray(changes) * np.exp(2.0j * np.arange(len(changes)))
     deviators = 3.0 + np.concatenate([[0.0], np.cumsum(steps)])
 
-    def fits(surface, normals, neighbourhood, progress, centres, degree):
+    def fits(surface, start, neighbourhood, progress, centres, degree):
         count = len(centres)
         deviator = deviators[min(neighbourhood.rings - 2, len(changes))]
         half = 0.5 * np.angle(deviator)
@@ -90,7 +90,9 @@ def series(monkeypatch, changes, noise=0.1):
             k2=np.full(count, -1.0),
             d1=np.tile([np.cos(half), np.sin(half), 0.0], (count, 1)),
             determined=np.ones(count, bool),
-            noise=np.full(count, noise),
+            noise=np.full(count, noise if np.isscalar(noise) else noise[neighbourhood.rings - 2]),
+            radius=np.full(count, float(neighbourhood.rings)),
+            normal=start[centres],
         )
 
     monkeypatch.setattr(module, "fit_jets", fits)
@@ -99,11 +101,8 @@ def series(monkeypatch, changes, noise=0.1):
     normals = surfaces.sphere(subdivisions=1).normal[: len(surface.vertices)]
     monkeypatch.setattr(module, "frame", lambda _: (np.eye(3)[[0]].T, np.eye(3)[[1]].T))
     grown = grow_while_it_falls(surface, normals, begin, np.arange(5), Progress())
-    # As far as `starting_normals` smooths for so many rings, only by steps.
-    rings = grown.neighbourhood.rings
-    smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
-    np.testing.assert_allclose(grown.normals, smoothed, atol=1e-12)
-    return rings, grown.factor
+    assert grown.normals is normals
+    return grown.neighbourhood.rings, grown.factor
 
 
 @pytest.mark.parametrize(
@@ -119,6 +118,26 @@ def series(monkeypatch, changes, noise=0.1):
 )
 def test_rings_grow_while_the_change_falls(monkeypatch, changes, rings):
     assert series(monkeypatch, np.asarray(changes))[0] == rings
+
+
+@pytest.mark.parametrize("share, rings", [(0.9, 3), (1.1, 3), (1.4, 2)])
+def test_rings_grow_while_independent_errors_make_more_than_the_shape(monkeypatch, share, rings):
+    """From two to three rings the bias of cubics grows 9 / 4 times as the fake fits have it: the
+    square of the change may exceed what the errors make of it by 5 / 13, the change by 1.18."""
+    noise = np.array([0.1, 0.05, 0.05, 0.05, 0.05, 0.05])
+    expected = np.sqrt(np.log(2.0) * (0.1**2 - 0.05**2))
+    changes = share * expected * np.array([1.0, 0.9, 0.9, 0.9])
+    assert series(monkeypatch, changes, noise)[0] == rings
+
+
+def test_fits_start_from_normals_as_smooth_as_they_are_wide():
+    surface = surface_of(surfaces.noisy(surfaces.ellipsoid(subdivisions=4), 0.05))
+    chosen = chosen_for(surface)
+    assert chosen.neighbourhood.rings > 2
+    smoothed = starting_normals(
+        surface, vertex_normals(surface), chosen.neighbourhood, Progress()
+    )
+    np.testing.assert_allclose(chosen.normals, smoothed, atol=1e-12)
 
 
 def test_the_error_is_what_the_change_says_within_bounds(monkeypatch):
