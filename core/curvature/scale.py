@@ -3,10 +3,11 @@
 A fit over few rings follows the errors of the points, one over many smooths the surface away.
 From one ring to the next the deviator changes by what the smaller fit was wrong: where errors
 of the points are averaged out the change falls from ring to ring, where the surface's own shape
-is lost it rises. The rings grow while it falls, and as long as independent errors, which the
-residuals tell, make more of it than the shape that is lost (Lepski 1991 compares scales by such
-standard errors). Errors that neighbours share, those of marching cubes and of decimation, show in
-the trend alone; the residuals take them for shape.
+is lost it rises. The rings grow while it falls. Errors that neighbours share, those of marching
+cubes and of decimation, show in this trend; the residuals of a fit, which take them for shape,
+do not tell them (Lepski 1991 compares scales by such standard errors). Errors as small as the
+rounding of coordinates are independent: there the residuals tell them, and the rings also grow as
+long as they make more of the change than the shape that is lost.
 
 One scale serves the whole mesh: the medians need many vertices.
 """
@@ -45,6 +46,10 @@ MOST_RINGS = 8
 STRETCHED = 1.5
 # Neighbourhoods of meshes more stretched than this would reach over them.
 MOST_STRETCH = 16.0
+# Residuals below this share of the radius tilt no normal that a fit starts from so far that it
+# would matter: heights over a plane askew by t are wrong by t^2. They are those of rounding, and
+# not of scans (0.5 % of an edge and more), marching cubes or decimation.
+LEVEL = 1e-4
 # Residuals below this share of the radius are round-off: there is no noise to average out.
 ROUND_OFF = 1e-10
 
@@ -97,12 +102,7 @@ def choose(
     grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0, grown.clean)
-    around = grown.neighbourhood
-    start = starting_normals(surface, normals, around, progress.quiet())
-    larger = dataclasses.replace(around, rings=around.rings + 1)
-    pair = [fit_jets(surface, start, one, progress, centres) for one in (around, larger)]
-    factor = _factor(*pair, _change(*pair, normals[centres]))
-    return dataclasses.replace(grown, normals=start, factor=factor)
+    return grown
 
 
 def grow_while_it_falls(
@@ -119,36 +119,37 @@ def grow_while_it_falls(
     Parameters
     ----------
     normals:
-        (n, 3) float64 unit normals to start the fits from; those of wider ones start from what
-        the fits before have found.
+        (n, 3) float64 unit normals, smoothed as far as `starting_normals` does for the rings.
     centres:
         (c,) vertices whose fits are compared.
     degree:
         Degree of the fits.
     """
 
-    start = normals.copy()
-
-    def at(rings: int) -> Jets:
+    def at(rings: int, start: np.ndarray) -> Jets:
         around = dataclasses.replace(neighbourhood, rings=rings)
         return fit_jets(surface, start, around, progress, centres, degree)
 
     axes = normals[centres]
-    rings = neighbourhood.rings
-    fits = [at(rings + more) for more in range(3)]
+    rings, smoothed = neighbourhood.rings, normals
+    fits = [at(rings + more, normals) for more in range(3)]
+    rough = np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius)
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
     changes = [_change(*pair, axes) for pair in pairwise(fits)]
     while rings < most and (
-        changes[1] < FALLING * changes[0] or _pays(fits[0], fits[1], changes[0], degree)
+        changes[1] < FALLING * changes[0]
+        or (not rough and _pays(fits[0], fits[1], changes[0], degree))
     ):
         rings += 1
-        known = fits[-1].determined
-        start[centres[known]] = fits[-1].normal[known]
-        fits = [*fits[1:], at(rings + 2)]
+        if rough:
+            # What `starting_normals` gives, from where the rings before have come to.
+            passes = 1 if rings > 3 else 3
+            smoothed = smooth_normals(surface, smoothed, passes, progress.quiet())
+        fits = [*fits[1:], at(rings + 2, smoothed)]
         changes = [changes[1], _change(fits[1], fits[2], axes)]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0])
-    return Scale(around, normals, factor, clean)
+    return Scale(around, smoothed, factor, clean)
 
 
 def starting_normals(
@@ -204,8 +205,7 @@ def _pays(smaller: Jets, larger: Jets, change: float, degree: int) -> bool:
     The square of the change is the variance lost (Hausman 1978) and the square of the bias gained.
     Bias grows with the radius to the power degree - 1, so that what is gained tells how much
     there was: from b to g b it is (g - 1) b, its square grows by (g + 1) / (g - 1) times that
-    squared. Where neighbours share errors the residuals tell less variance than there is, and the
-    trend decides.
+    squared.
     """
     both = smaller.determined & larger.determined
     if not both.any() or not np.isfinite(change):

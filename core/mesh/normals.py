@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from ..base.parallel import run
+from ..base.parallel import run, threads
 from ..base.progress import Progress
 from .rings import adjacency
 from .surface import BLOCK, Surface
@@ -20,10 +20,25 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     """
     normal, area = surface.face_normal_area
     m, n = len(surface.triangles), len(surface.vertices)
-    weights = corner_weights(area, surface.side_squares)
-    starts = np.arange(0, 3 * m + 1, 3, dtype=np.int32)
-    corners = sparse.csc_array((weights.ravel(), surface.triangles.ravel(), starts), shape=(n, m))
-    return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
+    # Few parts, since each has sums of its own for all vertices.
+    size = -(-m // threads()) if m > BLOCK else m
+    parts: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def part(first: int) -> None:
+        rows = slice(first, first + size)
+        weights = corner_weights(area[rows], surface.side_squares[:, rows])
+        starts = np.arange(0, weights.size + 1, 3, dtype=np.int32)
+        corners = sparse.csc_array(
+            (weights.ravel(), surface.triangles[rows].ravel(), starts), shape=(n, len(weights))
+        )
+        parts[first] = corners @ normal[rows], corners @ np.ones(len(weights))
+
+    run(part, range(0, m, size), Progress())
+    total, scale = parts.pop(0)
+    for more, weights in parts.values():
+        total += more
+        scale += weights
+    return _unit_or_largest_face(surface, total, scale)
 
 
 def corner_weights(area: np.ndarray, side_squares: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...base.progress import Progress
 from ...fields.winding import Winding
-from ...mesh.rings import with_rings
+from ...mesh.rings import ring_around
 from ...mesh.surface import Surface
 from ..field import CurvatureField
 from ..fits.jets import fit_jets
@@ -139,7 +139,7 @@ def _at_one_scale(
         if closer is None:
             if len(vertices) == 0:
                 break
-            closer = _closer_scale(surface, scale, field.normal, vertices, progress.quiet())
+            closer = _closer_scale(surface, scale, vertices, progress.quiet())
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
             vertices = vertices[~seen[vertices]]
@@ -160,24 +160,18 @@ def _at_one_scale(
 
 
 def _closer_scale(
-    surface: Surface,
-    scale: Scale,
-    normals: np.ndarray,
-    vertices: np.ndarray,
-    progress: Progress,
+    surface: Surface, scale: Scale, vertices: np.ndarray, progress: Progress
 ) -> Scale:
-    """The scale of the fits around umbilics; those under noise start from the `normals` (n, 3) of
-    the cubics."""
     around = scale.neighbourhood
     if around.focused:
         return Scale(dataclasses.replace(around, rings=CLEAN[1]), scale.normals, 1.0)
     some = vertices[:: max(len(vertices) // SAMPLED, 1)]
     around = dataclasses.replace(around, rings=max(around.rings, 3))
-    return grow_while_it_falls(surface, normals, around, some, progress, NOISY, MOST_RINGS)
+    return grow_while_it_falls(surface, scale.normals, around, some, progress, NOISY, MOST_RINGS)
 
 
 def _around_umbilics(surface: Surface, winding: Winding, seen: np.ndarray) -> np.ndarray:
     """Vertices around the umbilics of a field that were not looked at."""
-    near = np.zeros(len(seen), bool)
-    near[surface.triangles[np.flatnonzero(winding.index)]] = True
-    return np.flatnonzero(with_rings(surface.triangles, near, AROUND) & ~seen)
+    corners = surface.triangles[np.flatnonzero(winding.index)].ravel()
+    near = ring_around(surface, corners, AROUND)
+    return near[~seen[near]]
