@@ -46,8 +46,8 @@ BLOCK = 1 << 15
 LEAST, TINY = 1e-6, 1e-100
 
 
-# Columns of the table of fits: the derivatives of `implicit.derivatives`; noise, residual and radius
-# as in `Jets`; the place.
+# Columns of the table of fits: the derivatives of `implicit.derivatives`; noise, residual and
+# radius as in `Jets`; the place.
 LOW, THIRD, OWN, CENTRE = slice(0, 9), slice(9, 19), slice(19, 22), slice(22, 25)
 COLUMNS = 25
 

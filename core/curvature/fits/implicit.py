@@ -10,6 +10,7 @@ curves and surfaces", https://doi.org/10.1016/j.cagd.2005.06.005).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import permutations
 
 import numpy as np
 
@@ -20,11 +21,11 @@ GRADIENT, HESSIAN = slice(0, 3), slice(3, 9)
 _PAIRS = [(a, b) for a in range(3) for b in range(a, 3)]
 _TRIPLES = [(a, b, c) for a in range(3) for b in range(a, 3) for c in range(b, 3)]
 _PAIR = {pair: k for k, pair in enumerate(_PAIRS)} | {(b, a): k for k, (a, b) in enumerate(_PAIRS)}
-_TRIPLE = {triple: k for k, triple in enumerate(_TRIPLES)}
+_TRIPLE = {(a, b, c): k for k, t in enumerate(_TRIPLES) for a, b, c in permutations(t)}
 # (3, 3) places of the Hessian's rows, and (3, 6) of the Hessian that one axis takes of the third
 # derivatives.
 ROWS = np.array([[_PAIR[a, b] for b in range(3)] for a in range(3)])
-SLICES = np.array([[_TRIPLE[tuple(sorted((a, *pair)))] for pair in _PAIRS] for a in range(3)])
+SLICES = np.array([[_TRIPLE[a, b, c] for b, c in _PAIRS] for a in range(3)])
 # Where `expanded` takes its values from, among the 19 derivatives.
 _FIRST = np.array(
     [[*range(9)]] + [[*(3 + ROWS[axis]), *(9 + SLICES[axis])] for axis in range(3)], np.intp
