@@ -2,8 +2,8 @@
 
     python -m benchmarks.speed_task MESH.npz ROUNDS [DIRECTIONS.npy]
 
-Prints the seconds of each round, those of all threads together, peak memory in MB after reading and at the end, the stages of
-the median round, and the threads.
+Prints the seconds of each round, the least of all threads together, peak memory in MB after reading
+and at the end, the stages of the median round, and the threads.
 """
 
 from __future__ import annotations
