@@ -99,6 +99,13 @@ def choose(
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
     )
+    if wide.stretch > 1.0 and np.median(two.residual) <= LEVEL * np.median(two.radius):
+        # Where there is little to average out, triangles that are long where the surface is
+        # straight know better than discs: the shape of window that changes less.
+        wide = min(
+            (dataclasses.replace(wide, stretch=1.0), wide),
+            key=lambda one: _first_change(surface, normals, one, centres, progress),
+        )
     grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0, grown.clean)
@@ -180,6 +187,21 @@ def _change(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
         return np.inf
     e1, e2 = frame(normals.T)
     return float(np.median(np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))[both]))
+
+
+def _first_change(
+    surface: Surface,
+    normals: np.ndarray,
+    neighbourhood: Neighbourhood,
+    centres: np.ndarray,
+    progress: Progress,
+) -> float:
+    """The change to the next ring of a neighbourhood."""
+    larger = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + 1)
+    both = (
+        fit_jets(surface, normals, one, progress, centres) for one in (neighbourhood, larger)
+    )
+    return _change(*both, normals[centres])
 
 
 def _factor(smaller: Jets, larger: Jets, change: float) -> float:
