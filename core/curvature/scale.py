@@ -100,14 +100,18 @@ def choose(
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
     )
+    shapes = [wide]
     if wide.stretch > 1.0 and np.median(two.residual) <= LEVEL * np.median(two.radius):
         # Where there is little to average out, triangles that are long where the surface is
-        # straight know better than discs: the shape of window that changes less.
-        wide = min(
-            (dataclasses.replace(wide, stretch=1.0), wide),
-            key=lambda one: _first_change(surface, normals, one, centres, progress),
-        )
-    grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
+        # straight know better than discs.
+        shapes = [dataclasses.replace(wide, stretch=1.0), wide]
+    scales = [
+        grow_while_it_falls(surface, normals, shape, centres, progress, most=MOST_RINGS)
+        for shape in shapes
+    ]
+    grown = scales[0]
+    if len(scales) > 1:
+        grown = min(scales, key=lambda one: _next_change(surface, one, centres, progress))
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0, grown.clean)
     return grown
@@ -190,18 +194,18 @@ def _change(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
     return float(np.median(np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))[both]))
 
 
-def _first_change(
-    surface: Surface,
-    normals: np.ndarray,
-    neighbourhood: Neighbourhood,
-    centres: np.ndarray,
-    progress: Progress,
+def _next_change(
+    surface: Surface, scale: Scale, centres: np.ndarray, progress: Progress
 ) -> float:
-    """The change to the next ring of a neighbourhood."""
-    larger = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + 1)
-    smaller_fits = fit_jets(surface, normals, neighbourhood, progress, centres)
-    larger_fits = fit_jets(surface, normals, larger, progress, centres)
-    return _change(smaller_fits, larger_fits, normals[centres])
+    """Root mean square change of the deviator from a scale to the next, which is what it is wrong
+    by: where triangles are long only in places the median would not tell."""
+    around = scale.neighbourhood
+    larger = dataclasses.replace(around, rings=around.rings + 1)
+    pair = [fit_jets(surface, scale.normals, one, progress, centres) for one in (around, larger)]
+    e1, e2 = frame(scale.normals[centres].T)
+    change = np.abs(_deviator(pair[0], e1, e2) - _deviator(pair[1], e1, e2))
+    known = pair[0].determined & pair[1].determined
+    return float(np.sqrt(np.mean(change[known] ** 2))) if known.any() else np.inf
 
 
 def _factor(smaller: Jets, larger: Jets, change: float, most: float) -> float:

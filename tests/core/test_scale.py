@@ -73,6 +73,26 @@ def test_noise_on_stretched_triangles_is_averaged_over_discs(aspect, disc):
     assert disc or neighbourhood.stretch == 1.0
 
 
+def rounded(stretch):
+    """An ellipsoid with errors like those of rounding, on triangles that a stretch of the sphere
+    makes long, also where the surface is not straight."""
+    points, triangles = surfaces.icosphere(5)
+    points = points * (1.0, 1.0, stretch)
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    noise = 5e-6 * np.random.default_rng(0).standard_normal(points.shape)
+    return clean(points * (3.0, 2.0, 1.0) + noise, triangles)[0]
+
+
+@pytest.mark.parametrize("stretch, disc", [(1.0, False), (6.0, True)])
+def test_rings_stay_long_where_the_surface_is_straight_along_them(stretch, disc, monkeypatch):
+    """Of discs and rings of long triangles those whose scale changes less; under noise discs."""
+    monkeypatch.setattr(module, "FALLING", 10.0)
+    monkeypatch.setattr(module, "MOST_RINGS", 3)
+    assert (chosen_for(rounded(stretch)).neighbourhood.stretch > 1.0) == disc
+    monkeypatch.setattr(module, "LEVEL", 0.0)
+    assert chosen_for(rounded(stretch)).neighbourhood.stretch > 1.0
+
+
 def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
     def grown(surface, normals, neighbourhood, centres, progress, most):
         return module.Scale(dataclasses.replace(neighbourhood, rings=3), normals, 1.0)
