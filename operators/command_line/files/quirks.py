@@ -1,8 +1,8 @@
 """What some programs write and Blender's importers misread without a word, mended in a copy.
 
 A mark of the byte order in front of an OBJ costs its first vertex, so that all faces name others;
-line ends of old Macs make one line of a text; an STL in capitals, or with bytes behind its triangles,
-has none. A PLY that announces more than it holds ends Blender itself.
+line ends of old Macs make one line of a text; an STL in capitals, or with bytes behind its
+triangles, has none. A PLY that announces more than it holds ends Blender itself.
 """
 
 from __future__ import annotations
