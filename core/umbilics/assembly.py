@@ -22,6 +22,7 @@ from .pairing.persistence import importance, trust_ratio
 from .regions.region_map import RegionMap
 from .regions.report import describe_regions
 from .result import Detection, Umbilics
+from .split_places import settled
 
 
 @dataclass(frozen=True)
@@ -153,13 +154,15 @@ def _umbilics(
         progress,
     )
     verdict = judge(surface, found, evidence, persistence, partner)
+    clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
+    if jets and settings.certified and not clean:
+        found = settled(surface, found, verdict, analysed.radius)
     if settings.certified and settings.merge:
         group = unresolved_groups(
             surface, fitted.field, analysed.noise, analysed.radius, found, verdict
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
-    clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     return Umbilics(
         position=found.position(surface) * surface.unit + surface.origin,

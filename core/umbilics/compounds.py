@@ -129,7 +129,7 @@ def merged(
         same = own[found.index[own] * total > 0.0]
         centre = places[same].mean(axis=0)
         start = found.triangle[same], found.barycentric[same]
-        triangle, weights = _nearest_place(surface, *start, centre)
+        triangle, weights = nearest_place(surface, *start, centre)
         corners = surface.triangles[triangle]
         spread = np.square(places[same] - centre).sum(axis=1) + np.square(found.uncertainty[same])
         values["singular"][row] = values["triangle"][row] = triangle
@@ -181,7 +181,7 @@ def _judged_again(
     return Judged(persistence, partner, verdict.at_border[keep], resolved, certain[keep], present)
 
 
-def _nearest_place(
+def nearest_place(
     surface: Surface, triangles: np.ndarray, barycentric: np.ndarray, point: np.ndarray
 ) -> tuple[int, np.ndarray]:
     """The place on the surface nearest to a point in the middle of some places: triangle and
