@@ -13,7 +13,7 @@ from ..curvature.field import CurvatureField
 from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
-from .compounds import merged, unresolved_groups
+from .compounds import merged, settled, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
 from .located import locate, standard_errors
@@ -22,7 +22,6 @@ from .pairing.persistence import importance, trust_ratio
 from .regions.region_map import RegionMap
 from .regions.report import describe_regions
 from .result import Detection, Umbilics
-from .split_places import settled
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from fields import flat_surface
 
+from core.umbilics.compounds import settled
 from core.umbilics.judged import Evidence, judge
 from core.umbilics.located import BIAS, BIAS_CLEAN, LARGEST, Located, standard_errors
 from core.umbilics.pairing.persistence import measure_persistence
-from core.umbilics.split_places import settled
 
 RADIUS, NOISE = 0.3, 0.01
 # Fits are 1 and more: chances of one in 10^8 are clear of this.
