@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from quad_guarantees import closest_in, holds
-from quad_surfaces import bumpy, cube
+from quad_surfaces import bumpy, cube, uneven_box
 from surfaces import cylinder, ellipsoid
 
 import core
@@ -187,17 +187,25 @@ def test_stubs_and_tangles_are_no_features():
     assert len(long_chains(surface, gap, 0.3, 100.0)) < len(gap)
 
 
-def test_closest_points_are_the_closest():
-    mesh = bumpy(1, level=3)
+@pytest.mark.parametrize("mesh", [bumpy(1, level=3), uneven_box()], ids=["alike", "uneven"])
+def test_closest_points_are_the_closest(mesh):
     surface, _ = clean(*mesh)
     random = np.random.default_rng(0)
     points = random.uniform(-1.2, 1.2, size=(50, 3))
-    _, found = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(points)
+    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    _, found = closest(points)
     corner = surface.vertices[surface.triangles]
     for point, place in zip(points, found, strict=True):
         every = closest_in(corner, point)
         least = np.linalg.norm(every - point, axis=1).min()
         assert np.linalg.norm(place - point) <= least * (1 + 1e-9) + 1e-12
+    # Places of the surface are their own, and on the side that they are asked for.
+    weight = random.dirichlet(np.ones(3), len(corner))
+    places = np.einsum("tk,tkc->tc", weight, corner)
+    assert np.abs(closest(places)[1] - places).max() < 1e-9
+    triangle, there = closest.below(places, closest.normal)
+    assert (np.einsum("tc,tc->t", closest.normal[triangle], closest.normal) > 0.5).all()
+    assert np.abs(there - places).max() < 1e-9
 
 
 def test_conformity_tells_torn_meshes():

@@ -64,7 +64,7 @@ def _apart(
     at = position[quads[pairs]]
     side = np.linalg.norm(np.roll(at, -1, axis=2) - at, axis=3).mean(axis=(1, 2))
     up = normal[quads[pairs]].sum(axis=2)
-    below = [closest(at[:, k].mean(axis=1), up[:, k])[1] for k in range(2)]
+    below = [closest.below(at[:, k].mean(axis=1), up[:, k])[1] for k in range(2)]
     # With the solid between them quads go outwards, with a gap between them inwards.
     between = np.einsum("pc,pc->p", below[1] - below[0], up[:, 0] - up[:, 1])
     way = STEP * side * np.where(between > 0.0, -1.0, 1.0)
