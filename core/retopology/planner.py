@@ -20,7 +20,8 @@ from .by_hand import (
     strokes_not_held,
     with_strokes,
 )
-from .cross_field import cross_field
+from .crosses.cross_field import cross_field
+from .crosses.smoothing import smoothing_length
 from .features import Features, barriers, find_features
 from .field.planned import with_poles
 from .field_settings import USUAL_SMOOTHNESS
@@ -34,7 +35,6 @@ from .poles import plan_poles
 from .ridges.find import find_ridges
 from .ridges.ridge_lines import RidgeLines, ridge_lines
 from .settings import GuidanceSettings
-from .smoothing import smoothing_length
 
 # A crest that draws the cross field to it is longer than this many lengths over which the field is
 # smoothed: shorter ones are bumps, and their ends would be poles.

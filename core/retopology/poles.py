@@ -17,7 +17,7 @@ from ..fields.planes import FaceFrames
 from ..mesh.input_map import places_in_input, places_on_surface
 from ..mesh.surface import Surface
 from ..umbilics.result import Region, Umbilics
-from .cross_field import CrossField
+from .crosses.cross_field import CrossField
 from .pole_places import Gathered, across_separatrices, outside, remaining
 
 # A singularity of the smoothed field belongs to an umbilic up to this many smoothing lengths

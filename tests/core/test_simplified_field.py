@@ -17,7 +17,7 @@ import core
 from core.base.progress import Progress
 from core.fields.directions import DirectionField
 from core.fields.winding import certified_index, edge_turns
-from core.retopology.cross_field import cross_field
+from core.retopology.crosses.cross_field import cross_field
 from core.retopology.field.agreement import with_index
 from core.retopology.field.least_excess import with_least_excess
 from core.retopology.field.settling import settle

@@ -11,7 +11,7 @@ import core
 from core.base.progress import Progress
 from core.fields.directions import DirectionField
 from core.fields.planes import lay_out
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.lines.headway import MOST_TURNS, Headway
 from core.retopology.lines.tracing import Starts, trace
 

@@ -15,7 +15,7 @@ from ...fields.face_index import face_field_singularities
 from ...fields.planes import FaceFrames
 from ...mesh.rings import adjacency, selection
 from ...mesh.surface import Surface
-from ..cross_field import CrossField
+from ..crosses.cross_field import CrossField
 from ..features import Features
 from .agreement import rotated, with_index
 from .settling import settle

@@ -19,7 +19,7 @@ from ...fields.winding import certified_index
 from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
-from ..smoothing import NOISE_RATIO, WEAK_GAP
+from ..crosses.smoothing import NOISE_RATIO, WEAK_GAP
 from .agreement import with_index
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept

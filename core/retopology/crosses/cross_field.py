@@ -18,21 +18,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from ..base.parallel import run
-from ..base.progress import Progress
-from ..curvature.field import CurvatureField
-from ..fields.connection import connection_laplacian, weights_and_areas
-from ..fields.directions import DirectionField
-from ..fields.frames import frame
-from ..fields.multigrid import solve
-from ..fields.transport import rotation, tangents
-from ..mesh.normals import vertex_normals
-from ..mesh.surface import Surface
+from ...base.parallel import run
+from ...base.progress import Progress
+from ...curvature.field import CurvatureField
+from ...fields.connection import connection_laplacian, weights_and_areas
+from ...fields.directions import DirectionField
+from ...fields.frames import frame
+from ...fields.multigrid import solve
+from ...fields.transport import rotation, tangents
+from ...mesh.normals import vertex_normals
+from ...mesh.surface import Surface
+from ..features import Features, find_features, fourth_power, wanted_directions
+from ..field.near_pairs import without_near_pairs
+from ..settings import GuidanceSettings
 from .dipoles import without_dipoles
-from .features import Features, find_features, fourth_power, wanted_directions
-from .field.near_pairs import without_near_pairs
 from .least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
-from .settings import GuidanceSettings
 from .smoothing import (
     FIXED_WEIGHT,
     LEAST_CONFIDENCE,

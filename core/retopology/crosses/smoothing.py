@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature.field import CurvatureField
-from ..curvature.noise import field_noise
-from ..fields.connection import weights_and_areas
-from ..fields.transport import carried
-from ..mesh.surface import Surface
+from ...curvature.field import CurvatureField
+from ...curvature.noise import field_noise
+from ...fields.connection import weights_and_areas
+from ...fields.transport import carried
+from ...mesh.surface import Surface
 
 # The gap over its standard error, and over the median gap, at which a direction counts half.
 NOISE_RATIO = 4.0
