@@ -198,12 +198,12 @@ def test_a_chain_that_ends_beyond_a_corner_is_as_long_as_from_there():
     along = np.abs(ends - corner).max(axis=(0, 2)) / np.ptp(surface.vertices)
     one = axes[:, :, 1:].all(axis=(0, 2)) & (along < 0.8)
     two = axes[:, :, [0, 2]].all(axis=(0, 2)) & (along < 0.2)
-    name = np.arange(len(corners))
-    bent = np.flatnonzero((one | two) & (name < surface.twin))
+    once = np.arange(len(corners)) < surface.twin
+    straight, bent = np.flatnonzero(one & once), np.flatnonzero((one | two) & once)
     side = np.linalg.norm(ends[1] - ends[0], axis=1)[bent[0]]
     assert len(bent) == 7
     assert np.array_equal(long_chains(surface, bent, 0.9 * side), bent)
-    assert np.array_equal(long_chains(surface, bent, 3.5 * side), np.flatnonzero(one & (name < surface.twin)))
+    assert np.array_equal(long_chains(surface, bent, 3.5 * side), straight)
     assert not len(long_chains(surface, bent, 6.5 * side))
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from ...by_hand import FAR, WantedPoles, first_said
 from .laying_out import LaidOut
 
+# Numbers of quads count as met within this part.
+MET = 0.03
 # A wanted pole is there if one of its valence is this near, in lengths of quads.
 NEAR = 1.5
 
@@ -19,6 +21,27 @@ def words_of_unlaid(count: int) -> list[str]:
         f"No layout along the curvature was found for {count} piece{'' if count == 1 else 's'} of "
         f"the mesh: {'its' if count == 1 else 'their'} triangles were cut into three quads each. "
         "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers."
+    ]
+
+
+def words_of_count(made: int, asked: int, poles: int, cut: int) -> list[str]:
+    """What is said of `made` quads where `asked` were wanted, with so many poles and pieces that
+    were cut; nothing where they are about as many."""
+    off = made / asked - 1.0
+    if abs(off) <= MET:
+        return []
+    if cut and off > 0.0:
+        why = "pieces without a layout have as many as their borders and creases have vertices for"
+    elif off > 0.0:
+        why = (
+            f"the places of {poles} poles, of borders and creases need as many to stay apart"
+            if poles
+            else "borders, creases and closed rings of quads need as many to stay apart"
+        )
+    else:
+        why = "whole numbers between poles, borders and creases allow none that are nearer"
+    return [
+        f"{made} quads instead of {asked}, {abs(off):.0%} {'more' if off > 0.0 else 'fewer'}: {why}."
     ]
 
 

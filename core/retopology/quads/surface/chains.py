@@ -10,7 +10,6 @@ from ....base.unit import unit
 from ....mesh.half_edges import following
 from ....mesh.surface import Surface
 
-
 # Where a chain turns by more degrees another of its crosses' axes goes on along it.
 CORNER = 45.0
 
