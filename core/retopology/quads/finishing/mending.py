@@ -26,6 +26,8 @@ STAGES = ((0.8, 1.0), (0.6, 0.7))
 STAY = 0.02
 # Rounds, and rings around bad quads that move in the first and the most.
 ROUNDS, FIRST_RINGS, MOST_RINGS = 10, 2, 5
+# A round that wins less than this part of what is missing is the last, or the last of few rings.
+LITTLE = 0.05
 # Where a round's move makes things worse it is halved, so often.
 HALVINGS = 6
 
@@ -64,7 +66,7 @@ def _opened(
         local = places_in(rows, len(position))[some]
         axes = _axes(position, quads, guides, rows)
         step = Opening(position[some], up, local, axes, STAY, wanted).step()
-        if not _applied(position, some, guides, rows, step, wanted):
+        if _won(position, some, guides, rows, step, wanted) < LITTLE:
             if rings == MOST_RINGS:
                 return
             rings = MOST_RINGS
@@ -88,16 +90,16 @@ def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) ->
     return np.where(against, -np.abs(quality) - 1e-6, quality)
 
 
-def _applied(
+def _won(
     position: np.ndarray,
     quads: np.ndarray,
     guides: Guides,
     rows: np.ndarray,
     step: np.ndarray,
     wanted: float,
-) -> bool:
+) -> float:
     """Move the vertices by the step, by a part of it where it makes quads worse, in place, if all
-    is better then."""
+    is better then: the part of what is missing that this wins."""
     before = position[rows]
     missing = _missing(position, quads, guides, wanted)
     part = np.ones(len(rows))
@@ -106,12 +108,12 @@ def _applied(
         position[rows] = moved_along(before, by, rows, position, quads, guides)
         now = _missing(position, quads, guides, wanted)
         if now.sum() < missing.sum():
-            return True
+            return float(1.0 - now.sum() / missing.sum())
         worse = np.zeros(len(position), bool)
         worse[quads[now > missing]] = True
         part = np.where(worse[rows], 0.5 * part, part)
         position[rows] = before
-    return False
+    return 0.0
 
 
 def _missing(
