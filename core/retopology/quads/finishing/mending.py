@@ -32,9 +32,15 @@ LITTLE = 0.05
 HALVINGS = 6
 
 
-def mend(position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Progress) -> None:
+def mend(
+    position: np.ndarray,
+    quads: np.ndarray,
+    guides: Guides,
+    progress: Progress,
+    stages: tuple[tuple[float, float], ...] = STAGES,
+) -> None:
     """Move the vertices around bad quads, in place, while that makes them better."""
-    for sound, wanted in STAGES:
+    for sound, wanted in stages:
         _opened(position, quads, guides, sound, wanted, progress)
 
 
