@@ -17,6 +17,7 @@ from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
 from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
+from core.retopology.quads.layout.words import words_of_count
 from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant, pose
 from core.retopology.quads.mapping.seams import seams
 from core.retopology.quads.mapping.untangling import injective_map
@@ -243,3 +244,14 @@ def test_no_mesh_is_torn_by_tiny_counts():
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=20))
     found = conformity(made.quads, len(made.vertices))
     assert found.manifold and found.characteristic == 2
+    missed = [said for said in made.warnings if f"{len(made.quads)} quads instead of 20" in said]
+    assert len(missed) == (len(made.quads) != 20)
+
+
+def test_a_number_of_quads_that_is_missed_is_said_with_the_reason():
+    assert words_of_count(103, 100, 8, 0) == words_of_count(97, 100, 8, 1) == []
+    (fewer,) = words_of_count(96, 100, 8, 0)
+    assert fewer.startswith("96 quads instead of 100") and "whole numbers" in fewer
+    for poles, cut, why in ((8, 1, "without a layout"), (8, 0, "8 poles"), (0, 0, "closed rings")):
+        (more,) = words_of_count(104, 100, poles, cut)
+        assert more.startswith("104 quads instead of 100") and why in more

@@ -39,6 +39,8 @@ def test_ellipsoid_has_two_three_poles_for_each_umbilic(stretched):
     assert np.nanmean(made.angle) < 2.5
     assert abs(len(made.quads) / 1000 - 1) < 0.05
     assert made.warnings == ()
+    # Where three sides meet sines can be 0.87.
+    assert scaled_jacobian(made.vertices, made.quads).min() > 0.78
 
 
 @pytest.mark.slow
@@ -382,14 +384,24 @@ def test_crossing_faces_are_found():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mesh", [ellipsoid(subdivisions=3), sphere(subdivisions=3)])
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        (ellipsoid(subdivisions=3).vertices, ellipsoid(subdivisions=3).triangles),
+        (sphere(subdivisions=3).vertices, sphere(subdivisions=3).triangles),
+        bumpy(4, level=3),
+    ],
+    ids=["ellipsoid", "sphere", "bumps"],
+)
 def test_as_many_quads_as_asked_for(mesh):
-    """Rounding alone misses by 4 to 6 per cent where a layout has few rectangles."""
-    detection = core.detect(mesh.vertices, mesh.triangles)
-    given = Given(mesh.triangles, detection, None, None, None, None)
-    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    """Rounding alone misses by 4 to 6 per cent where a layout has few rectangles, and so do bounds
+    of the number that is linear about others."""
+    detection = core.detect(*mesh)
+    given = Given(mesh[1], detection, None, None, None, None)
+    guide = core.Guide(*mesh, detection)
     laid = prepare(guide, given, core.RemeshSettings(quads=300), core.Progress()).parts
-    for asked in range(160, 480, 40):
+    poles = sum(int(part.map_.crosses.singular.sum()) for part in laid)
+    for asked in range(20 * poles, 480, 40):
         made = counted(laid, asked, core.Progress())
         assert abs(sum(len(grid.quads) for grid in made) / asked - 1.0) <= 0.03
         for part, grid in zip(laid, made, strict=True):

@@ -27,21 +27,26 @@ def words_of_unlaid(count: int) -> list[str]:
 def words_of_count(made: int, asked: int, poles: int, cut: int) -> list[str]:
     """What is said of `made` quads where `asked` were wanted, with so many poles and pieces that
     were cut; nothing where they are about as many."""
-    off = made / asked - 1.0
-    if abs(off) <= MET:
+    if abs(made - asked) <= MET * asked:
         return []
-    if cut and off > 0.0:
-        why = "pieces without a layout have as many as their borders and creases have vertices for"
-    elif off > 0.0:
-        why = (
-            f"the places of {poles} poles, of borders and creases need as many to stay apart"
-            if poles
-            else "borders, creases and closed rings of quads need as many to stay apart"
-        )
-    else:
-        why = "whole numbers between poles, borders and creases allow none that are nearer"
+    if made < asked:
+        return [
+            f"{made} quads instead of {asked}: the whole numbers that poles, borders and creases "
+            "allow are no nearer."
+        ]
+    if cut:
+        return [
+            f"{made} quads instead of {asked}: pieces without a layout have as many as the "
+            "vertices of their borders and creases need."
+        ]
+    if poles:
+        return [
+            f"{made} quads instead of {asked}: the {poles} poles, borders and creases need as many "
+            "to stay apart."
+        ]
     return [
-        f"{made} quads instead of {asked}, {abs(off):.0%} {'more' if off > 0.0 else 'fewer'}: {why}."
+        f"{made} quads instead of {asked}: borders, creases and closed rings of quads need as many "
+        "to stay apart."
     ]
 
 
