@@ -188,26 +188,6 @@ def test_stubs_and_tangles_are_no_features():
     assert len(long_chains(surface, gap, 0.3, 100.0)) < len(gap)
 
 
-def test_a_chain_that_ends_beyond_a_corner_is_as_long_as_from_there():
-    vertices, triangles = cube(8)
-    surface, _ = clean(vertices, triangles)
-    corners = surface.triangles.ravel()
-    ends = surface.vertices[[corners, corners[following(np.arange(len(corners)))]]]
-    corner = surface.vertices.min(axis=0)
-    axes = np.abs(ends - corner) < 1e-9
-    # Three quarters of one edge of the cube, and one triangle's side of the next.
-    along = np.abs(ends - corner).max(axis=(0, 2)) / np.ptp(surface.vertices)
-    one = axes[:, :, 1:].all(axis=(0, 2)) & (along < 0.8)
-    two = axes[:, :, [0, 2]].all(axis=(0, 2)) & (along < 0.2)
-    once = np.arange(len(corners)) < surface.twin
-    straight, bent = np.flatnonzero(one & once), np.flatnonzero((one | two) & once)
-    side = np.linalg.norm(ends[1] - ends[0], axis=1)[bent[0]]
-    assert len(bent) == 7
-    assert np.array_equal(long_chains(surface, bent, 0.9 * side), bent)
-    assert np.array_equal(long_chains(surface, bent, 3.5 * side), straight)
-    assert not len(long_chains(surface, bent, 6.5 * side))
-
-
 @pytest.mark.parametrize("mesh", [bumpy(1, level=3), uneven_box()], ids=["alike", "uneven"])
 def test_closest_points_are_the_closest(mesh):
     surface, _ = clean(*mesh)

@@ -185,11 +185,12 @@ def _joins_up(placed: Placement, laid: LaidOut) -> bool:
 
 
 def _guides(placed: Placement, laid: LaidOut) -> Guides:
-    """What holds the quads of a piece: poles are free, ends and corners of features are not."""
+    """What holds the quads of a piece: poles and loose ends of creases are free, other ends and
+    corners of features are not."""
     surface = laid.working.surface
     crossed = laid.map_.crosses
     held = placed.vertex >= 0
-    on = held & crossed.on_feature[np.maximum(placed.vertex, 0)]
+    on = held & (crossed.on_feature & ~laid.loose_end)[np.maximum(placed.vertex, 0)]
     curves = {
         number: (
             surface.vertices[crossed.tail[track.chain]],
@@ -204,7 +205,7 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
         crossed.size,
         # Poles that were moved out of a zone do not slide back, those that a user placed stay.
         on | (held & (laid.wishes.avoided.any() or laid.wishes.wanted is not None)),
-        np.where(on, -1, placed.track),
+        np.where(held, -1, placed.track),
         placed.beside,
         curves,
     )

@@ -43,6 +43,18 @@ class LaidOut:
     map_: SeamlessMap
     layout: Layout
 
+    @property
+    def loose_end(self) -> np.ndarray:
+        """(n,) bool vertices where a crease ends in the open: it fades there, and nothing says
+        where. Ends of edges that a user has marked are none."""
+        crosses = self.map_.crosses
+        n = len(crosses.vertices)
+        ends = np.bincount(crosses.tail[crosses.feature], minlength=n) == 1
+        ends &= ~crosses.border
+        marked = self.wishes.feature & MARK > 0
+        ends[crosses.tail[marked]] = False
+        return np.asarray(ends)
+
 
 def laid_out(
     working: WorkingSurface,

@@ -6,17 +6,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....base.unit import unit
 from ....mesh.half_edges import following
 from ....mesh.surface import Surface
 
-# Where a chain turns by more degrees another of its crosses' axes goes on along it.
-CORNER = 45.0
 
-
-def chains(
-    surface: Surface, half_edges: np.ndarray, corner: float = 180.0
-) -> tuple[np.ndarray, np.ndarray]:
+def chains(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The chain (e,) of each of the edges, and the length of each chain.
 
     Chains end where other than two feature edges meet, and at corners of the surface's border.
@@ -25,8 +19,6 @@ def chains(
     ----------
     half_edges:
         (e,) int64 one half-edge of each feature edge.
-    corner:
-        Degrees by which a chain turns at most from one edge to the next.
     """
     corners = surface.triangles.ravel().astype(np.int64)
     tail, head = corners[half_edges], corners[following(half_edges)]
@@ -38,12 +30,6 @@ def chains(
     ends, owner = ends[through], owner[through]
     order = np.argsort(ends, kind="stable")
     one, two = owner[order][::2], owner[order][1::2]
-    # Away from the vertex that two edges share.
-    along = unit(surface.vertices[head] - surface.vertices[tail])
-    at = ends[order][::2]
-    out = [np.where((tail[edge] == at)[:, None], along[edge], -along[edge]) for edge in (one, two)]
-    straight = -np.einsum("ec,ec->e", *out) >= np.cos(np.radians(corner)) - 1e-9
-    one, two = one[straight], two[straight]
     graph = sparse.coo_array((np.ones(len(one)), (one, two)), shape=(count, count))
     number, label = csgraph.connected_components(graph, directed=False)
     length = np.linalg.norm(surface.vertices[head] - surface.vertices[tail], axis=1)
@@ -74,10 +60,7 @@ def long_chains(
         _, label = csgraph.connected_components(graph, directed=False)
         longest = np.zeros(n)
         np.maximum.at(longest, label[tail], length[chain])
-        short = (length[chain] < least) & (longest[label[tail]] < least)
-        # Beyond a corner a part that ends in the open is an edge of quads of its own.
-        part, long = chains(surface, half_edges, CORNER)
-        short |= (long[part] < least) & (np.bincount(part, weights=loose)[part] > 0)
+        short = (length[chain] < least) & ((ends[chain] > 0) | (longest[label[tail]] < least))
         one, two = normal[half_edges // 3], normal[surface.twin[half_edges] // 3]
         bend = np.degrees(np.arccos(np.einsum("ec,ec->e", one, two).clip(-1.0, 1.0)))
         mean = np.bincount(chain, weights=bend) / np.bincount(chain)
