@@ -21,7 +21,8 @@ from .opening import Opening
 # behind it: first all that are worse than a pole of valence 3 needs them (0.87), which makes the
 # mean better, then the worst alone. A round that wins no more than the part behind of what is
 # missing is the last, or the last of few rings. Chosen on wave 1 of the benchmark, the face, the
-# skull and Suzanne; confirmed on the hand, the bunny, the fandisk, the wing nut, the beetle and wave 3.
+# skull and Suzanne; confirmed on the hand, the bunny, the fandisk, the wing nut, the beetle and
+# wave 3.
 STAGES = ((0.8, 1.0, 0.05), (0.6, 0.7, 0.0))
 # How much a move by the mean side costs beside a corner that misses all.
 STAY = 0.02
