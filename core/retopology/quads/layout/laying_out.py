@@ -29,7 +29,8 @@ from .wishes import Wishes
 ATTEMPTS = 9
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
-# With fewer than so many none has a place of its own, unless there are few poles at all.
+# With fewer than so many some lie side by side: there are about as many vertices as quads, of which
+# every second could be a pole. A sphere has eight at least: up to twice as many are no excess.
 LEAST_EACH, FEW = 2, 16
 
 
