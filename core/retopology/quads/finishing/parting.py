@@ -16,6 +16,7 @@ from ....mesh.surface import Surface
 from .crossings import crossings
 from .guides import vertex_normals
 from .projection import ClosestPoints
+from .unfolding import own_quality
 
 # Rounds, and the way in each by the mean side of the quads that cross.
 ROUNDS, STEP = 16, 0.02
@@ -43,13 +44,26 @@ def parted(
     best, least = position, len(pairs)
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
-        position = _apart(position, quads, held, pairs, closest)
+        position = without_folds(_apart(position, quads, held, pairs, closest), position, quads)
         pairs = made_crossings(position, quads, whole)
         if len(pairs) < least:
             best, least = position, len(pairs)
         if not len(pairs):
             break
     return best
+
+
+def without_folds(moved: np.ndarray, position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """What was moved, but for the vertices of quads that would fold by it."""
+    sound = own_quality(position, quads) > 0.0
+    while True:
+        folded = sound & (own_quality(moved, quads) <= 0.0)
+        stuck = np.zeros(len(position), bool)
+        stuck[quads[folded]] = True
+        stuck &= (moved != position).any(axis=1)
+        if not stuck.any():
+            return moved
+        moved = np.where(stuck[:, None], position, moved)
 
 
 def _apart(
