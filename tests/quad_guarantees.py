@@ -75,8 +75,8 @@ def broken_guarantees(
 
 def _against(place: np.ndarray, quads: np.ndarray, closest: ClosestPoints, surface) -> int:
     """How many quads face against the surface: away from the closest triangle, and from the quads
-    around or from every triangle within half a side. At sharp edges and on thin sheets the closest
-    alone says little."""
+    beside them as a mean or from every triangle within half a side. At sharp edges and on thin
+    sheets the closest alone says little."""
     at = place[quads]
     normal, middle = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), at.mean(axis=1)
     reach = 0.5 * np.linalg.norm(np.roll(at, -1, axis=1) - at, axis=2).max(axis=1)
@@ -85,10 +85,11 @@ def _against(place: np.ndarray, quads: np.ndarray, closest: ClosestPoints, surfa
     corner = surface.vertices[surface.triangles]
     against = 0
     for quad in away.tolist():
-        around = np.isin(quads, quads[quad]).any(axis=1)
+        beside = normal[np.isin(quads, quads[quad]).sum(axis=1) == 2]
+        beside = beside / np.maximum(np.linalg.norm(beside, axis=1), 1e-300)[:, None]
         distance = np.linalg.norm(closest_in(corner, middle[quad]) - middle[quad], axis=1)
         facing = closest.normal[distance <= reach[quad]] @ normal[quad] > 0.0
-        against += bool(normal[around].sum(axis=0) @ normal[quad] <= 0.0 or not facing.any())
+        against += bool(beside.sum(axis=0) @ normal[quad] < 0.0 or not facing.any())
     return against
 
 
