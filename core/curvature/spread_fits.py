@@ -157,8 +157,8 @@ class _Blend:
     ) -> None:
         self.table = table
         self.expanded = expanded(table[:, LOW], table[:, THIRD]) if each else None
+        self.points, self.normals = points, normals
         # What pairs are weighed by, in rows: to gather is most of the work.
-        self.here = np.concatenate([points, normals], axis=1)
         planes = np.where(determined[:, None], planes, 0.0)
         self.there = np.concatenate([table[:, CENTRE], planes, table[:, OWN]], axis=1)
 
@@ -193,10 +193,11 @@ class _Blend:
         on, into `jets`; without those that are not determined or of a surface that faces
         elsewhere."""
         count = np.diff(begin)
-        here = _columns(np.repeat(self.here[rows], count, axis=0))
+        at: np.ndarray | slice = slice(rows[0], rows[-1] + 1)
+        here = np.concatenate([self.points[at], self.normals[at]], axis=1)
+        here = _columns(np.repeat(here, count, axis=0))
         there = _columns(self.there.take(of, axis=0, mode="clip"))
         alike = np.einsum("cp,cp->p", here[3:], there[3:6]) > ALIKE
-        at: np.ndarray | slice = slice(rows[0], rows[-1] + 1)
         if not alike.all() or not count.all():
             begin = np.append(0, np.cumsum(alike))[begin]
             at, of = rows[np.diff(begin) > 0], of[alike]
@@ -220,7 +221,7 @@ class _Blend:
             weight /= np.repeat(np.add.reduceat(weight, begin[:-1]), count)
             mean = _sums(weight[None], of, begin, self.table[:, None])
             # All fits are read as far from their middles as their mean is from the vertex.
-            away = self.here[at, :3].T - mean[CENTRE]
+            away = self.points[at].T - mean[CENTRE]
             gradient, hessian = moved(mean[LOW], mean[THIRD], away)
             own = mean[OWN]
         k1, k2, d1, d2, normal = shape_operator(gradient, hessian)

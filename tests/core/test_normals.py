@@ -7,6 +7,7 @@ from surfaces import cylinder, ellipsoid, noisy, plane, seed_patch, similar, sph
 
 import core
 from core.curvature.fitted_normals import _intercepts, fitted_normals
+from core.mesh import normals as normals_module
 from core.mesh.mending.repair import clean
 from core.mesh.normals import smooth_normals, vertex_normals
 
@@ -116,3 +117,12 @@ def test_the_setting_chooses_the_filter() -> None:
         for name in ("mean", "fit")
     ]
     assert np.nanmax(np.abs(found[0].curvature.k1 - found[1].curvature.k1)) > 0.01
+
+
+def test_the_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    surface = surface_of(noisy(ellipsoid(subdivisions=3), 0.1))
+    normals = vertex_normals(surface)
+    smoothed = smooth_normals(surface, normals, 3)
+    monkeypatch.setattr(normals_module, "BLOCK", 50)
+    np.testing.assert_allclose(vertex_normals(surface), normals, atol=1e-14)
+    np.testing.assert_array_equal(smooth_normals(surface, normals, 3), smoothed)

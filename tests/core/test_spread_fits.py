@@ -16,6 +16,7 @@ from core.curvature import spread_fits as module
 from core.curvature.fits.jets import fit_jets
 from core.curvature.scale import choose
 from core.curvature.spread_fits import fit_spread
+from core.mesh import rings as rings_module
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
 from core.mesh.rings import adjacency, independent, spread
@@ -104,6 +105,20 @@ def test_noise_is_averaged_out_better_than_by_fits_everywhere(rings):
     assert 0.8 < np.median(some.noise) / np.median(everywhere.noise) < 1.25
     assert 0.8 < np.median(some.residual) / np.median(everywhere.residual) < 1.25
     assert 0.8 < np.median(some.radius) / np.median(everywhere.radius) < 1.25
+
+
+@pytest.mark.parametrize("rings", [2, 4])
+def test_the_blocks_change_nothing(rings, monkeypatch):
+    surface = surface_of(surfaces.noisy(surfaces.ellipsoid(AXES, 4), 0.01))
+    normals = vertex_normals(surface)
+    creased = surface.vertices[:, 0] > 0.8  # rows without a fit among others
+    parted = around(surface, rings, crease_vertices=creased)
+    whole = fit_spread(surface, normals, parted, Progress())
+    monkeypatch.setattr(module, "BLOCK", 100)
+    monkeypatch.setattr(rings_module, "NEAR_BLOCK", 64)
+    blocks = fit_spread(surface, normals, parted, Progress())
+    for name, values in vars(whole).items():
+        np.testing.assert_allclose(getattr(blocks, name), values, rtol=1e-12, atol=1e-12)
 
 
 def test_fits_are_moved_to_the_vertex_together():
