@@ -1,6 +1,7 @@
 """Nothing is lost in a batch: odd names, torn output, full disks, kills, locks, own results."""
 
 import csv
+import errno
 import json
 import os
 import subprocess
@@ -153,6 +154,21 @@ def test_what_is_torn_or_half_made_is_not_delivered(do, tmp_path):
         assert row["status"] == "failed"
         assert words in row["error"]
     assert made(tmp_path / "out") == {"good.obj.json", "good.obj.ply"}
+
+
+def test_a_process_that_could_not_even_speak_failed_for_the_full_disk(
+    do, part, tmp_path, monkeypatch
+):
+    def full(**_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(part("worker"), "TemporaryFile", full)
+    for name, what in (("a", "silent"), ("b", "word of its own")):
+        (tmp_path / f"{name}.obj").write_text(what)
+    _, rows = do(*sorted(tmp_path.glob("?.obj")))
+    first, second = (row["error"] for row in rows.values())
+    assert first.endswith(f"out: nothing more can be written there ({os.strerror(errno.ENOSPC)})")
+    assert second == "of its own"
 
 
 def test_a_folder_in_the_place_of_a_result_fails_one_file(do, tmp_path):

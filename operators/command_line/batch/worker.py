@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import time
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from ..files.guard import shown
 from . import machine
@@ -15,6 +16,8 @@ from .plan import Task
 # A process that failed with this part of its bound in use has run out of memory: what is asked
 # for last may be large, and native code says nothing of it.
 _NEARLY_FULL = 0.75
+# Bytes that a file system gives out at a time, mostly.
+_SOME = 4096
 # Name of the results in the scratch folder.
 _RESULT = "result"
 
@@ -121,6 +124,10 @@ class Worker:
         said = [line.strip() for line in said if line.strip()]
         if said:
             return self._with_places(" ".join(said))
+        reason = self._takes_no_more()
+        if reason:
+            place = shown(self._places["json"].parent)
+            return f"{place}: nothing more can be written there ({reason})"
         code = self._process.returncode
         full = self._bound and self._fullest > _NEARLY_FULL * self._bound
         if full or any("MemoryError" in line or "alloc" in line.lower() for line in lines[-20:]):
@@ -129,6 +136,15 @@ class Worker:
             return "its report is missing or incomplete, although Blender ended well"
         last = next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
         return f"Blender ended with {machine.end_in_words(code)} ({last[:200]})"
+
+    def _takes_no_more(self) -> str:
+        """Why the process cannot even have written what it said; empty if it could."""
+        try:
+            with TemporaryFile(dir=self._scratch) as trial:
+                trial.write(bytes(_SOME))
+        except OSError as error:
+            return error.strerror or type(error).__name__
+        return ""
 
     def _with_places(self, text: str) -> str:
         """What a process says of its files, with the places where they would have come to lie."""
