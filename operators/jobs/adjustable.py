@@ -10,6 +10,7 @@ from ... import core
 from ..base import layouts
 from ..data import plans
 from ..data.properties import annotations_of
+from ..scene.transaction import all_or_nothing
 from . import retopology
 from .modal import GuidanceOperator, Message
 
@@ -19,7 +20,7 @@ class Adjustable(GuidanceOperator):
     the scene too.
 
     What is not given comes from the panel. What was given, there or by Adjust Last Operation, is
-    put into the panel when the operator has done its work, so that it shows what was made.
+    put into the panel together with what is made, so that it shows how.
     """
 
     panel: ClassVar[str]
@@ -45,12 +46,13 @@ class Adjustable(GuidanceOperator):
         return frozenset()
 
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
-        told = super().put(context, job, found)
         group = getattr(context.scene, self.panel)
-        for name in self.adjusted:
-            if getattr(group, name) != getattr(self, name):
+        changed = [name for name in self.adjusted if getattr(group, name) != getattr(self, name)]
+        with all_or_nothing() as transaction:
+            transaction.keep(group, *changed)
+            for name in changed:
                 setattr(group, name, getattr(self, name))
-        return told
+            return super().put(context, job, found)
 
     def _take(self, context: bpy.types.Context) -> None:
         group = getattr(context.scene, self.panel)
