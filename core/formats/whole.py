@@ -27,6 +27,14 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     ------
     OSError
         The folder cannot be made, or the file cannot be put into its place.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> with core.whole_file("cup.txt") as path:
+    ...     _ = path.write_text("whole")
+    >>> Path("cup.txt").read_text()
+    'whole'
     """
     place = Path(os.path.realpath(path))
     place.parent.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import Any, ClassVar
 
 import bpy
@@ -10,7 +11,6 @@ from ... import core
 from ..base import layouts
 from ..data import plans
 from ..data.properties import annotations_of
-from ..scene.transaction import all_or_nothing
 from . import retopology
 from .modal import GuidanceOperator, Message
 
@@ -48,11 +48,13 @@ class Adjustable(GuidanceOperator):
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
         group = getattr(context.scene, self.panel)
         changed = [name for name in self.adjusted if getattr(group, name) != getattr(self, name)]
-        with all_or_nothing() as transaction:
-            transaction.keep(group, *changed)
+        with ExitStack() as back:
             for name in changed:
+                back.callback(setattr, group, name, getattr(group, name))
                 setattr(group, name, getattr(self, name))
-            return super().put(context, job, found)
+            told = super().put(context, job, found)
+            back.pop_all()
+        return told
 
     def _take(self, context: bpy.types.Context) -> None:
         group = getattr(context.scene, self.panel)

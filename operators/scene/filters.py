@@ -76,12 +76,9 @@ def apply(context: bpy.types.Context, settings: core.Settings) -> None:
     filters of `settings`."""
     with all_or_nothing() as transaction:
         for obj in with_results(context):
-            kept = record.of(obj)
-            if kept is not None:
-                # While a slider is dragged there is no time to read the list: it is made anew.
-                rows = _shown(obj, context.scene, kept, used_filters(obj))
-                transaction.on_failure(summary.list_items, obj, kept, rows)
-                transaction.keep_properties(obj, "umbilics", but=("items",))
+            # While a slider is dragged there is no time to read the list item by item.
+            transaction.on_failure(summary.put_columns, obj, summary.columns_of(obj))
+            transaction.keep_properties(obj, "umbilics", but=("items",))
             write(context, obj, settings, transaction, fresh=False)
 
 

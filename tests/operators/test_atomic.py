@@ -7,8 +7,7 @@ import pytest
 from scene_building import add_ellipsoid, empty_scene
 from whole_state import differences, everything
 
-GUIDANCE, PENCIL = "scene.retopology.guidance_objects", "scene.retopology.grease_pencil"
-CURVES, EDGES = "scene.retopology.curve_objects", "scene.retopology.marked_edges"
+GUIDANCE = "scene.retopology.guidance_objects"
 
 
 class InjectedError(Exception):
@@ -162,55 +161,6 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
     assert len(names) == len(PLANNING)
 
 
-WORKS = {
-    "lines": (
-        "lines",
-        [(CURVES, "adopt"), (CURVES, "replaced")],
-    ),
-    "draw_guides": ("guides", [(PENCIL, "make"), (PENCIL, "_draw")]),
-    "symmetry": ("mirror", [(GUIDANCE, "adopt")]),
-}
-
-
-@pytest.mark.parametrize("name", WORKS)
-def test_lines_guides_and_the_mirror_that_cannot_be_written(addon, monkeypatch, name):
-    work, points = WORKS[name]
-
-    def prepared():
-        obj = add_ellipsoid(subdivisions=4)
-        getattr(bpy.ops.umbilics, name)()
-        bpy.context.scene.umbilics_guidance.spacing_auto = False
-        bpy.context.scene.umbilics_guidance.spacing = 0.8
-        jobs = addon.operators.jobs
-        job = jobs.retopology.gather(bpy.context, obj, getattr(jobs.works, work))
-        found = job.compute()
-        cls = getattr(getattr(addon.operators, name), f"UMBILICS_OT_{name}")
-        return lambda: cls.done(None, bpy.context, job, found)
-
-    if name == "draw_guides" and bpy.app.version < (4, 3):
-        points = points[:1]
-    assert_all_or_nothing(addon, monkeypatch, points, prepared)
-
-
-def test_marks_that_cannot_be_written(addon, monkeypatch):
-    edges = addon.operators.scene.retopology.marked_edges
-    obj = add_ellipsoid(subdivisions=3)
-    obj.data.edges[3].use_edge_sharp = True
-    bpy.ops.umbilics.detect()
-    bpy.ops.umbilics.mark_seams(lines="SEPARATRICES", mark="SHARP")
-    bpy.context.view_layer.update()
-    before = everything()
-    for path, name in (
-        (EDGES, "unmark"),
-        ("mesh.attributes", "write_attributes"),
-    ):
-        with monkeypatch.context() as patch:
-            fails(patch, edges if name in vars(edges) else part(addon, path), name, after=True)
-            with pytest.raises(RuntimeError, match=name):
-                bpy.ops.umbilics.mark_seams(lines="LINES", mark="SHARP")
-        assert differences(before, everything()) == [], name
-
-
 @pytest.mark.parametrize("name", ["forget", "leave", "remove_all"])
 def test_a_clear_that_fails(addon, monkeypatch, name):
     scene("with a map")
@@ -228,39 +178,3 @@ def test_a_clear_that_fails(addon, monkeypatch, name):
             bpy.ops.umbilics.clear()
     assert differences(before, everything()) == []
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
-
-
-FILTERING = [
-    ("data.pins", "rows"),
-    ("data.summary", "store"),
-    ("data.summary", "list_items"),
-    ("scene.empties", "update"),
-]
-
-
-@pytest.mark.parametrize("name", ["pin", "delete_umbilic", "restore_deleted", "apply_filters"])
-def test_a_click_in_the_list_that_fails(addon, monkeypatch, name):
-    obj = scene("results there")
-    obj.umbilics.active = 2
-    bpy.ops.umbilics.delete_umbilic()
-    obj.umbilics.active = 0
-    if name == "apply_filters":
-        obj.umbilics.deleted = "0 2"
-    bpy.context.view_layer.update()
-    before = everything()
-    for path, step in FILTERING:
-        with monkeypatch.context() as patch:
-            fails(patch, part(addon, path), step, after=True)
-            with pytest.raises(RuntimeError, match=step):
-                getattr(bpy.ops.umbilics, name)()
-        assert differences(before, everything()) == [], step
-    assert getattr(bpy.ops.umbilics, name)() == {"FINISHED"}
-    assert differences(before, everything()) != []
-
-
-def test_arrows_that_fail_leave_no_modifier(addon, monkeypatch):
-    obj = scene("results there")
-    fails(monkeypatch, addon.operators.scene.view.arrow_nodes, "_material", after=True)
-    with pytest.raises(RuntimeError, match="_material"):
-        bpy.ops.umbilics.add_arrows()
-    assert not obj.modifiers

@@ -1,9 +1,11 @@
 """Whatever fails in an operator that writes, wherever, its scene is as it was before or as it is
 after: each call of a function of ours fails once."""
 
+import contextlib
 import dataclasses
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import bmesh
 import bpy
@@ -70,13 +72,12 @@ class Calls:
     def __exit__(self, *_):
         sys.settrace(None)
 
-    def ends(self):
-        """The numbers of the first and the last call of each function."""
-        first, last = {}, {}
+    def first(self):
+        """The number of the first call of each function."""
+        numbers = {}
         for number, code in enumerate(self.made):
-            first.setdefault(code, number)
-            last[code] = number
-        return sorted({*first.values(), *last.values()})
+            numbers.setdefault(code, number)
+        return list(numbers.values())
 
 
 def detected():
@@ -86,19 +87,25 @@ def detected():
     return obj
 
 
-def planned():
+def other_settings():
     obj = detected()
     bpy.ops.umbilics.guide()
+    bpy.context.scene.umbilics.scale_auto = False
     return obj
+
+
+def edited():
+    other_settings()
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
+def planned():
+    detected()
+    bpy.ops.umbilics.guide()
 
 
 def chosen():
     detected().umbilics.active = 1
-
-
-def deleted():
-    chosen()
-    bpy.ops.umbilics.delete_umbilic()
 
 
 def filtered():
@@ -119,13 +126,22 @@ def with_all():
     mapped()
     bpy.ops.umbilics.guide()
     bpy.ops.umbilics.lines()
-    bpy.ops.umbilics.draw_guides()
+
+
+def split():
+    obj = add_ellipsoid(subdivisions=2)
+    work = bmesh.new()
+    work.from_mesh(obj.data)
+    bmesh.ops.split_edges(work, edges=work.edges[:40])
+    work.to_mesh(obj.data)
+    work.free()
+    obj.data.update()
+    bpy.ops.umbilics.detect()
 
 
 def checked():
     surface = detected()
-    mesh = surface.data.copy()
-    made = bpy.data.objects.new("Checked", mesh)
+    made = bpy.data.objects.new("Checked", surface.data.copy())
     bpy.context.scene.collection.objects.link(made)
     made.select_set(True)
     bpy.context.view_layer.objects.active = made
@@ -137,7 +153,7 @@ def angled():
     bpy.ops.umbilics.check_topology()
 
 
-def two():
+def turned():
     add_ellipsoid(subdivisions=2)
     other = add_ellipsoid(subdivisions=2, name="Other")
     other.rotation_euler = (0.3, 0.2, 0.1)
@@ -145,154 +161,107 @@ def two():
     bpy.context.view_layer.update()
 
 
-def other_settings():
-    planned()
-    bpy.context.scene.umbilics.scale_auto = False
-
-
-def split():
-    obj = detected()
-    work = bmesh.new()
-    work.from_mesh(obj.data)
-    bmesh.ops.split_edges(work, edges=work.edges[:40])
-    work.to_mesh(obj.data)
-    work.free()
-    obj.data.update()
-    bpy.ops.umbilics.detect()
-
-
-def edited():
-    other_settings()
-    bpy.ops.object.mode_set(mode="EDIT")
-
-
-# What is there, the operator, and what it is given.
+# What is there, the operator, and what it is given. Of those that write by the same functions
+# there is one; with several objects each is whole or as it was.
 OPERATORS = [
     (lambda: add_ellipsoid(subdivisions=2), "detect", {}),
     (other_settings, "detect", {}),
     (edited, "detect", {}),
-    (two, "detect", {}),
-    (two, "align_to_other", {}),
+    (turned, "align_to_other", {}),
     (detected, "add_arrows", {}),
     (planned, "add_pole", {"valence": "5"}),
     (mirrored, "align_to_x", {}),
     (filtered, "apply_filters", {}),
     (chosen, "pin", {}),
-    (chosen, "delete_umbilic", {}),
-    (deleted, "restore_deleted", {}),
     (with_all, "clear", {}),
-    (with_all, "clear_file", {}),
     (checked, "check_topology", {}),
     (angled, "show_check", {}),
     (detected, "show_map", {}),
     (mapped, "hide_map", {}),
     (detected, "new_retopology", {}),
     (detected, "guide", {"smoothness_auto": False, "smoothness": 0.3}),
-    (planned, "lines", {"spacing_auto": False, "spacing": 0.5}),
-    (planned, "separatrices", {}),
-    (planned, "ridges", {}),
-    (planned, "draw_guides", {}),
-    (planned, "mark_seams", {"lines": "SEPARATRICES", "mark": "CREASE"}),
+    (detected, "lines", {"spacing_auto": False, "spacing": 0.5}),
+    (detected, "ridges", {}),
+    (detected, "draw_guides", {}),
+    (detected, "mark_seams", {"lines": "SEPARATRICES", "mark": "CREASE"}),
     (detected, "symmetry", {}),
-    (detected, "rotation_symmetry", {}),
     (detected, "preview_layout", {"quads": 60}),
     (detected, "remesh_to_quads", {"quads": 60}),
     (detected, "mend", {"way": "CREASES"}),
     (split, "mend", {"way": "MERGE"}),
-    (detected, "mend", {"way": "SMOOTH"}),
-    (detected, "mend", {"way": "SUBDIVIDE"}),
 ]
 
 
 @pytest.fixture
-def computed_once(addon, monkeypatch):
-    """What jobs compute is known from the first time on: here it is about the writing."""
-    worker, known = addon.operators.jobs.worker, []
-    real = worker.outcome_of
+def jobs(addon, monkeypatch):
+    """What jobs compute is known after the first time, where it is wanted: here it is about the
+    writing. A window has dashed lines, and a view that shows colours."""
+    operators, kept = addon.operators, SimpleNamespace(known=None, next=0)
+    real, detect = operators.jobs.worker.outcome_of, addon.core.detect
 
     def outcome_of(job):
-        if len(known) <= outcome_of.asked:
-            known.append(real(job))
-        outcome_of.asked += 1
-        return known[outcome_of.asked - 1]
-
-    def begin():
-        outcome_of.asked = 0
-
-    def start():
-        known.clear()
-        begin()
-
-    start()
-    monkeypatch.setattr(worker, "outcome_of", outcome_of)
-    detect = addon.core.detect
+        if kept.known is None:
+            return real(job)
+        kept.next += 1
+        if len(kept.known) < kept.next:
+            kept.known.append(real(job))
+        return kept.known[kept.next - 1]
 
     def without_seconds(*arguments, **named):
         found = detect(*arguments, **named)
         return dataclasses.replace(found, timings=dict.fromkeys(found.timings, 0.0))
 
+    monkeypatch.setattr(operators.jobs.worker, "outcome_of", outcome_of)
     monkeypatch.setattr(addon.core, "detect", without_seconds)
-    return start, begin
+    view = operators.scene.view
+    windowed = SimpleNamespace(app=SimpleNamespace(background=False), data=bpy.data)
+    monkeypatch.setattr(view.dashed_lines, "bpy", windowed)
+
+    def areas():
+        return [(s, a) for s in bpy.data.screens for a in s.areas if a.type == "VIEW_3D"]
+
+    monkeypatch.setattr(view.view_shading, "areas", areas)
+    return kept
 
 
 @pytest.mark.parametrize(
     ("prepare", "name", "given"),
     OPERATORS,
-    ids=[f"{name}-{getattr(prepare, '__name__', '')}" for prepare, name, _ in OPERATORS],
+    ids=[f"{name}-{prepare.__name__}" for prepare, name, _ in OPERATORS],
 )
-def test_all_or_nothing(addon, computed_once, prepare, name, given):
-    import time
-
-    T0 = time.process_time()
-    start, begin = computed_once
+def test_all_or_nothing(addon, jobs, prepare, name, given):
     folder = Path(addon.operators.__file__).parent
-    operator = getattr(bpy.ops.umbilics, name)
 
     def prepared():
         empty_scene()
-        start()
+        jobs.known, computed = None, jobs.known
         prepare()
-        start()
         bpy.context.view_layer.update()
+        jobs.known = computed or []
         return everything()
 
-    before = prepared()
-    with Calls(folder) as calls:
-        assert operator(**given) == {"FINISHED"}
-    bpy.context.view_layer.update()
+    def run(calls):
+        jobs.next = 0
+        with calls:
+            done = getattr(bpy.ops.umbilics, name)(**given)
+        bpy.context.view_layer.update()
+        return done
+
+    before, calls = prepared(), Calls(folder)
+    assert run(calls) == {"FINISHED"}
     after = everything()
     assert differences(before, after) != []
-    known = prepared()
-    assert differences(before, known) == []
-    broken = {}
-    for number in calls.ends():
-        begin()
-        try:
-            with Calls(folder, number, calls.computed):
-                operator(**given)
-        except RuntimeError:
-            pass
+    assert differences(before, prepared()) == []
+    half = {}
+    for number in calls.first():
+        with contextlib.suppress(RuntimeError):
+            run(Calls(folder, number, calls.computed))
         bpy.context.view_layer.update()
         now = everything()
         left = differences(before, now)
         if left and differences(after, now):
-            broken[f"{number} {calls.made[number].co_qualname}"] = (
-                left[:4],
-                differences(after, now)[:4],
-            )
+            half[f"{number} {calls.made[number].co_qualname}"] = left, differences(after, now)
         if left:
             assert differences(before, prepared()) == []
-    import time
-
-    print("TIMES", name, len(calls.made), len(calls.ends()), time.process_time() - T0)
-    for k, v in broken.items():
-        print(
-            "BROKEN",
-            name,
-            k,
-            "FROM BEFORE",
-            [str(x)[:150] for x in v[0]],
-            "FROM AFTER",
-            [str(x)[:150] for x in v[1]],
-        )
-    assert not broken
+    print("HALF", {k: [str(x)[:200] for y in v for x in y][:12] for k, v in half.items()})
+    assert half == {}

@@ -74,6 +74,8 @@ def _of_group(group):
         value = getattr(group, item.identifier)
         if item.type == "COLLECTION":
             found[item.identifier] = [_of_group(one) for one in value]
+        elif item.type == "POINTER" and item.identifier != "rna_type":
+            found[item.identifier] = value.name if value else ""
         elif item.identifier != "rna_type":
             found[item.identifier] = str(tuple(value) if getattr(item, "is_array", 0) else value)
     return found
