@@ -60,7 +60,8 @@ def write_usda(path: Path | str, meshes: list[UsdMesh], up: str, frame: int | No
 
     >>> import numpy as np
     >>> detection = core.detect(vertices, triangles)
-    >>> core.write_usda("egg.usda", [core.UsdMesh("Egg", vertices, triangles, detection, np.eye(3))], "Z")
+    >>> mesh = core.UsdMesh("Egg", vertices, triangles, detection, np.eye(3))
+    >>> core.write_usda("egg.usda", [mesh], "Z")
     >>> core.up_axis("egg.usda")
     'Z'
     """

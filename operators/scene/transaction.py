@@ -113,10 +113,12 @@ class Transaction:
         for find in self._sweeps:
             going |= set(find(going))
         self.going = going
-        self._leave()
+        if going:
+            self._leave()
         for work in self._last:
             work()
-        bpy.data.batch_remove(going)
+        if going:
+            bpy.data.batch_remove(going)
 
     def _leave(self) -> None:
         """Make the mesh behind the active object active where that goes."""
