@@ -5,6 +5,7 @@ import bpy
 from .base.translation import reported
 from .jobs import refusals
 from .scene import homes, selection, targets
+from .scene.transaction import all_or_nothing
 from .scene.view.arrow_nodes import GROUP_TAG, arrow_group
 
 
@@ -42,9 +43,10 @@ class UMBILICS_OT_add_arrows(bpy.types.Operator):
         if any(modifier.type == "NODES" and is_ours(modifier) for modifier in obj.modifiers):
             self.report({"INFO"}, reported(f"{obj.name} has arrows already."))
             return {"CANCELLED"}
-        # Made first: what fails leaves no modifier behind.
-        group = arrow_group()
-        obj.modifiers.new("Umbilics Arrows", "NODES").node_group = group
+        with all_or_nothing() as transaction:
+            # Made first: what fails leaves no modifier behind.
+            group = arrow_group(transaction)
+            obj.modifiers.new("Umbilics Arrows", "NODES").node_group = group
         return {"FINISHED"}
 
 

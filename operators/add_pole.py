@@ -62,8 +62,9 @@ class UMBILICS_OT_add_pole(bpy.types.Operator):
                 int(self.valence),
                 transaction,
             )
-        for other in context.view_layer.objects:
-            other.select_set(other == pole)
+            transaction.keep_selection(context.view_layer)
+            for other in context.view_layer.objects:
+                other.select_set(other == pole)
         self.report(
             {"INFO"}, reported(f"Pole of {self.valence} edges added. Move it, then plan again.")
         )

@@ -30,7 +30,6 @@ class UMBILICS_OT_align_to_other(NeedsMesh, BackgroundOperator, bpy.types.Operat
     def put(
         self, context: bpy.types.Context, job: matching.Job, found: matching.BestAlignment
     ) -> list[Message]:
-        matching.move(context, job, found)
         best = found.alignment
         size = float(np.linalg.norm(np.ptp(job.inputs.arrays.vertices, axis=0))) * best.scale
         scaled = f", scaled {best.scale:.4g} times" if job.scaled else ""
@@ -39,6 +38,7 @@ class UMBILICS_OT_align_to_other(NeedsMesh, BackgroundOperator, bpy.types.Operat
             f"overlap, {100.0 * best.error / size:.2g} % of its size apart, direction good to "
             f"{best.rotation_error:.1g}°."
         )
+        matching.move(context, job, found)
         return [("INFO", words)]
 
 

@@ -24,8 +24,7 @@ class UMBILICS_OT_apply_filters(bpy.types.Operator):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        for obj in filters.with_results(context):
-            filters.apply(context, obj, filters.chosen_filters(context.scene))
+        filters.apply(context, filters.chosen_filters(context.scene))
         changes.notify("view", context)
         return {"FINISHED"}
 

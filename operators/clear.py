@@ -5,7 +5,7 @@ import bpy
 from .base.translation import reported
 from .jobs import detect, refusals
 from .jobs.modal import possible
-from .scene import old_copies, orphans, selection
+from .scene import orphans, selection
 from .scene.modes import finished
 
 
@@ -26,7 +26,7 @@ class UMBILICS_OT_clear(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         wanted = selection.wanted(context)
         allowed = (obj for obj in wanted if not refusals.why_not(obj, to_clear=True))
-        cleared = [clear(context, obj) for obj in allowed]
+        cleared = [detect.remove(context, obj) for obj in allowed]
         if not (orphans.remove() or any(cleared)):
             name = wanted[0].name if len(wanted) == 1 and wanted[0] else "The selection"
             self.report({"INFO"}, reported(f"{name} has no umbilics to clear."))
@@ -36,12 +36,6 @@ class UMBILICS_OT_clear(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         edited = context.mode == "EDIT_MESH"
         return finished(self.execute(context), edited)
-
-
-def clear(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
-    """Remove all that is ours from one object; whether there was anything."""
-    found = detect.remove(context, obj)
-    return old_copies.let_go(context, obj) or found
 
 
 register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_clear,))

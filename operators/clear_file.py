@@ -3,8 +3,7 @@
 import bpy
 
 from .base.translation import reported
-from .clear import clear
-from .jobs import refusals
+from .jobs import detect, refusals
 from .jobs.modal import possible
 from .scene import orphans
 from .scene.display_objects import source_of
@@ -29,7 +28,8 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         ours = [*orphans.with_results(), *orphans.checked()]
         found = list(dict.fromkeys(map(source_of, ours)))
         refused = [why for obj in found if (why := refusals.why_not(obj, to_clear=True))]
-        cleared = [clear(context, obj) for obj in found if not refusals.why_not(obj, to_clear=True)]
+        allowed = (obj for obj in found if not refusals.why_not(obj, to_clear=True))
+        cleared = [detect.remove(context, obj) for obj in allowed]
         left = orphans.remove()
         for why in refused:
             self.report({"WARNING"}, reported(why))

@@ -59,7 +59,8 @@ class UMBILICS_OT_guide(AdjustableGuidance, bpy.types.Operator):
                 transaction,
                 by_hand=job.steering.wanted is not None,
             )
-        context.scene.umbilics_display.field = "CROSS"
+            transaction.keep(context.scene.umbilics_display, "field")
+            context.scene.umbilics_display.field = "CROSS"
         poles = guidance.poles
         three = int((poles.valence == 3).sum())
         five = len(poles) - three

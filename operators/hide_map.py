@@ -4,7 +4,7 @@ import bpy
 
 from .base.translation import reported
 from .scene import targets
-from .scene.modes import object_mode
+from .scene.modes import objects_mode
 from .scene.transaction import all_or_nothing
 from .scene.view import maps, view_shading
 
@@ -32,13 +32,12 @@ class UMBILICS_OT_hide_map(bpy.types.Operator):
         # Named first: objects that show a map go meanwhile, and Blender does not expect that of
         # one who walks through them.
         shown = [obj for obj in context.scene.objects if maps.is_shown_on(obj)]
-        for obj in filter(targets.is_local, shown):
-            with object_mode(context, obj), all_or_nothing() as transaction:
+        shown = list(filter(targets.is_local, shown))
+        with objects_mode(context, shown), all_or_nothing() as transaction:
+            for obj in shown:
                 maps.hide(context, obj, transaction)
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.type == "VIEW_3D":
-                    view_shading.put_back(window.screen, area)
+            for screen, area in view_shading.areas():
+                view_shading.put_back(screen, area, transaction)
         return {"FINISHED"}
 
 

@@ -19,9 +19,7 @@ class UMBILICS_OT_lines(AdjustableGuidance, bpy.types.Operator):
 
     def job(self, context: bpy.types.Context) -> retopology.Job:
         settings = self.settings(context)
-        return retopology.gather(
-            context, selection.shown(context), works.lines, settings=settings
-        )
+        return retopology.gather(context, selection.shown(context), works.lines, settings=settings)
 
     def done(self, context: bpy.types.Context, job: retopology.Job, found: core.Lines) -> str:
         with retopology.written(context, job) as (obj, transaction):

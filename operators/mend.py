@@ -70,9 +70,7 @@ class UMBILICS_OT_mend(bpy.types.Operator):
         return {"CANCELLED"} if detected == {"CANCELLED"} else {"FINISHED"}
 
 
-def _subdivide(
-    context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction
-) -> None:
+def _subdivide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> None:
     display = context.scene.umbilics_display
     modifier = next((m for m in reversed(obj.modifiers) if m.type == "SUBSURF"), None)
     if modifier is None:
@@ -107,6 +105,8 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Trans
         work = bmesh.new()
         work.from_mesh(obj.data)
         before = work.copy()
+        transaction.on_failure(_put_back, context, obj, before)
+        transaction.at_end(before.free)
         try:
             reach = _SAME * float(abs(positions(obj.data)).max(initial=0.0))
             bmesh.ops.remove_doubles(work, verts=work.verts, dist=reach)
@@ -114,8 +114,6 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Trans
         finally:
             work.free()
         obj.data.update()
-    transaction.on_failure(_put_back, context, obj, before)
-    transaction.at_end(before.free)
 
 
 def _put_back(context: bpy.types.Context, obj: bpy.types.Object, before: bmesh.types.BMesh) -> None:

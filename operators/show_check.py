@@ -4,6 +4,7 @@ import bpy
 
 from .base.translation import reported
 from .scene.modes import object_mode
+from .scene.transaction import all_or_nothing
 from .scene.view import maps, view_shading
 
 
@@ -26,8 +27,11 @@ class UMBILICS_OT_show_check(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = context.active_object
-        with object_mode(context, obj):
-            shown = maps.show_check(obj)
+        area = context.area
+        with object_mode(context, obj), all_or_nothing() as transaction:
+            shown = maps.write_check(obj, transaction)
+            if shown and area is not None and area.type == "VIEW_3D":
+                view_shading.show_attributes(context.screen, area, transaction)
         if not shown:
             self.report(
                 {"ERROR"},
@@ -37,8 +41,6 @@ class UMBILICS_OT_show_check(bpy.types.Operator):
                 ),
             )
             return {"CANCELLED"}
-        if context.area is not None and context.area.type == "VIEW_3D":
-            view_shading.show_attributes(context.screen, context.area)
         return {"FINISHED"}
 
 

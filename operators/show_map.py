@@ -6,7 +6,8 @@ from .base.translation import reported
 from .jobs.modal import possible
 from .jobs.refusals import SCULPTED
 from .scene import filters
-from .scene.modes import object_mode
+from .scene.modes import objects_mode
+from .scene.transaction import all_or_nothing
 from .scene.view import maps, view_shading
 
 
@@ -30,16 +31,16 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = filters.with_results(context)
-        edited = next((obj for obj in objects if obj.mode == "EDIT"), objects[0])
-        with object_mode(context, edited):
-            shown = maps.show(context, objects)
+        area = context.area
+        with objects_mode(context, objects), all_or_nothing() as transaction:
+            shown = maps.write(context, objects, transaction)
+            if shown and area is not None and area.type == "VIEW_3D":
+                view_shading.show_attributes(context.screen, area, transaction)
         if not shown:
             self.report(
                 {"ERROR"}, reported("The results were removed from the mesh. Detect again.")
             )
             return {"CANCELLED"}
-        if context.area is not None and context.area.type == "VIEW_3D":
-            view_shading.show_attributes(context.screen, context.area)
         return {"FINISHED"}
 
 

@@ -47,12 +47,31 @@ class Option:
 
 
 def setting(default: Any, **option: Any) -> Any:
-    """A field of a dataclass of settings, with its `Option` as metadata."""
+    """A field of a dataclass of settings, with its `Option` as metadata.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Mine:
+    ...     count: int = core.setting(3, label="Count", help="How many", kind="count")
+    >>> Mine().count, core.options(Mine)["count"].label
+    (3, 'Count')
+    """
     return field(default=default, metadata={"option": Option(**option)})
 
 
 def check(settings: Any) -> None:
-    """Raise `InvalidSettingsError` if a value does not suit its option."""
+    """Raise `InvalidSettingsError` if a value does not suit its option.
+
+    Examples
+    --------
+    >>> core.check(core.Settings(opening=3))
+    >>> core.check(core.Settings(opening=-1))
+    Traceback (most recent call last):
+        ...
+    core.base.errors.InvalidSettingsError: ...
+    """
     for item in dataclasses.fields(settings):
         _check(item.name, getattr(settings, item.name), item.metadata["option"])
 

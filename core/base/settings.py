@@ -232,10 +232,22 @@ class Settings:
 
 
 def options(of: type = Settings) -> dict[str, Option]:
-    """The option of every setting, by the setting's name, in the order they are shown."""
+    """The option of every setting, by the setting's name, in the order they are shown.
+
+    Examples
+    --------
+    >>> core.options()["method"].label
+    'Method'
+    """
     return {item.name: item.metadata["option"] for item in dataclasses.fields(of)}
 
 
 def defaults(of: type = Settings) -> dict[str, Any]:
-    """The default of every setting, by name."""
+    """The default of every setting, by name.
+
+    Examples
+    --------
+    >>> core.defaults()["method"]
+    'S'
+    """
     return {item.name: item.default for item in dataclasses.fields(of)}

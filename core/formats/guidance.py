@@ -98,7 +98,14 @@ class Exported:
 
 
 def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
-    """The files that `write_guidance` makes."""
+    """The files that `write_guidance` makes.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> [path.name for path in core.guidance_paths(Path("cup"), ["rosy", "sharp"])]
+    ['cup.rosy', 'cup.sharp']
+    """
     about = [FILE_KINDS[kind] for kind in kinds]
     return [
         stem.with_name(stem.name + ending) for kind in about for ending in (kind.ending, *kind.more)
@@ -129,6 +136,16 @@ def write_guidance(
     ------
     FormatError
         A file cannot be written.
+
+    Examples
+    --------
+    Of an ellipsoid of `vertices` and `triangles`, as in `detect`, the creases of its plan:
+
+    >>> from pathlib import Path
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> data = core.Exported(vertices, triangles, guide, guide.guidance())
+    >>> [path.name for path in core.write_guidance(Path("egg"), ["mesh", "sharp"], data)]
+    ['egg.obj', 'egg.sharp']
     """
     progress = progress or Progress()
     turn = np.eye(3) if to_file is None else np.asarray(to_file, float)

@@ -36,6 +36,14 @@ def up_axis(path: Path | str) -> str:
     ------
     FormatError
         The file cannot be read, or is damaged.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> layer = ("#usda 1.0", "(", '    upAxis = "Y"', ")", "")
+    >>> _ = Path("up.usda").write_text(chr(10).join(layer))
+    >>> core.up_axis("up.usda")
+    'Y'
     """
     try:
         with open(path, "rb") as file:

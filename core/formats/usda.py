@@ -53,6 +53,17 @@ def write_usda(path: Path | str, meshes: list[UsdMesh], up: str, frame: int | No
     ------
     FormatError
         The file cannot be written.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> import numpy as np
+    >>> detection = core.detect(vertices, triangles)
+    >>> mesh = core.UsdMesh("Egg", vertices, triangles, detection, np.eye(3))
+    >>> core.write_usda("egg.usda", [mesh], "Z")
+    >>> core.up_axis("egg.usda")
+    'Z'
     """
     write_text(path, _document(meshes, up, frame), "utf-8")
 

@@ -31,6 +31,14 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     OSError
         The folder cannot be made, the file cannot be put into its place, or the block could not
         write it; `path` is its filename then.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> with core.whole_file("cup.txt") as path:
+    ...     _ = path.write_text("whole")
+    >>> Path("cup.txt").read_text()
+    'whole'
     """
     descriptor = _open_already(path)
     if descriptor is not None:

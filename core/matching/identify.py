@@ -17,6 +17,17 @@ def identify(
 
     The one with the highest `Alignment.score` is the best answer. Sizes may differ unless
     `scaled` is False.
+
+    Examples
+    --------
+    An ellipsoid of `vertices` and `triangles`, as in `detect`, is itself and no longer one:
+
+    >>> one, other = (
+    ...     core.Shape.of(place, triangles, core.detect(place, triangles))
+    ...     for place in (vertices, vertices * (2.0, 1.0, 1.0))
+    ... )
+    >>> [found is not None for found in core.identify(one, [one, other])]
+    [True, False]
     """
     progress = progress or Progress()
     found: list[Alignment | None] = []

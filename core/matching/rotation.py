@@ -53,6 +53,14 @@ def find_rotation(shape: Shape, progress: Progress | None = None) -> RotationSym
     ------
     MatchError
         There are too few umbilics, or no rotation brings the shape onto itself.
+
+    Examples
+    --------
+    An ellipsoid of `vertices` and `triangles`, as in `detect`, is the same after half a turn:
+
+    >>> shape = core.Shape.of(vertices, triangles, core.detect(vertices, triangles))
+    >>> core.find_rotation(shape).order
+    2
     """
     progress = progress or Progress()
     # The best motion is none at all: one more is asked for.

@@ -185,7 +185,17 @@ def check_topology(
 def check_quads(
     mesh: QuadMesh, guide: Guide, poles: Poles, progress: Progress | None = None
 ) -> TopologyCheck:
-    """Hold the quads that the remeshing made against their own surface; as `check_topology`."""
+    """Hold the quads that the remeshing made against their own surface; as `check_topology`.
+
+    Examples
+    --------
+    Quads on an ellipsoid of `vertices` and `triangles`, as in `remesh`, have the poles of its plan:
+
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> made = core.remesh(vertices, triangles, core.RemeshSettings(quads=300))
+    >>> core.check_quads(made, guide, guide.guidance().poles).matched
+    8
+    """
     start = np.arange(0, mesh.quads.size + 1, 4)
     return check_topology(mesh.vertices, mesh.quads.ravel(), start, guide, poles, progress)
 

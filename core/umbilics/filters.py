@@ -50,7 +50,16 @@ def filtered(
     pinned: Sequence[int] = (),
     deleted: Sequence[int] = (),
 ) -> Detection:
-    """The detection with its umbilics chosen anew, as `select` chooses them."""
+    """The detection with its umbilics chosen anew, as `select` chooses them.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> detection = core.detect(vertices, triangles)
+    >>> len(core.filtered(detection, core.Settings(at_most=2)).umbilics)
+    2
+    """
     chosen = select(detection, settings, pinned, deleted)
     return replace(
         detection,
@@ -119,6 +128,14 @@ def kept_rows(
 
     The rows in `pinned` are kept whatever the filters say, those in `deleted` never; rows that
     do not exist are ignored.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> detection = core.detect(vertices, triangles)
+    >>> core.kept_rows(detection, core.Settings(), deleted=[0]).tolist()
+    [1, 2, 3]
     """
     candidates = detection.candidates
     return _kept(candidates, _cancelled(candidates, settings), settings, pinned, deleted)

@@ -35,7 +35,16 @@ _NUMBERS = {
 
 
 def pack(detection: Detection) -> bytes:
-    """The detection without its values at vertices and triangles; see `unpack`."""
+    """The detection without its values at vertices and triangles; see `unpack`.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> detection = core.detect(vertices, triangles)
+    >>> len(core.unpack(core.pack(detection)).umbilics)
+    4
+    """
     gap = detection.curvature.gap
     gap = gap[np.isfinite(gap)]
     text = {

@@ -1,7 +1,7 @@
 """What the panel shows of a detection, kept with the object in the file."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import bpy
 import numpy as np
@@ -18,12 +18,23 @@ from ... import core
 from ..base import property_groups
 from ..base.changes import notify, silence
 from ..base.words import is_balanced
+from ..mesh.fetch import fetch
 from .record import Record
 
 # A longer list would neither be read nor keep up with a slider.
 MOST_ITEMS = 1000
 # Of a row's number.
 _MOST_DIGITS = 12
+# The columns of the list.
+_COLUMNS = {
+    "row": np.int32,
+    "number": np.int32,
+    "kind": np.int32,
+    "index": np.float32,
+    "persistence": np.float32,
+    "curvature": np.float32,
+    "importance": np.float32,
+}
 
 
 def _active_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
@@ -185,22 +196,17 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
     chosen = detected.most_persistent(rows, MOST_ITEMS)
     umbilics = detected.detection.candidates.select(chosen)
     persistence = np.where(np.isnan(umbilics.persistence), -1.0, umbilics.persistence)
-    items = kept.items
-    while len(items) > len(chosen):
-        items.remove(len(items) - 1)
-    while len(items) < len(chosen):
-        items.add()
     largest = float(np.finfo(np.float32).max)
-    for name, values, dtype in (
-        ("row", chosen, np.int32),
-        ("number", detected.numbers[chosen], np.int32),
-        ("kind", detected.kind_codes[chosen], np.int32),
-        ("index", umbilics.index, np.float32),
-        ("persistence", np.minimum(persistence, largest), np.float32),
-        ("curvature", np.nan_to_num(umbilics.curvature), np.float32),
-        ("importance", np.minimum(umbilics.importance, largest), np.float32),
-    ):
-        items.foreach_set(name, np.asarray(values, dtype=dtype))
+    columns = (
+        chosen,
+        detected.numbers[chosen],
+        detected.kind_codes[chosen],
+        umbilics.index,
+        np.minimum(persistence, largest),
+        np.nan_to_num(umbilics.curvature),
+        np.minimum(umbilics.importance, largest),
+    )
+    put_columns(obj, columns)
     kept.hidden_items = len(rows) - len(chosen)
     # None is active until one is clicked: the list would scroll to it.
     place = np.flatnonzero(chosen == kept.active_row)
@@ -208,6 +214,23 @@ def list_items(obj: bpy.types.Object, detected: Record, rows: np.ndarray) -> Non
     if active != kept.active:
         with silence("active"):
             kept.active = active
+
+
+def columns_of(obj: bpy.types.Object) -> list[np.ndarray]:
+    """What the object's list says, an array (k,) for each of `_COLUMNS`."""
+    items = obj.umbilics.items
+    return [fetch(items, name, 1, dtype) for name, dtype in _COLUMNS.items()]
+
+
+def put_columns(obj: bpy.types.Object, columns: Sequence[np.ndarray]) -> None:
+    """Fill the object's list by such arrays."""
+    items, wanted = obj.umbilics.items, len(columns[0])
+    while len(items) > wanted:
+        items.remove(len(items) - 1)
+    while len(items) < wanted:
+        items.add()
+    for (name, dtype), values in zip(_COLUMNS.items(), columns, strict=True):
+        items.foreach_set(name, np.asarray(values, dtype=dtype))
 
 
 def kind_of(item: UMBILICS_PG_item) -> str:

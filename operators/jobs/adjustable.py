@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import Any, ClassVar
 
 import bpy
@@ -19,7 +20,7 @@ class Adjustable(GuidanceOperator):
     the scene too.
 
     What is not given comes from the panel. What was given, there or by Adjust Last Operation, is
-    put into the panel when the operator has done its work, so that it shows what was made.
+    put into the panel together with what is made, so that it shows how.
     """
 
     panel: ClassVar[str]
@@ -45,11 +46,14 @@ class Adjustable(GuidanceOperator):
         return frozenset()
 
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
-        told = super().put(context, job, found)
         group = getattr(context.scene, self.panel)
-        for name in self.adjusted:
-            if getattr(group, name) != getattr(self, name):
+        changed = [name for name in self.adjusted if getattr(group, name) != getattr(self, name)]
+        with ExitStack() as back:
+            for name in changed:
+                back.callback(setattr, group, name, getattr(group, name))
                 setattr(group, name, getattr(self, name))
+            told = super().put(context, job, found)
+            back.pop_all()
         return told
 
     def _take(self, context: bpy.types.Context) -> None:

@@ -23,7 +23,7 @@ from ..mesh.evaluated import works_on
 from ..mesh.fetch import unit_vectors
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh
 from ..mesh.scope import KEPT, WHOLE, Scope
-from ..scene import display_objects, empties, filters, homes, targets
+from ..scene import display_objects, empties, filters, homes, old_copies, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import checks, guidance_objects
 from ..scene.transaction import Transaction, all_or_nothing
@@ -178,7 +178,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         filters.write(context, obj, inputs.settings, transaction, fresh=True)
         if was_shown:
             maps.write(context, [obj], transaction)
-    dashed_lines.settle()
+        dashed_lines.settle(transaction)
     return lost
 
 
@@ -203,9 +203,9 @@ def _describe(
     return pins.carry_over(obj, chosen, before, results.record.record)
 
 
-def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
+def remove(context: bpy.types.Context, analysed: bpy.types.Object) -> bool:
     """Remove everything a detection left on the object; says whether there was anything."""
-    obj = homes.owner_of(obj)
+    obj = homes.owner_of(analysed)
     with object_mode(context, obj), all_or_nothing() as transaction:
         maps.hide(context, obj, transaction)
         values = homes.leave(obj, RESULTS, homes.DETECTION, transaction)
@@ -217,8 +217,9 @@ def remove(context: bpy.types.Context, obj: bpy.types.Object) -> bool:
         stands_in = display_objects.is_ours(obj)
         if stands_in:
             display_objects.remove(context, obj, transaction)
-    dashed_lines.settle()
-    return bool(values or emptied or described or guided or checked or stands_in)
+        copied = old_copies.let_go(context, analysed, transaction)
+        dashed_lines.settle(transaction)
+    return bool(values or emptied or described or guided or checked or stands_in or copied)
 
 
 def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:

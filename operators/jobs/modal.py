@@ -184,8 +184,9 @@ class GuidanceOperator(NeedsMesh, BackgroundOperator):
         return [self.job(context)], []
 
     def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
-        sentence = self.done(context, job, found)
+        # Nothing is left to fail when all is written.
         warnings = (*self.warnings(found), *job.notes)
+        sentence = self.done(context, job, found)
         return [("INFO", sentence), *(("WARNING", text) for text in warnings)]
 
     def warnings(self, found: Any) -> Sequence[str]:

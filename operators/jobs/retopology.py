@@ -256,7 +256,7 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Ob
         if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
             homes.home_for(context, obj, depsgraph, transaction)
         yield homes.owner_of(obj), transaction
-    dashed_lines.settle()
+        dashed_lines.settle(transaction)
 
 
 def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:

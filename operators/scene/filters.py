@@ -71,20 +71,15 @@ def without_empty(context: bpy.types.Context, obj: bpy.types.Object | None) -> i
     return max(count - Appearance(context).most_empties, 0)
 
 
-def apply(
-    context: bpy.types.Context,
-    obj: bpy.types.Object,
-    settings: core.Settings,
-    live: bool = False,
-) -> None:
-    """Bring the object's summary, list and empties in line with the filters of `settings`.
-
-    While a slider is dragged, `live`, there is no time to remember the list for a failure.
-    """
+def apply(context: bpy.types.Context, settings: core.Settings) -> None:
+    """Bring summary, list and empties of the active and the selected objects in line with the
+    filters of `settings`."""
     with all_or_nothing() as transaction:
-        if not live:
-            transaction.keep_properties(obj, "umbilics")
-        write(context, obj, settings, transaction, fresh=False)
+        for obj in with_results(context):
+            # While a slider is dragged there is no time to read the list item by item.
+            transaction.on_failure(summary.put_columns, obj, summary.columns_of(obj))
+            transaction.keep_properties(obj, "umbilics", but=("items",))
+            write(context, obj, settings, transaction, fresh=False)
 
 
 def put_rows(context: bpy.types.Context, obj: bpy.types.Object, name: str, text: str) -> None:
@@ -127,9 +122,7 @@ def chosen_filters(scene: bpy.types.Scene) -> core.Settings:
     """The scene's filters; what a detection itself was made with counts for nothing here."""
     group = scene.umbilics
     persistence = core.AUTO if group.persistence_auto else float(group.persistence)
-    return core.Settings(
-        persistence=persistence, opening=group.opening, at_most=group.at_most
-    )
+    return core.Settings(persistence=persistence, opening=group.opening, at_most=group.at_most)
 
 
 def used_filters(obj: bpy.types.Object) -> core.Settings:
@@ -166,8 +159,7 @@ def _key(obj: bpy.types.Object, settings: core.Settings) -> tuple[object, ...]:
 
 
 def _filter_changed(context: bpy.types.Context) -> None:
-    for obj in with_results(context):
-        apply(context, obj, chosen_filters(context.scene), live=True)
+    apply(context, chosen_filters(context.scene))
     changes.notify("view", context)
 
 

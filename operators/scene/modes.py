@@ -1,7 +1,7 @@
 """Leave the user's modes and selection as they were found, and write where was read."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 
 import bpy
 
@@ -66,6 +66,14 @@ def object_mode(
         layer.objects.active = active
         bpy.ops.object.mode_set(mode="EDIT")
         _select(layer, selected)
+
+
+@contextmanager
+def objects_mode(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> Iterator[None]:
+    """As `object_mode`, if one of several objects is in Edit Mode."""
+    edited = next((obj for obj in objects if obj.mode == "EDIT"), None)
+    with nullcontext() if edited is None else object_mode(context, edited):
+        yield
 
 
 def finished(result: set[str], edited: bool) -> set[str]:

@@ -6,6 +6,7 @@ animated, given a constraint, a child or, to an umbilic, another name is the use
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import partial
 
 import bpy
@@ -27,12 +28,14 @@ _ON_MESHES = (
 )
 
 
-def with_results() -> list[bpy.types.Object]:
-    """The file's own mesh objects that have anything of ours, whatever scene they are in."""
-    parents = {obj.parent for obj in bpy.data.objects if obj.parent and _is_tagged(obj)}
+def with_results(going: Collection[bpy.types.ID] = ()) -> list[bpy.types.Object]:
+    """The file's own mesh objects that have anything of ours, whatever scene they are in, without
+    what is `going`."""
+    objects = [obj for obj in bpy.data.objects if obj not in going]
+    parents = {obj.parent for obj in objects if obj.parent and _is_tagged(obj)}
     return [
         obj
-        for obj in bpy.data.objects
+        for obj in objects
         if obj.type == "MESH"
         and is_local(obj)
         and (_has_results(obj) or obj in parents or _is_marked(obj.data))

@@ -34,6 +34,8 @@ class Transaction:
         self._back = back
         self._unwanted: list[bpy.types.ID] = []
         self._last: list[Callable[[], Any]] = []
+        self.going: set[bpy.types.ID] = set()
+        """At the end, what goes; nothing before."""
         self._sweeps: list[Callable[[set[bpy.types.ID]], Sequence[bpy.types.ID]]] = []
 
     def on_failure(self, back: Callable[..., Any], *arguments: Any) -> None:
@@ -70,12 +72,17 @@ class Transaction:
         for name in reversed(names):
             self.on_failure(setattr, owner, name, getattr(owner, name))
 
-    def keep_properties(self, owner: bpy.types.ID, name: str) -> None:
-        """Remember a group of properties of ours, to put its values back."""
+    def keep_selection(self, layer: bpy.types.ViewLayer) -> None:
+        """Remember which objects are selected, and which one is active."""
+        self.on_failure(_select, layer, set(layer.objects.selected), layer.objects.active)
+
+    def keep_properties(self, owner: bpy.types.ID, name: str, but: Collection[str] = ()) -> None:
+        """Remember a group of properties of ours, to put its values back; `but` not these."""
         if not owner.is_property_set(name):
             self.on_failure(owner.property_unset, name)
             return
-        self.on_failure(_put_properties_back, owner, name, _values_of(getattr(owner, name)))
+        values = _values_of(getattr(owner, name), but)
+        self.on_failure(_put_properties_back, owner, name, values)
 
     def keep_custom(self, owner: bpy.types.ID, names: Collection[str]) -> None:
         """Remember custom properties, or that there are none."""
@@ -102,24 +109,28 @@ class Transaction:
 
     def finish(self) -> None:
         """Do what was left to the end."""
-        for work in self._last:
-            work()
         going = set(self._unwanted)
         for find in self._sweeps:
             going |= set(find(going))
-        _leave(going)
-        bpy.data.batch_remove(going)
+        self.going = going
+        if going:
+            self._leave()
+        for work in self._last:
+            work()
+        if going:
+            bpy.data.batch_remove(going)
 
-
-def _leave(going: set[bpy.types.ID]) -> None:
-    """Make the mesh behind the active object active where that goes."""
-    objects = bpy.context.view_layer.objects
-    behind = mesh_behind(objects.active)
-    if behind is None or objects.active not in going or behind in going:
-        return
-    if behind.name in objects:
-        behind.select_set(True)
-        objects.active = behind
+    def _leave(self) -> None:
+        """Make the mesh behind the active object active where that goes."""
+        layer, going = bpy.context.view_layer, self.going
+        objects = layer.objects
+        behind = mesh_behind(objects.active)
+        if behind is None or objects.active not in going or behind in going:
+            return
+        if behind.name in objects:
+            self.keep_selection(layer)
+            behind.select_set(True)
+            objects.active = behind
 
 
 def empty_without(
@@ -150,11 +161,20 @@ def _remove_if_there(data: bpy.types.ID) -> None:
         bpy.data.batch_remove([data])
 
 
-def _values_of(group: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """All values of a group, those of the groups in it included."""
+def _select(
+    layer: bpy.types.ViewLayer, selected: set[bpy.types.Object], active: bpy.types.Object | None
+) -> None:
+    for obj in layer.objects:
+        if obj.select_get() != (obj in selected):
+            obj.select_set(obj in selected)
+    layer.objects.active = active
+
+
+def _values_of(group: bpy.types.PropertyGroup, but: Collection[str] = ()) -> dict[str, Any]:
+    """All values of a group `but` these, those of the groups in it included."""
     values: dict[str, Any] = {}
     for item in group.bl_rna.properties:
-        if item.identifier == "rna_type":
+        if item.identifier == "rna_type" or item.identifier in but:
             continue
         value = getattr(group, item.identifier)
         if item.type == "COLLECTION":

@@ -60,6 +60,16 @@ def _tree(random: np.random.Generator, count: int, shape: str) -> tuple[np.ndarr
     return name[rows[some]], name[other[some]]
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_larger_charge_keeps_what_the_other_lacks(seed):
+    random = np.random.default_rng(seed)
+    units = random.choice((-3, -1, 0, 1, 2), 40)
+    centres = random.uniform(-1, 1, (40, 3))
+    low, high = _tree(random, 40, "bushy")
+    edges = centres, low, high, np.arange(len(low), dtype=float)
+    assert _pairs(units, *edges) == _edge_by_edge(units, *edges)
+
+
 @pytest.mark.slow
 @given(
     st.integers(2, 120),

@@ -77,6 +77,24 @@ def test_the_automatic_level_is_just_above_what_is_dropped(detection):
     assert core.select(without, core.Settings(persistence=2.0)).persistence_level == 0.0
 
 
+@pytest.mark.parametrize(
+    ("most", "deleted", "rows"),
+    [
+        (6, (), [0, 1, 2, 3, 4, 5]),
+        (3, (), [0, 1, 4]),
+        # Of the two that cancel together only one would be left: none is.
+        (2, (), [4]),
+        # What is deleted makes room for others.
+        (2, (0,), [1, 4]),
+        (2, (4,), [0, 1]),
+        (1, (4, -1, 6), [0]),
+    ],
+)
+def test_at_most_so_many_are_kept_the_most_important(detection, most, deleted, rows):
+    weighed = changed(detection, importance=np.array([5.0, 5.0, 4.0, 4.0, 9.0, 1.0]))
+    assert rows_of(weighed, core.Settings(persistence=0.0, at_most=most), deleted=deleted) == rows
+
+
 def test_borders_and_the_opening_leave_out(detection):
     at_border = np.arange(6) == 3
     elliptic = np.arange(6) != 4

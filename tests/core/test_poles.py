@@ -11,6 +11,7 @@ from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
+from core.curvature.tolerances import PAIR_NOISE
 from core.fields.face_index import face_field_singularities
 from core.mesh.rings import adjacency
 from core.retopology.crosses.cross_field import cross_field
@@ -18,7 +19,7 @@ from core.retopology.features import find_features
 from core.retopology.field.planned import _matched, with_poles
 from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
-from core.retopology.poles import plan_poles
+from core.retopology.poles import _claimed, _confidence, plan_poles
 
 MESHES = {
     "ellipsoid": ellipsoid(subdivisions=4),
@@ -298,3 +299,30 @@ def test_poles_without_a_free_vertex_get_none():
     taken = np.array([True, True, False, True, True])
     assert sorted(_matched(reach, taken).tolist()) == [-1, 2]
     assert taken.all()
+
+
+def test_an_umbilic_takes_as_many_singularities_as_its_index_has_quarters():
+    """Those of its sign, the nearest first; what has no place on the surface takes none."""
+    surface = guide_of("torus").surface
+    index = np.array([1.0, 0.5, 1.0])
+    # One after the other along a row of triangles, all of them near.
+    single = np.arange(0, 14, 2)
+    place = surface.vertices[surface.triangles[single]].mean(axis=1)
+    there = place[[0, 6, 2]] * surface.unit + surface.origin
+    umbilics = SimpleNamespace(index=index, position=there)
+    cross = SimpleNamespace(smoothing=1.0)
+    arguments = surface, cross, umbilics, np.array([0, 12, -1]), single
+    owner = _claimed(*arguments, np.ones(7, int), place, 1.0)
+    assert owner.tolist() == [0, 0, 0, 0, -1, 1, 1]
+    assert (_claimed(*arguments, -np.ones(7, int), place, 1.0) == -1).all()
+
+
+def test_a_pole_is_as_sure_as_its_umbilic_rises_out_of_the_noise():
+    umbilics = SimpleNamespace(
+        persistence=np.array([3.0, 3.0, 3.0, np.inf, np.nan]),
+        noise=np.array([1.0, 2.0, 2.0, 1.0, np.nan]),
+        certain=np.array([True, True, False, True, True]),
+    )
+    found = _confidence(umbilics, np.arange(5))[:4]
+    sure = 3.0 / (3.0 + PAIR_NOISE * np.array([1.0, 2.0]))
+    np.testing.assert_allclose(found, [*sure, 0.5 * sure[1], 1.0])

@@ -57,12 +57,13 @@ def test_round_off_is_not_averaged_out(monkeypatch):
     monkeypatch.setattr(module, "grow_while_it_falls", None)
     chosen = chosen_for(surface_of(surfaces.plane(cells=12, tilt=0.3)))
     assert chosen.neighbourhood.rings == 2 and chosen.neighbourhood.focused
+    assert chosen.clean
 
 
 def test_a_single_triangle_has_no_vertex_to_choose_by():
     surface, _ = clean(np.eye(3), np.array([[0, 1, 2]]))
     chosen = chosen_for(surface)
-    assert chosen.neighbourhood.rings == 2 and chosen.factor == 1.0
+    assert chosen.neighbourhood.rings == 2 and chosen.factor == 1.0 and not chosen.clean
 
 
 @pytest.mark.parametrize("aspect, disc", [(1.0, False), (6.0, True)])
@@ -101,22 +102,27 @@ def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
     assert chosen_for(stretched(60.0, 0.02)).neighbourhood.stretch == 16.0
 
 
-def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0):
+def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0, undetermined=()):
     """`grow_while_it_falls` with fits whose deviators change so from ring to ring, in length and
-    in direction, and whose standard error `falls` by a factor."""
+    in direction, and whose standard error `falls` by a factor. `noise` is that of all rings or of
+    one after the other, `undetermined` pairs of a number of rings and of a place whose fit is not
+    determined, and far off."""
     steps = np.asarray(changes) * np.exp(2.0j * np.arange(len(changes)))
     deviators = 3.0 + np.concatenate([[0.0], np.cumsum(steps)])
 
     def fits(surface, start, neighbourhood, progress, centres, degree):
-        count = len(centres)
-        deviator = deviators[min(neighbourhood.rings - 2, len(changes))]
+        count, ring = len(centres), neighbourhood.rings - 2
+        deviator = deviators[min(ring, len(changes))]
         half = 0.5 * np.angle(deviator)
+        determined = np.ones(count, bool)
+        determined[[place for rings, place in undetermined if rings == ring + 2]] = False
+        level = np.broadcast_to(noise, 12)[ring] * falls**ring
         return SimpleNamespace(
-            k1=np.full(count, np.abs(deviator) - 1.0),
+            k1=np.where(determined, np.abs(deviator) - 1.0, 1e6),
             k2=np.full(count, -1.0),
             d1=np.tile([np.cos(half), np.sin(half), 0.0], (count, 1)),
-            determined=np.ones(count, bool),
-            noise=np.full(count, noise * falls ** (neighbourhood.rings - 2)),
+            determined=determined,
+            noise=np.where(determined, level, 1e6),
             radius=np.full(count, float(neighbourhood.rings)),
             residual=np.full(count, residual),
         )
@@ -132,7 +138,7 @@ def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0):
     smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
     if residual > 1e-4:
         np.testing.assert_allclose(grown.normals, smoothed, atol=1e-12)
-    return rings, grown.factor
+    return rings, grown.factor, grown.clean
 
 
 @pytest.mark.parametrize(
@@ -182,6 +188,25 @@ def test_the_error_is_what_the_change_says_within_bounds(monkeypatch):
         # Where the noise does not fall it is none, and the change the shape's.
         assert series(monkeypatch, changes)[1] == pytest.approx(min(factor, MOST_CLEAN))
     assert series(monkeypatch, [1.0, 1.0], noise=0.0)[1] == 1.0
+
+
+@pytest.mark.parametrize(
+    "noise, clean",
+    [((1.0, 1.0, 2.0), True), ((1.0, 2.0, 0.5), True), ((2.0, 1.0, 0.5), False)],
+)
+def test_clean_is_what_errs_no_less_over_a_ring_more(monkeypatch, noise, clean):
+    """Errors of the points are averaged out over more of them."""
+    assert series(monkeypatch, [1.0, 0.9], noise=[*noise, *[1.0] * 9])[2] == clean
+
+
+def test_fits_that_are_not_determined_do_not_count(monkeypatch):
+    """Neither those of one ring nor those of the next: two of five places have both."""
+    usual = series(monkeypatch, [1.0, 0.5, 0.45])
+    few = ((3, 0), (3, 1), (4, 2))
+    assert series(monkeypatch, [1.0, 0.5, 0.45], undetermined=few) == usual
+    # Without any place that has both, nothing is known of the error.
+    none = [(ring, place) for ring in range(2, 6) for place in range(5)]
+    assert series(monkeypatch, [1.0, 0.5], undetermined=none)[:2] == (2, 1.0)
 
 
 def test_normals_are_smoothed_as_far_as_the_rings_reach():

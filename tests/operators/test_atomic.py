@@ -3,111 +3,15 @@
 from types import SimpleNamespace
 
 import bpy
-import numpy as np
 import pytest
 from scene_building import add_ellipsoid, empty_scene
+from whole_state import differences, everything
 
-GUIDANCE, PENCIL = "scene.retopology.guidance_objects", "scene.retopology.grease_pencil"
-CURVES, EDGES = "scene.retopology.curve_objects", "scene.retopology.marked_edges"
-OURS = ("umbilics", "umbilics_plan")
+GUIDANCE = "scene.retopology.guidance_objects"
 
 
 class InjectedError(Exception):
     """What goes wrong in these tests, which no code of ours expects."""
-
-
-def everything():
-    """All that writing may touch, to the last value."""
-    layer = bpy.context.view_layer
-    return {
-        "objects": {obj.name: _of_object(obj) for obj in bpy.data.objects},
-        "meshes": {mesh.name: _of_mesh(mesh) for mesh in bpy.data.meshes},
-        "collections": {
-            one.name: (
-                sorted(obj.name for obj in one.objects),
-                sorted(child.name for child in one.children),
-            )
-            for one in (*bpy.data.collections, bpy.context.scene.collection)
-        },
-        "others": [
-            sorted(one.name for one in kind)
-            for kind in (bpy.data.images, bpy.data.curves, bpy.data.materials)
-        ],
-        "range": tuple(
-            getattr(bpy.context.scene.umbilics_display, name)
-            for name in ("range_low", "range_high")
-        ),
-        "selected": sorted(obj.name for obj in layer.objects if obj.select_get()),
-        "active": layer.objects.active.name,
-        "mode": bpy.context.mode,
-    }
-
-
-def differences(before, after, path=""):
-    """Where two answers of `everything` differ."""
-    if isinstance(before, dict) and isinstance(after, dict):
-        keys = {**before, **after}
-        parts = [(before.get(key), after.get(key), f"{path}/{key}") for key in keys]
-    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
-        parts = [(*pair, f"{path}/{at}") for at, pair in enumerate(zip(before, after, strict=True))]
-    else:
-        same = before == after
-        return [] if same else [f"{path}: {str(before)[:80]} became {str(after)[:80]}"]
-    return [found for one in parts for found in differences(*one)]
-
-
-def _of_object(obj):
-    found = {
-        "data": obj.data.name if obj.data else "",
-        "parent": obj.parent.name if obj.parent else "",
-        "place": [tuple(row) for row in obj.matrix_world],
-        "hidden": obj.hide_get(),
-        "modifiers": [(one.name, one.type, one.show_viewport) for one in obj.modifiers],
-        "tags": {
-            key: str(obj[key].to_list() if hasattr(obj[key], "to_list") else obj[key])
-            for key in obj.keys()  # noqa: SIM118
-            if key not in obj.bl_rna.properties
-        },
-    }
-    return found | {name: _of_group(getattr(obj, name)) for name in OURS}
-
-
-def _of_group(group):
-    found = {}
-    for item in group.bl_rna.properties:
-        value = getattr(group, item.identifier)
-        if item.type == "COLLECTION":
-            found[item.identifier] = [_of_group(one) for one in value]
-        elif item.identifier != "rna_type":
-            found[item.identifier] = str(tuple(value) if getattr(item, "is_array", 0) else value)
-    return found
-
-
-def _of_mesh(mesh):
-    colours = mesh.color_attributes.active_color
-    return {
-        "attributes": {
-            one.name: (one.domain, one.data_type, _bytes(one)) for one in mesh.attributes
-        },
-        "colours": colours.name if colours else "",
-        "tags": {key: str(mesh[key]) for key in mesh.keys() if isinstance(mesh[key], str)},  # noqa: SIM118
-    }
-
-
-def _bytes(attribute):
-    kinds = {
-        "FLOAT": ("value", 1, np.float32),
-        "INT": ("value", 1, np.int32),
-        "BOOLEAN": ("value", 1, bool),
-        "FLOAT_VECTOR": ("vector", 3, np.float32),
-        "BYTE_COLOR": ("color", 4, np.float32),
-    }
-    if attribute.data_type not in kinds:
-        return b""
-    key, width, dtype = kinds[attribute.data_type]
-    values = np.empty(width * len(attribute.data), dtype)
-    attribute.data.foreach_get(key, values)
-    return values.tobytes()
 
 
 def fails(monkeypatch, module, name, after=False):
@@ -257,55 +161,6 @@ def test_a_plan_that_cannot_be_written(addon, monkeypatch, state):
     assert len(names) == len(PLANNING)
 
 
-WORKS = {
-    "lines": (
-        "lines",
-        [(CURVES, "adopt"), (CURVES, "replaced")],
-    ),
-    "draw_guides": ("guides", [(PENCIL, "make"), (PENCIL, "_draw")]),
-    "symmetry": ("mirror", [(GUIDANCE, "adopt")]),
-}
-
-
-@pytest.mark.parametrize("name", WORKS)
-def test_lines_guides_and_the_mirror_that_cannot_be_written(addon, monkeypatch, name):
-    work, points = WORKS[name]
-
-    def prepared():
-        obj = add_ellipsoid(subdivisions=4)
-        getattr(bpy.ops.umbilics, name)()
-        bpy.context.scene.umbilics_guidance.spacing_auto = False
-        bpy.context.scene.umbilics_guidance.spacing = 0.8
-        jobs = addon.operators.jobs
-        job = jobs.retopology.gather(bpy.context, obj, getattr(jobs.works, work))
-        found = job.compute()
-        cls = getattr(getattr(addon.operators, name), f"UMBILICS_OT_{name}")
-        return lambda: cls.done(None, bpy.context, job, found)
-
-    if name == "draw_guides" and bpy.app.version < (4, 3):
-        points = points[:1]
-    assert_all_or_nothing(addon, monkeypatch, points, prepared)
-
-
-def test_marks_that_cannot_be_written(addon, monkeypatch):
-    edges = addon.operators.scene.retopology.marked_edges
-    obj = add_ellipsoid(subdivisions=3)
-    obj.data.edges[3].use_edge_sharp = True
-    bpy.ops.umbilics.detect()
-    bpy.ops.umbilics.mark_seams(lines="SEPARATRICES", mark="SHARP")
-    bpy.context.view_layer.update()
-    before = everything()
-    for path, name in (
-        (EDGES, "unmark"),
-        ("mesh.attributes", "write_attributes"),
-    ):
-        with monkeypatch.context() as patch:
-            fails(patch, edges if name in vars(edges) else part(addon, path), name, after=True)
-            with pytest.raises(RuntimeError, match=name):
-                bpy.ops.umbilics.mark_seams(lines="LINES", mark="SHARP")
-        assert differences(before, everything()) == [], name
-
-
 @pytest.mark.parametrize("name", ["forget", "leave", "remove_all"])
 def test_a_clear_that_fails(addon, monkeypatch, name):
     scene("with a map")
@@ -323,39 +178,3 @@ def test_a_clear_that_fails(addon, monkeypatch, name):
             bpy.ops.umbilics.clear()
     assert differences(before, everything()) == []
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
-
-
-FILTERING = [
-    ("data.pins", "rows"),
-    ("data.summary", "store"),
-    ("data.summary", "list_items"),
-    ("scene.empties", "update"),
-]
-
-
-@pytest.mark.parametrize("name", ["pin", "delete_umbilic", "restore_deleted", "apply_filters"])
-def test_a_click_in_the_list_that_fails(addon, monkeypatch, name):
-    obj = scene("results there")
-    obj.umbilics.active = 2
-    bpy.ops.umbilics.delete_umbilic()
-    obj.umbilics.active = 0
-    if name == "apply_filters":
-        obj.umbilics.deleted = "0 2"
-    bpy.context.view_layer.update()
-    before = everything()
-    for path, step in FILTERING:
-        with monkeypatch.context() as patch:
-            fails(patch, part(addon, path), step, after=True)
-            with pytest.raises(RuntimeError, match=step):
-                getattr(bpy.ops.umbilics, name)()
-        assert differences(before, everything()) == [], step
-    assert getattr(bpy.ops.umbilics, name)() == {"FINISHED"}
-    assert differences(before, everything()) != []
-
-
-def test_arrows_that_fail_leave_no_modifier(addon, monkeypatch):
-    obj = scene("results there")
-    fails(monkeypatch, addon.operators.scene.view.arrow_nodes, "_material", after=True)
-    with pytest.raises(RuntimeError, match="_material"):
-        bpy.ops.umbilics.add_arrows()
-    assert not obj.modifiers

@@ -32,10 +32,8 @@ def test_the_description_names_what_the_add_on_does():
 
 def test_the_description_names_the_files_that_are_read_and_written():
     text = section("Description").lower()
-    folder = ROOT / "operators" / "command_line" / "files"
-    read = set(
-        re.findall(r'^    "\.(\w+)": \(', (folder / "file_kinds.py").read_text(), re.MULTILINE)
-    )
+    kinds = ROOT / "operators" / "command_line" / "files" / "file_kinds.py"
+    read = set(re.findall(r'^    "\.(\w+)": \(', kinds.read_text(), re.MULTILINE))
     assert {"obj", "usda", "blend"} <= read
     names = {"glb": "gltf", "abc": "alembic", "blend": ".blend"}
     names |= dict.fromkeys(("usd", "usda", "usdc", "usdz"), "usd")

@@ -28,6 +28,17 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
         (n, 3) float64 positions, in the coordinates of the lines.
     edges:
         (e, 2) int vertices of each edge of the mesh, polygons' diagonals not among them.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> import numpy as np
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> edges = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
+    >>> chosen = core.edge_paths(vertices, edges, guide.separatrices())
+    >>> chosen.shape == (len(edges),), bool(chosen.any())
+    (True, True)
     """
     marked = np.zeros(len(edges), bool)
     if not len(edges):

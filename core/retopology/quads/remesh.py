@@ -151,6 +151,13 @@ def quad_layout(
     """The layout that `remesh` would fill with quads; arguments and errors are the same.
 
     With a plane of symmetry it is the half that is laid out.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> core.quad_layout(vertices, triangles, core.RemeshSettings(quads=300)).rectangles
+    18
     """
     settings, progress = settings or RemeshSettings(), progress or Progress()
     if detection is None:

@@ -34,7 +34,19 @@ class RidgeEdges:
 
 def ridge_edges(vertices: np.ndarray, edges: np.ndarray, ridges: RidgeLines) -> RidgeEdges:
     """The edges (e, 2) of vertices (n, 3) that lead along ridges, connected as these are, each
-    with the figures of the nearest point of a ridge."""
+    with the figures of the nearest point of a ridge.
+
+    Examples
+    --------
+    On an ellipsoid of `vertices` and `triangles`, as in `detect`:
+
+    >>> import numpy as np
+    >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    >>> edges = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0)
+    >>> found = core.ridge_edges(vertices, edges, guide.ridges())
+    >>> bool((found.kind == 1).any())
+    True
+    """
     on = np.flatnonzero(edge_paths(vertices, edges, ridges))
     found = RidgeEdges(np.zeros(len(edges), np.int64), np.zeros(len(edges)), np.zeros(len(edges)))
     if not len(on):

@@ -163,7 +163,7 @@ def _walk(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`cancel`, edge by edge, of the charges in `rows` (r,), each at a node."""
     charge = units[rows].tolist()
-    places = _Places(centres[rows])
+    places = _Charges(centres[rows])
     root = list(range(nodes))
     at_node = np.argsort(node, kind="stable").tolist()
     end = np.cumsum(np.bincount(node, minlength=nodes)).tolist()
@@ -207,7 +207,7 @@ def _walk(
     return one, two, np.array(level)
 
 
-class _Places:
+class _Charges:
     """Places of charges, for looking for the closest two.
 
     `across` has columns x, y, z, -(x^2 + y^2 + z^2 + a) / 2, of which the product with a row

@@ -155,6 +155,11 @@ def noise_multiple(count: int) -> float:
     umbilics: the more there are, the higher the highest that noise makes.
 
     The largest of n normal deviates grows as sqrt(log n) (Donoho & Johnstone 1994).
+
+    Examples
+    --------
+    >>> core.noise_multiple(10) < core.noise_multiple(1000)
+    True
     """
     crowd = np.log(max(count, PAIR_CROWD)) / np.log(PAIR_CROWD)
     return PAIR_NOISE * float(np.sqrt(crowd))

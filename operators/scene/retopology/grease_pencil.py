@@ -65,7 +65,7 @@ def make(
     transaction.made(data)
     data.stroke_depth_order = "3D"
     for number, (title, (lines, points, radius)) in enumerate(layers.items()):
-        data.materials.append(transaction.made(_material(title)))
+        data.materials.append(_material(title, transaction))
         key = data.layers.new(title).frames.new(frame)
         write = _draw if hasattr(key, "drawing") else _draw_old
         write(key, lines, points.astype(np.float32), radius, number)
@@ -102,8 +102,8 @@ def _title(layer: bpy.types.GreasePencilLayer) -> str:
     return layer.name if hasattr(layer, "name") else layer.info
 
 
-def _material(title: str) -> bpy.types.Material:
-    material = bpy.data.materials.new(title)
+def _material(title: str, transaction: Transaction) -> bpy.types.Material:
+    material = transaction.made(bpy.data.materials.new(title))
     bpy.data.materials.create_gpencil_data(material)
     material.grease_pencil.color = _COLOUR[title]
     return material

@@ -25,7 +25,7 @@ def carry_over(source: bpy.types.Object, made: bpy.types.Object, arrays: MeshArr
         return False
     if arrays.polygon_count != len(source.data.polygons):
         return False
-    on = _Places(arrays, _in_world(made))
+    on = _NearestPoints(arrays, _in_world(made))
     turn = np.linalg.inv(np.array(made.matrix_world)[:3, :3]) @ arrays.matrix[:3, :3]
     blocks = list(keys.key_blocks)
     basis = made.shape_key_add(name=blocks[0].name, from_mix=False)
@@ -58,7 +58,7 @@ def carry_over(source: bpy.types.Object, made: bpy.types.Object, arrays: MeshArr
     return True
 
 
-class _Places:
+class _NearestPoints:
     """Where on the triangles of a surface some points (n, 3) are nearest."""
 
     def __init__(self, arrays: MeshArrays, points: np.ndarray) -> None:

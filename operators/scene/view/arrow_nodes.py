@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 from ...mesh.attributes import RESULTS
+from ..transaction import Transaction
 
 GROUP_TAG = "umbilics_arrows"
 # Another layout of the nodes is another group; files keep the one they were made with.
@@ -23,23 +24,23 @@ _DIRECTIONS = (
 _SHAFT, _SHAFT_LENGTH, _HEAD, _SIDES = 0.025, 0.7, 0.08, 8
 
 
-def arrow_group() -> bpy.types.NodeTree:
+def arrow_group(transaction: Transaction) -> bpy.types.NodeTree:
     """The group in this file, made if there is none."""
     for group in bpy.data.node_groups:
         if group.get(GROUP_TAG) == VERSION and group.library is None:
             return group
-    group = bpy.data.node_groups.new("Umbilics Arrows", "GeometryNodeTree")
+    group = transaction.made(bpy.data.node_groups.new("Umbilics Arrows", "GeometryNodeTree"))
     group[GROUP_TAG] = VERSION
     group.is_modifier = True
-    _Builder(group).build()
+    _Builder(group, transaction).build()
     return group
 
 
 class _Builder:
     """Makes and links the nodes of the group."""
 
-    def __init__(self, group: bpy.types.NodeTree) -> None:
-        self._group = group
+    def __init__(self, group: bpy.types.NodeTree, transaction: Transaction) -> None:
+        self._group, self._transaction = group, transaction
 
     def build(self) -> None:
         self._interface()
@@ -53,7 +54,7 @@ class _Builder:
         for name, attribute, colour in _DIRECTIONS:
             coloured = self._node("GeometryNodeSetMaterial")
             self._link(arrow, coloured.inputs["Geometry"])
-            coloured.inputs["Material"].default_value = _material(name, colour)
+            coloured.inputs["Material"].default_value = _material(name, colour, self._transaction)
             shape = coloured.outputs[0]
             arrows = self._instances(points, chosen, attribute, shape, length)
             self._link(self._shown(given.outputs[name], arrows), joined.inputs[0])
@@ -183,11 +184,13 @@ def _usable(sockets: bpy.types.NodeInputs, name: str) -> bpy.types.NodeSocket:
     return next(socket for socket in sockets if socket.name == name and socket.enabled)
 
 
-def _material(name: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
+def _material(
+    name: str, colour: tuple[float, float, float, float], transaction: Transaction
+) -> bpy.types.Material:
     for material in bpy.data.materials:
         if material.get(GROUP_TAG) == name and material.library is None:
             return material
-    material = bpy.data.materials.new(f"Umbilics {name}")
+    material = transaction.made(bpy.data.materials.new(f"Umbilics {name}"))
     material[GROUP_TAG] = name
     material.diffuse_color = colour
     if material.node_tree is None:

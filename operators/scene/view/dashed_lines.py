@@ -12,24 +12,30 @@ from bpy.app.handlers import persistent
 
 from ...base import app_handlers
 from .. import orphans
+from ..transaction import Transaction, all_or_nothing
 
 # On a screen: the places of the views whose lines are off because of us.
 _TAG = "umbilics_dashed_lines"
 
 
-def settle() -> None:
-    """Bring all views in line with whether the file has results; in a window only."""
+def settle(transaction: Transaction) -> None:
+    """At its end bring all views in line with whether the file has results; in a window only."""
     if not bpy.app.background:
-        _turn(bool(orphans.with_results()))
+        transaction.at_end(_turn, transaction)
 
 
-def _turn(has_results: bool) -> None:
+def _turn(transaction: Transaction) -> None:
+    has_results = bool(orphans.with_results(transaction.going))
     for screen in bpy.data.screens:
         views = {
             str(place): area.spaces.active.overlay
             for place, area in enumerate(screen.areas)
             if area.type == "VIEW_3D"
         }
+        if has_results != (_TAG in screen):
+            transaction.keep_custom(screen, (_TAG,))
+            for one in views.values():
+                transaction.keep(one, "show_relationship_lines")
         if has_results and _TAG not in screen:
             on = [place for place, one in views.items() if one.show_relationship_lines]
             screen[_TAG] = " ".join(on)
@@ -43,7 +49,8 @@ def _turn(has_results: bool) -> None:
 
 @persistent
 def _after_undo(*_: object) -> None:
-    settle()
+    with all_or_nothing() as transaction:
+        settle(transaction)
 
 
 _HANDLERS = (("undo_post", _after_undo), ("redo_post", _after_undo))

@@ -144,7 +144,7 @@ def write(
     return sum(obj in values for obj in objects)
 
 
-def show_check(obj: bpy.types.Object) -> bool:
+def write_check(obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Colour a mesh that was checked, in Object Mode, by the angle between its quads and the
     directions of curvature; False where it has none."""
     mesh = obj.data
@@ -156,11 +156,10 @@ def show_check(obj: bpy.types.Object) -> bool:
     angle = np.where(quad, angle, np.nan)
     colours = colour_maps.coloured(angle, 0.0, _LARGEST_ANGLE, colour_maps.sequential())
     corners = np.repeat(colours, fetch(mesh.polygons, "loop_total", 1, np.int32), axis=0)
-    with all_or_nothing() as transaction:
-        transaction.keep_attributes(mesh, (NAME,))
-        transaction.keep_custom(mesh, (BEFORE, SHOWN))
-        _store(mesh, corners, "CORNER")
-        mesh[SHOWN] = {"map": "check_angle", "low": 0.0, "high": _LARGEST_ANGLE}
+    transaction.keep_attributes(mesh, (NAME,))
+    transaction.keep_custom(mesh, (BEFORE, SHOWN))
+    _store(mesh, corners, "CORNER")
+    mesh[SHOWN] = {"map": "check_angle", "low": 0.0, "high": _LARGEST_ANGLE}
     return True
 
 

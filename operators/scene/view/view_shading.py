@@ -13,6 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...base import app_handlers
+from ..transaction import Transaction, all_or_nothing
 from . import maps
 
 _TAG = "umbilics_shading"
@@ -21,9 +22,12 @@ _UNDONE = "umbilics_shading_undone"
 _KEPT = ("type", "color_type", "light")
 
 
-def show_attributes(screen: bpy.types.Screen, area: bpy.types.Area) -> None:
+def show_attributes(
+    screen: bpy.types.Screen, area: bpy.types.Area, transaction: Transaction
+) -> None:
     """Solid view with the colours of the active attribute."""
     shading = area.spaces.active.shading
+    _keep(screen, shading, transaction)
     known = _known(screen)
     known.setdefault(_place(screen, area), {name: getattr(shading, name) for name in _KEPT})
     screen[_TAG] = json.dumps(known)
@@ -31,23 +35,36 @@ def show_attributes(screen: bpy.types.Screen, area: bpy.types.Area) -> None:
     shading.color_type = "VERTEX"
 
 
-def put_back(screen: bpy.types.Screen, area: bpy.types.Area) -> bool:
+def put_back(screen: bpy.types.Screen, area: bpy.types.Area, transaction: Transaction) -> bool:
     """Shade the view as it was; False if it was not changed."""
     known = _known(screen)
     before = known.pop(_place(screen, area), None)
     if before is None:
         return False
     shading = area.spaces.active.shading
-    # The colour and light of Solid view can be set in Solid view only.
-    shading.type = "SOLID"
-    shading.light = before["light"]
-    shading.color_type = before["color_type"]
-    shading.type = before["type"]
+    _keep(screen, shading, transaction)
+    _shade(shading, before)
     if known:
         screen[_TAG] = json.dumps(known)
     else:
         del screen[_TAG]
     return True
+
+
+def _shade(shading: bpy.types.View3DShading, wanted: dict[str, str]) -> None:
+    # The colour and light of Solid view can be set in Solid view only.
+    shading.type = "SOLID"
+    shading.light = wanted["light"]
+    shading.color_type = wanted["color_type"]
+    shading.type = wanted["type"]
+
+
+def _keep(
+    screen: bpy.types.Screen, shading: bpy.types.View3DShading, transaction: Transaction
+) -> None:
+    """Remember how a view is shaded, and what the screen says of its views."""
+    transaction.keep_custom(screen, (_TAG, _UNDONE))
+    transaction.on_failure(_shade, shading, {name: getattr(shading, name) for name in _KEPT})
 
 
 def is_changed(screen: bpy.types.Screen, area: bpy.types.Area) -> bool:
@@ -80,7 +97,8 @@ def _place(screen: bpy.types.Screen, area: bpy.types.Area) -> str:
     return str(next(place for place, other in enumerate(screen.areas) if other == area))
 
 
-def _areas() -> list[tuple[bpy.types.Screen, bpy.types.Area]]:
+def areas() -> list[tuple[bpy.types.Screen, bpy.types.Area]]:
+    """The 3D views that are open, with the screens that they are on."""
     return [
         (window.screen, area)
         for window in bpy.context.window_manager.windows
@@ -93,19 +111,21 @@ def _areas() -> list[tuple[bpy.types.Screen, bpy.types.Area]]:
 def _after_undo(*_: object) -> None:
     if any(map(maps.is_shown_on, bpy.data.objects)):
         return
-    for screen, area in _areas():
-        if put_back(screen, area):
-            screen[_UNDONE] = f"{screen.get(_UNDONE, '')} {_place(screen, area)}"
+    with all_or_nothing() as transaction:
+        for screen, area in areas():
+            if put_back(screen, area, transaction):
+                screen[_UNDONE] = f"{screen.get(_UNDONE, '')} {_place(screen, area)}"
 
 
 @persistent
 def _after_redo(*_: object) -> None:
     if not any(map(maps.is_shown_on, bpy.data.objects)):
         return
-    for screen, area in _areas():
-        if _place(screen, area) in str(screen.get(_UNDONE, "")).split():
-            show_attributes(screen, area)
-    _forget_undone()
+    with all_or_nothing() as transaction:
+        for screen, area in areas():
+            if _place(screen, area) in str(screen.get(_UNDONE, "")).split():
+                show_attributes(screen, area, transaction)
+        _forget_undone()
 
 
 @persistent
