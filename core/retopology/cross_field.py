@@ -23,13 +23,16 @@ from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.connection import connection_laplacian, weights_and_areas
 from ..fields.directions import DirectionField
+from ..fields.face_index import face_field_singularities
 from ..fields.frames import frame
 from ..fields.multigrid import solve
+from ..fields.planes import in_plane, lay_out
 from ..fields.transport import rotation, tangents
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from .dipoles import without_dipoles
 from .features import Features, find_features, fourth_power, wanted_directions
+from .field.in_triangles import field_in_triangles, index_around, parts_of_faces
 from .field.near_pairs import without_near_pairs
 from .least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
 from .settings import GuidanceSettings
@@ -46,6 +49,7 @@ CREST_WEIGHT = 0.3
 # Mean confidence below which a component has no direction of its own: its smoothest field is
 # taken then, by this many steps of inverse iteration.
 NO_DIRECTION, INVERSE_STEPS = 1e-3, 5
+SIDES = 3
 BLOCK = 1 << 16
 
 
@@ -74,6 +78,10 @@ class CrossField:
         of the surface.
     astray:
         How many poles the field of the triangles lacks, and has that were not planned.
+    in_triangles:
+        (m,) bool, True on components whose field the triangles tell, not the vertices: there
+        `triangle_index` is of triangles beside the vertices around which `face_direction` turns.
+        None for nowhere.
     """
 
     direction: np.ndarray
@@ -84,6 +92,7 @@ class CrossField:
     triangle_index: np.ndarray
     smoothing: float
     astray: int = 0
+    in_triangles: np.ndarray | None = None
 
 
 def cross_field(
@@ -138,8 +147,9 @@ def cross_field(
     else:
         found = problem.smoothed(smoothing_lengths(surface, area, settings.smoothness), part)
     u = found.strength * fourth_power(axis, found.direction)
-    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.9, 1.0))
-    return CrossField(
+    part = progress.part("Carrying to faces", 0.9, 1.0)
+    face_direction, _ = _on_faces(surface, u, axis, part)
+    cross = CrossField(
         direction=found.direction,
         normal=normal,
         confidence=np.where(feature, np.abs(wanted), confidence),
@@ -148,6 +158,7 @@ def cross_field(
         triangle_index=found.index,
         smoothing=float(np.median(found.length)),
     )
+    return _told_by_triangles(problem, field, found.length, cross, part.quiet())
 
 
 @dataclass(frozen=True)
@@ -256,10 +267,54 @@ def _direction(u: np.ndarray, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:
     return np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
 
 
-def _on_faces(surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress) -> np.ndarray:
-    """(m, 3) unit direction in each triangle: the mean of its corners' crosses, carried there."""
+def _told_by_triangles(
+    problem: _Problem,
+    field: CurvatureField,
+    length: np.ndarray,
+    cross: CrossField,
+    progress: Progress,
+) -> CrossField:
+    """The cross field, with the faces and the index of the field in triangles on components whose
+    vertices cannot tell one, where it has fewer poles."""
+    surface, features = problem.surface, problem.features
+    told, exact = parts_of_faces(surface, features)
+    if not told.any():
+        return cross
+    value = problem.confidence * problem.data / length**2
+    direction, size = _on_faces(surface, value, problem.axis, progress)
+    planes = lay_out(surface, field.lines, progress)
+    rows = np.arange(len(size))
+    pull = size * surface.face_normal_area[1] * in_plane(surface, rows, direction) ** 4
+    if exact is not None:
+        pull[exact.face >= 0] = 0.0
+    crest = features.crest_vertex
+    if len(crest):
+        value = np.zeros(len(value), complex)
+        across = fourth_power(problem.axis[:, crest], features.crest_direction)
+        value[crest] = SIDES * CREST_WEIGHT * features.crest_weight * across
+        direction, size = _on_faces(surface, value, problem.axis, progress)
+        pull += size * in_plane(surface, rows, direction) ** 4
+    direction = field_in_triangles(surface, planes, features, exact, pull, progress)
+    index = index_around(surface, *face_field_singularities(surface, planes, direction))
+    before, after = (
+        surface.by_component(slice(None), np.abs(some)) for some in (cross.triangle_index, index)
+    )
+    mine = (told & (after < before))[surface.component[surface.triangles[:, 0]]]
+    return replace(
+        cross,
+        face_direction=np.where(mine[:, None], direction, cross.face_direction),
+        triangle_index=np.where(mine, index, cross.triangle_index),
+        in_triangles=mine if mine.any() else None,
+    )
+
+
+def _on_faces(
+    surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress
+) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) unit direction in each triangle: the mean of its corners' crosses, carried there; and
+    the length (m,) of this mean."""
     normal, _ = surface.face_normal_area
-    result = np.empty((len(normal), 3))
+    result, size = np.empty((len(normal), 3)), np.empty(len(normal))
 
     def block(first: int) -> None:
         rows = slice(first, first + BLOCK)
@@ -270,6 +325,7 @@ def _on_faces(surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progr
             total += rotation(axis[:, corner], own) ** 4 * u[corner]
         angle = np.angle(total) / 4.0
         result[rows] = (np.cos(angle) * x + np.sin(angle) * y).T
+        size[rows] = np.abs(total) / SIDES
 
     run(block, range(0, len(normal), BLOCK), progress)
-    return result
+    return result, size

@@ -13,11 +13,13 @@ from ...base.progress import Progress
 from ...fields.directions import DirectionField
 from ...fields.face_index import face_field_singularities
 from ...fields.planes import FaceFrames
+from ...fields.winding import certified_index
 from ...mesh.rings import adjacency, selection
 from ...mesh.surface import Surface
 from ..cross_field import CrossField
 from ..features import Features
 from .agreement import rotated, with_index
+from .in_triangles import index_around
 from .settling import settle
 from .simplified import STIFF
 from .turns import Patch, turns_in_triangles
@@ -61,16 +63,26 @@ def with_poles(
     quarters = np.zeros(len(surface.triangles), np.int64)
     np.add.at(quarters, triangle, sign)
     lines = DirectionField(cross.direction, cross.normal, cross.strength, symmetry=4)
-    part = progress.part("Moving poles", 0.0, 0.5)
+    wanted = quarters / 4.0
+    if cross.in_triangles is not None:
+        # What the vertices hold there is for nobody to follow: it stays.
+        part = progress.part("Counting", 0.0, 0.1)
+        own = certified_index(surface, lines.direction, lines.across, part, lines.symmetry)
+        wanted = np.where(cross.in_triangles, own, wanted)
+    part = progress.part("Moving poles", 0.1, 0.5)
     none = np.zeros(len(quarters))
-    found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
+    found = with_index(surface, lines, wanted, none, STIFF * cross.confidence, part)
     part = progress.part("Moving poles", 0.5, 1.0)
     held = _beside(surface, features)
     faces, astray = _faces(surface, planes, cross, held, triangle, sign, part, exact)
+    index = found.index
+    if cross.in_triangles is not None:
+        named = _named(surface, planes, faces, triangle, sign)
+        index = np.where(cross.in_triangles, named, index)
     return replace(
         cross,
         direction=found.field.direction,
-        triangle_index=found.index,
+        triangle_index=index,
         face_direction=faces,
         astray=astray,
     )
@@ -137,6 +149,30 @@ def _astray(
         taken[vertex[one * quarters > 0]] = False
         found += int(np.count_nonzero(_matched(near[sign == one], taken) >= 0))
     return len(triangle) + int(np.abs(quarters).sum()) - 2 * found
+
+
+def _named(
+    surface: Surface,
+    planes: FaceFrames,
+    direction: np.ndarray,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+) -> np.ndarray:
+    """(m,) the index of directions (m, 3) of triangles: of singular vertices in the triangles of
+    the poles that have them for a corner, of others beside them."""
+    vertex, quarters = face_field_singularities(surface, planes, direction)
+    reach = selection(surface.triangles[triangle], len(surface.vertices))
+    left = np.zeros(len(surface.vertices), np.int64)
+    left[vertex] = quarters
+    index = np.zeros(len(surface.triangles))
+    for one in (1, -1):
+        rows = np.flatnonzero(sign == one)
+        found = _matched(reach[rows], one * left <= 0)
+        known = found >= 0
+        np.add.at(index, triangle[rows[known]], 0.25 * one)
+        left[found[known]] -= one
+    others = np.flatnonzero(left)
+    return index + index_around(surface, others, left[others])
 
 
 def _beside(surface: Surface, features: Features) -> np.ndarray:

@@ -21,6 +21,7 @@ from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..smoothing import NOISE_RATIO, WEAK_GAP
 from .agreement import with_index
+from .filled import filled_in
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
 # umbilic. They are not held altogether: two umbilics near each other would let nothing through.
@@ -89,10 +90,18 @@ def simplify_field(
     priority = np.zeros(len(index))
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
-    stiffness = STIFF * _certainty(field)
+    certainty = _certainty(field)
+    changing = np.flatnonzero(index != wanted)
+    lines = field.lines
+    if len(changing):
+        held = np.zeros(len(certainty), bool)
+        held[surface.triangles[undirected | ((wanted != 0.0) & (wanted == index))]] = True
+        part = progress.part("Simplifying the field", 0.1, 0.6)
+        lines = filled_in(surface, lines, changing, held, certainty, part)
+    stiffness = STIFF * certainty
     stiffness[surface.triangles[single[kept]]] = STIFF
-    part = progress.part("Simplifying the field", 0.1, 1.0)
-    found = with_index(surface, field.lines, wanted, priority, stiffness, part)
+    part = progress.part("Simplifying the field", 0.6, 1.0)
+    found = with_index(surface, lines, wanted, priority, stiffness, part)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
 
