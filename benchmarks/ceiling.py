@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 from surfaces import ImplicitSurface
 
 from core.base.buffers import Workspace
-from core.curvature.height_fit import solve_heights, sum_count, sum_samples
-from core.curvature.monge import deviator_at
+from core.curvature.fits.height_fit import solve_heights, sum_count, sum_samples
+from core.curvature.fits.monge import deviator_at
 from core.fields.frames import frame
 
 from .cases import Case

@@ -68,8 +68,8 @@ not swerve; a single edge of a rounded or rough surface is none
 - **Default**: automatic smoothness, with creases only; then the same creases at fixed smoothness.
   Automatic is 0.45 or, of each connected part, the least of three below it (0.31, 0.36, 0.4) that
   has no more poles, within a tenth and those too near to an opposite one counted twice, and an
-  angle that is half a degree better (`core/retopology/least_smoothing.py`). What these may cost
-  was chosen on the other shapes, and confirmed on {confirmed}.
+  angle that is half a degree better (`core/retopology/crosses/least_smoothing.py`). What these may
+  cost was chosen on the other shapes, and confirmed on {confirmed}.
 - **Beaten by**: fixed smoothness with no more poles and no larger angle than the default, and one
   of them better by more than a tenth (the angle by more than half a degree, too).
 

@@ -28,7 +28,7 @@ from surfaces import cylinder, ellipsoid, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.projection import ClosestPoints
 

@@ -11,7 +11,7 @@ from surfaces import icosphere
 from surfaces.analytic import operators
 from surfaces.sampling import outward
 
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.ridges.find import find_ridges
 from core.retopology.ridges.slopes import Slopes
 

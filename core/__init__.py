@@ -29,7 +29,7 @@ from .matching.mirror import MirrorPlane
 from .matching.rotation import RotationSymmetry, find_rotation
 from .matching.shape import Shape
 from .retopology.by_hand import Strokes, StrokeSettings, WantedPoles
-from .retopology.cross_field import CrossField
+from .retopology.crosses.cross_field import CrossField
 from .retopology.guidance import Guidance
 from .retopology.lines.edge_paths import edge_paths
 from .retopology.lines.polylines import FAMILIES, Lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints

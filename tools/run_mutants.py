@@ -38,12 +38,15 @@ MODULES = {
     "core/umbilics/refine.py": ("test_refine.py",),
     "core/umbilics/fitted_zero.py": ("test_refine.py",),
     "core/umbilics/judged.py": ("test_judged.py", "test_unseen_pairs.py"),
-    "core/curvature/closer.py": ("test_refine.py",),
+    "core/curvature/close_up/closer.py": ("test_refine.py",),
     "core/retopology/poles.py": ("test_poles.py",),
     "core/retopology/pole_places.py": ("test_poles.py",),
-    "core/retopology/cross_field.py": ("test_cross_field_minimum.py", "test_cross_field.py"),
-    "core/retopology/smoothing.py": ("test_smoothing.py", "test_cross_field_minimum.py"),
-    "core/retopology/dipoles.py": ("test_dipoles.py", "test_thin_sheets.py"),
+    "core/retopology/crosses/cross_field.py": (
+        "test_cross_field_minimum.py",
+        "test_cross_field.py",
+    ),
+    "core/retopology/crosses/smoothing.py": ("test_smoothing.py", "test_cross_field_minimum.py"),
+    "core/retopology/crosses/dipoles.py": ("test_dipoles.py", "test_thin_sheets.py"),
 }
 # Loaded once: each mutant is run in a fork of this process.
 WARM = ("numpy", "scipy.sparse.linalg", "scipy.sparse.csgraph", "scipy.spatial", "hypothesis")

@@ -7,10 +7,10 @@ import numpy as np
 import core
 from core.base.progress import Progress
 from core.curvature.field import CurvatureField
-from core.curvature.jets import fit_jets
+from core.curvature.fits.jets import fit_jets
+from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
 from core.mesh.rings import adjacency
 
 RINGS = 5

@@ -21,12 +21,12 @@ from ..mesh.rings import adjacency, rings_across
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from ..mesh.thinning import thinned
-from .closer import look_closer
+from .close_up.closer import look_closer
 from .exact_faces import on_faces
 from .field import CurvatureField
+from .fits.jets import fit_jets
 from .fitted_normals import fitted_normals
 from .from_normals import curvature_from_normals
-from .jets import fit_jets
 from .scale import Scale, choose, starting_normals
 from .spread_fits import fit_spread, worth_spreading
 

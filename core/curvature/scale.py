@@ -22,7 +22,7 @@ from ..fields.frames import frame
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.normals import smooth_normals
 from ..mesh.surface import Surface
-from .jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
+from .fits.jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
 
 # Vertices that are fitted at every scale to choose one; medians over them are steady.
 SAMPLED = 500

@@ -20,9 +20,9 @@ from ..fields.frames import frame, principal_directions
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.rings import spread
 from ..mesh.surface import Surface
-from .height_fit import HeightFit
-from .jets import DEGREE, Jets, fit_each, fit_jets
-from .monge import operator_at
+from .fits.height_fit import HeightFit
+from .fits.jets import DEGREE, Jets, fit_each, fit_jets
+from .fits.monge import operator_at
 from .scale import Scale
 
 # Rings from which on fits at a twelfth of the vertices suffice instead of at a quarter: on noisy

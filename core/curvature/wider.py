@@ -9,7 +9,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..mesh.surface import Surface
 from .estimate import Estimate
-from .jets import fit_jets
+from .fits.jets import fit_jets
 
 # Rings over those of the field.
 WIDER = 2

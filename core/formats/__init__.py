@@ -4,14 +4,14 @@ docs/formats.md says who reads what. All but PLY are text in ASCII with Unix lin
 """
 
 from .curves import read_curves, write_curves
-from .dmat import read_dmat, write_dmat
+from .fields.dmat import read_dmat, write_dmat
+from .fields.rawfield import read_rawfield, write_rawfield
+from .fields.rosy import read_rosy, write_rosy
+from .fields.sharp import read_sharp, write_sharp
+from .fields.sing import read_sing, write_sing
 from .mesh import read_mesh, write_mesh
 from .points import read_points_csv, read_points_json, write_points_csv, write_points_json
 from .quads import write_quads
-from .rawfield import read_rawfield, write_rawfield
-from .rosy import read_rosy, write_rosy
-from .sharp import read_sharp, write_sharp
-from .sing import read_sing, write_sing
 
 __all__ = [
     "read_curves",

@@ -16,7 +16,11 @@ from ..retopology.planner import Guide
 from ..retopology.quads.result import QuadMesh
 from ..retopology.ridges.ridge_lines import RidgeLines
 from .curves import write_curves
-from .dmat import write_dmat
+from .fields.dmat import write_dmat
+from .fields.rawfield import write_rawfield
+from .fields.rosy import write_rosy
+from .fields.sharp import write_sharp
+from .fields.sing import write_sing
 from .mesh import write_mesh
 from .points import (
     Table,
@@ -27,10 +31,6 @@ from .points import (
     write_points_json,
 )
 from .quads import write_quads
-from .rawfield import write_rawfield
-from .rosy import write_rosy
-from .sharp import write_sharp
-from .sing import write_sing
 
 
 @dataclass(frozen=True)

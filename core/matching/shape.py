@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..curvature.field import CurvatureField
 from ..fields.transport import carried, doubled_angle, tangents
-from ..mesh.repair import clean
+from ..mesh.mending.repair import clean
 from ..mesh.samples import spread_points
 from ..umbilics.result import Detection, Umbilics
 

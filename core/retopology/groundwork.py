@@ -9,7 +9,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..curvature.field import CurvatureField
 from ..fields.planes import FaceFrames, lay_out
-from ..mesh.repair import clean
+from ..mesh.mending.repair import clean
 from ..mesh.surface import Surface
 from ..umbilics.result import Detection
 from .field.simplified import SimplifiedField, in_doubt, simplify_field

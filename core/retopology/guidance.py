@@ -9,7 +9,7 @@ import numpy as np
 from ..mesh.creases import is_convex
 from ..mesh.input_map import at_triangles, at_vertices, places_on_surface, sums_at_triangles
 from ..mesh.surface import Surface
-from .cross_field import CrossField
+from .crosses.cross_field import CrossField
 from .features import Features
 from .poles import Poles
 

@@ -14,7 +14,7 @@ from ..fields.planes import FaceFrames, barycentric_of, in_plane, places
 from ..mesh.rings import adjacency
 from ..mesh.surface import Surface
 from ..umbilics.result import Region, Umbilics
-from .cross_field import CrossField
+from .crosses.cross_field import CrossField
 from .lines.tracing import Starts, trace
 
 # Poles of an umbilic whose singularities are not in the field stand this many smoothing lengths,

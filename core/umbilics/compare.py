@@ -13,7 +13,7 @@ from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.field import CurvatureField
 from ..mesh.input_map import places_in_input
-from ..mesh.repair import clean
+from ..mesh.mending.repair import clean
 from ..mesh.surface import Surface
 from .detect import detect
 from .methods.at_vertices import alike, least_difference, least_gap

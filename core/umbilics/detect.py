@@ -13,18 +13,14 @@ from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.words import counted
+from ..curvature.elliptic_part import lies_within, opened_elliptic_part
 from ..curvature.estimate import Estimate, estimate
 from ..curvature.field import CurvatureField
 from ..curvature.noise import field_noise
-from ..curvature.surface_types import (
-    lies_within,
-    opened_elliptic_part,
-    surface_types,
-    typical_curvature,
-)
+from ..curvature.surface_types import surface_types, typical_curvature
 from ..curvature.tolerances import CURVE
 from ..curvature.wider import WIDER, can_widen, wider_ratio
-from ..mesh.repair import clean
+from ..mesh.mending.repair import clean
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Analysed, InputMesh, Turning, assemble

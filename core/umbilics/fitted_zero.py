@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature.height_fit import HeightFit
-from ..curvature.monge import deviator_at
+from ..curvature.fits.height_fit import HeightFit
+from ..curvature.fits.monge import deviator_at
 from .kind import from_gradient
 
 NEWTON_STEPS = 8

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..curvature.estimate import Estimate
-from ..curvature.jets import DEGREE
+from ..curvature.fits.jets import DEGREE
 from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .methods.raw import RawUmbilics

@@ -13,8 +13,8 @@ import numpy as np
 from ..base.parallel import run
 from ..base.progress import Progress
 from ..curvature.estimate import Estimate
-from ..curvature.height_fit import fit_heights
-from ..curvature.monge import operator_at
+from ..curvature.fits.height_fit import fit_heights
+from ..curvature.fits.monge import operator_at
 from ..fields.frames import frame
 from ..mesh.surface import Surface
 from .fitted_zero import clear_of_zero, slope_change, slopes, zero

@@ -9,11 +9,12 @@ from typing import Any
 import bpy
 
 from ... import core
-from . import batch, exit_codes, importers, matching, messages, one_file, topology, version
+from . import batch, exit_codes, matching, messages, one_file, topology, version
 from .arguments import parser as arguments
 from .arguments.request import Request
 from .batch import lifetime, supervised
-from .guard import shown
+from .files import importers
+from .files.guard import shown
 
 
 def run(argv: list[str]) -> int:

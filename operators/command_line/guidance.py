@@ -15,7 +15,7 @@ from ..jobs import detect
 from . import steering, topology
 from .arguments import values
 from .batch.names import result_name
-from .guard import Guard
+from .files.guard import Guard
 
 _USUAL = ("mesh", "rosy", "sharp", "sing", "json")
 _RIDGES = ("ridges", "ridge_figures")

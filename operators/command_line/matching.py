@@ -13,8 +13,8 @@ from ... import core
 from ..data.properties import GIVEN_NAMES
 from ..jobs import detect
 from ..jobs.matching import shape_of
-from . import importers
-from .guard import shown
+from .files import importers
+from .files.guard import shown
 
 
 @dataclass(frozen=True)

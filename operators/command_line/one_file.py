@@ -19,9 +19,10 @@ from ..data import properties
 from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
-from . import frames, guidance, importers, matching, mesh_file, messages, report, steering, topology
+from . import frames, guidance, matching, messages, report, steering, topology
 from .arguments.request import Request
-from .guard import shown
+from .files import importers, mesh_file
+from .files.guard import shown
 from .messages import complain
 from .pictures import panels, picture
 

@@ -16,7 +16,7 @@ from ... import core
 from ..base.errors import FileError
 from ..jobs.detect import Inputs
 from . import version
-from .guard import shown
+from .files.guard import shown
 
 SCHEMA = 1
 # Bytes that are read at a time for the digest.

@@ -12,8 +12,8 @@ import numpy as np
 
 from ... import core
 from ..base.errors import FileError
-from . import companions
-from .guard import Guard, shown
+from .files import companions
+from .files.guard import Guard, shown
 
 SUFFIXES = (".json", ".obj")
 

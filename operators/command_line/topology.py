@@ -13,9 +13,9 @@ from ... import core
 from ..base.errors import FileError
 from ..base.words import topology_in_words
 from ..mesh.read import polygons_in_world
-from . import companions, importers
-from .file_kinds import UPRIGHT
-from .guard import shown
+from .files import companions, importers
+from .files.file_kinds import UPRIGHT
+from .files.guard import shown
 from .steering import ByHand
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from surfaces import AnalyticSurface, grid_points
 
 from core import CurvatureField
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.surface import Surface
 
 

@@ -6,9 +6,9 @@ import surfaces
 
 import core
 from core.curvature.scale import choose
+from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
 from core.mesh.rings import adjacency
 from core.umbilics.kind import kinds
 from core.umbilics.pairing.cancelling import cancel

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import core
 from core.mesh.borders import distance_to_border
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.rings import adjacency, grow, rings_across, selection
 
 TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])

@@ -7,11 +7,11 @@ from fields import surface_of
 
 import core
 from core.base.progress import Progress
-from core.curvature.closer import look_closer
+from core.curvature.close_up.closer import look_closer
+from core.curvature.close_up.windows import best_fits, ladder
 from core.curvature.field import CurvatureField
-from core.curvature.jets import fit_jets
+from core.curvature.fits.jets import fit_jets
 from core.curvature.scale import choose
-from core.curvature.windows import best_fits, ladder
 from core.fields.transport import doubled_angle, tangents
 from core.fields.winding import certified_index
 from core.mesh.neighbourhoods import Neighbourhood
@@ -29,7 +29,7 @@ def waves(length: float, noise: float):
 
 
 def scale_of(vertices, triangles):
-    surface, _ = core.mesh.repair.clean(vertices, triangles)
+    surface, _ = core.mesh.mending.repair.clean(vertices, triangles)
     around = Neighbourhood(surface, adjacency(surface))
     return surface, choose(surface, vertex_normals(surface), around, Progress())
 

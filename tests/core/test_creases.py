@@ -5,7 +5,7 @@ import surfaces
 
 import core
 from core.mesh.creases import bent_half_edges, marked_half_edges
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 
 
 def edges_of(triangles):

@@ -14,8 +14,8 @@ from core.fields.face_index import face_field_singularities
 from core.fields.multigrid import solve
 from core.fields.planes import lay_out
 from core.mesh.creases import is_convex
-from core.mesh.repair import clean
-from core.retopology.cross_field import cross_field
+from core.mesh.mending.repair import clean
+from core.retopology.crosses.cross_field import cross_field
 from core.retopology.features import find_features
 from core.retopology.settings import GuidanceSettings
 

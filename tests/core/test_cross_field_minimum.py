@@ -13,15 +13,15 @@ from core.base.progress import Progress
 from core.fields.connection import LEAST_WEIGHT
 from core.fields.transport import tangents
 from core.mesh.normals import vertex_normals
-from core.retopology.cross_field import cross_field
-from core.retopology.features import Features
-from core.retopology.settings import GuidanceSettings
-from core.retopology.smoothing import (
+from core.retopology.crosses.cross_field import cross_field
+from core.retopology.crosses.smoothing import (
     FIXED_WEIGHT,
     LEAST_CONFIDENCE,
     curvature_data,
     smoothing_length,
 )
+from core.retopology.features import Features
+from core.retopology.settings import GuidanceSettings
 
 NO_CRESTS = (np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0))
 

@@ -9,8 +9,8 @@ import core
 from core import CurvatureField
 from core.curvature.from_normals import curvature_from_normals
 from core.fields.transport import tangents
+from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
 from core.umbilics.methods.curvature_tensor import (
     detect_by_curvature_tensor,
     unfolded_along_seams,

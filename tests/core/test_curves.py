@@ -9,7 +9,7 @@ from surfaces.revolution import VASE_CIRCLE, revolved, vase
 import core
 from core.base.progress import Progress
 from core.curvature.tolerances import CURVE
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.umbilics.regions.region_map import RegionMap, with_curves
 from core.umbilics.regions.unresolved import UnresolvedSets, unresolved_sets
 

@@ -8,7 +8,7 @@ from surfaces.implicit import genus_two
 from surfaces.voxels import marching_tetrahedra
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.unfolding.charts import charts_from_seams, require_disks
 from core.mesh.unfolding.cuts import MOST_SCALING, _scaling, opened_to_disks
 

@@ -9,7 +9,7 @@ from scipy.spatial.distance import cdist
 
 from core.base.progress import Progress
 from core.fields.connection import connection_laplacian, weights_and_areas
-from core.retopology.dipoles import PARTNERS, _nearest_opposite, without_dipoles
+from core.retopology.crosses.dipoles import PARTNERS, _nearest_opposite, without_dipoles
 
 
 @settings(max_examples=40, deadline=None)

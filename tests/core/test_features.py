@@ -9,7 +9,7 @@ from surfaces import ellipsoid, noisy, plane, random_ellipsoid
 import core
 from core.base.progress import Progress
 from core.mesh.creases import bent_half_edges
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.crease_chains import crease_chains
 from core.retopology.features import BORDER, CREASE, MARK, find_features
 from core.retopology.settings import GuidanceSettings

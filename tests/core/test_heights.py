@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.curvature.height_fit import fit_heights
+from core.curvature.fits.height_fit import fit_heights
 
 
 def samples(count: int, fits: int, seed: int = 0):

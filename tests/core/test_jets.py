@@ -9,11 +9,11 @@ from fields import surface_of
 
 import core
 from core.base.progress import Progress
-from core.curvature.jets import fit_jets
+from core.curvature.fits.jets import fit_jets
 from core.curvature.scale import choose
+from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
 from core.mesh.rings import adjacency
 
 

@@ -8,9 +8,9 @@ from surfaces import ellipsoid, quartic
 import core
 from core.base.progress import Progress
 from core.fields.connection import weights_and_areas
-from core.mesh.repair import clean
-from core.retopology.least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
-from core.retopology.smoothing import smoothing_lengths
+from core.mesh.mending.repair import clean
+from core.retopology.crosses.least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
+from core.retopology.crosses.smoothing import smoothing_lengths
 
 
 def wavy_torus(columns=60, rows=24):

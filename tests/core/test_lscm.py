@@ -4,7 +4,7 @@ from fields import surface_of
 from surfaces import ellipsoid, grid_points, random_points, seed_patch, sphere, torus
 
 from core import ChartError, InvalidMeshError
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.unfolding.charts import (
     charts_from_seams,
     charts_from_uv,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import core
 from core.mesh.input_map import places_in_input, places_on_surface
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 
 ELLIPSOID = surfaces.ellipsoid(subdivisions=4)
 

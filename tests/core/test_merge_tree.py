@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from surfaces import random_points
 
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.surface import Surface
 from core.umbilics.pairing.merge_tree import label_roots, merge_tree
 

@@ -7,8 +7,8 @@ from surfaces import cylinder, ellipsoid, noisy, plane, seed_patch, similar, sph
 
 import core
 from core.curvature.fitted_normals import _intercepts, fitted_normals
+from core.mesh.mending.repair import clean
 from core.mesh.normals import smooth_normals, vertex_normals
-from core.mesh.repair import clean
 
 
 def test_exact_on_a_sphere() -> None:

@@ -4,7 +4,8 @@ from fields import flat_surface
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.curvature.surface_types import FLAT, PEAK, PIT, lies_within, opened_elliptic_part
+from core.curvature.elliptic_part import lies_within, opened_elliptic_part
+from core.curvature.surface_types import FLAT, PEAK, PIT
 
 DRAWING = """
 .............

@@ -13,7 +13,7 @@ from scipy.sparse import csgraph
 from surfaces import icosphere, random_points
 
 from core.curvature.tolerances import PAIR_NOISE
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.surface import Surface
 from core.umbilics.pairing.persistence import (
     made_by_noise,

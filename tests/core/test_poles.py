@@ -13,7 +13,7 @@ import core
 from core.base.progress import Progress
 from core.fields.face_index import face_field_singularities
 from core.mesh.rings import adjacency
-from core.retopology.cross_field import cross_field
+from core.retopology.crosses.cross_field import cross_field
 from core.retopology.features import find_features
 from core.retopology.field.planned import _matched, with_poles
 from core.retopology.guidance import disagreements

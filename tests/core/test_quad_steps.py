@@ -9,7 +9,7 @@ from surfaces import cylinder, ellipsoid
 
 import core
 from core.mesh.half_edges import following
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity
 from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles

@@ -11,7 +11,7 @@ from surfaces import ellipsoid, sphere, torus
 
 import core
 from core.base.factors import definite_factors
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.mapping.elimination import free_basis
 from core.retopology.quads.mapping.seamless_map import pose

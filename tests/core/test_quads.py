@@ -11,7 +11,7 @@ from quad_surfaces import bumpy, cube
 from surfaces import cylinder, ellipsoid, sphere, torus
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints

@@ -12,7 +12,7 @@ from surfaces import cylinder
 import core
 from core.base.progress import Progress
 from core.fields.multigrid import solve_part
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity, torn
 from core.retopology.quads.layout import giving_way, laying_out
 from core.retopology.quads.layout import integers as integers_

@@ -68,7 +68,7 @@ def test_borders_coarsened_keep_the_topology():
     mesh = as_triangles(vertices, triangles)
     made = coarsened(mesh, len(triangles) // 8, Progress(), borders=True)
     before, after = (
-        core.mesh.repair.clean(one.vertices, one.triangles)[0] for one in (mesh, made)
+        core.mesh.mending.repair.clean(one.vertices, one.triangles)[0] for one in (mesh, made)
     )
     assert len(made.triangles) < len(triangles) // 4
     assert after.euler_characteristic.sum() == before.euler_characteristic.sum()

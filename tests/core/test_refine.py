@@ -8,13 +8,13 @@ from surfaces import grid_points
 
 import core
 from core.base.progress import Progress
-from core.curvature import closer
-from core.curvature.closer import look_closer
+from core.curvature.close_up import closer
+from core.curvature.close_up.closer import look_closer
 from core.curvature.estimate import estimate
-from core.curvature.height_fit import fit_heights
+from core.curvature.fits.height_fit import fit_heights
 from core.curvature.scale import Scale
 from core.mesh.borders import distance_to_border
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.umbilics import refine as refining
 from core.umbilics.refine import refine
 

@@ -24,7 +24,7 @@ import core
 from core.curvature.noise import field_noise
 from core.curvature.tolerances import REGION_SIZE
 from core.mesh.exact_shapes import PLANAR, SPHERICAL
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.surface import Surface
 from core.mesh.tessellated import Tessellation
 from core.umbilics.regions import round_shapes

@@ -10,7 +10,7 @@ from mesh_files import PACKAGED
 from surfaces import ellipsoid, icosphere, noisy, seed_patch, torus
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 
 # Every mesh here is one that detection must get through; anything but these is a failure.
 REFUSED = core.InvalidMeshError

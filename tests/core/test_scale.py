@@ -11,9 +11,9 @@ from fields import surface_of
 from core.base.progress import Progress
 from core.curvature import scale as module
 from core.curvature.scale import MOST_FACTOR, choose, grow_while_it_falls, starting_normals
+from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
-from core.mesh.repair import clean
 from core.mesh.rings import adjacency
 
 

@@ -8,8 +8,8 @@ from fields import exact_field, surface_of
 from surfaces import ellipsoid, sphere
 
 from core.fields.transport import tangents
-from core.retopology.cross_field import QUAD_EDGE
-from core.retopology.smoothing import (
+from core.retopology.crosses.cross_field import QUAD_EDGE
+from core.retopology.crosses.smoothing import (
     LONGEST,
     SHORTEST,
     curvature_data,

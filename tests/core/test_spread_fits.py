@@ -13,7 +13,7 @@ from scipy import sparse
 import core
 from core.base.progress import Progress
 from core.curvature import spread_fits as module
-from core.curvature.jets import fit_jets
+from core.curvature.fits.jets import fit_jets
 from core.curvature.scale import choose
 from core.curvature.spread_fits import fit_spread
 from core.mesh.neighbourhoods import Neighbourhood
@@ -144,7 +144,7 @@ def test_where_no_fit_is_near_the_vertex_is_fitted_itself(monkeypatch):
 def test_fits_that_are_not_determined_are_not_blended():
     """Separate triangles determine nothing, and say so."""
     corners = np.random.default_rng(0).normal(size=(60, 3))
-    surface = core.mesh.repair.clean(corners, np.arange(60).reshape(-1, 3))[0]
+    surface = core.mesh.mending.repair.clean(corners, np.arange(60).reshape(-1, 3))[0]
     jets = fit_spread(surface, vertex_normals(surface), around(surface), Progress())
     assert not jets.determined.any()
 

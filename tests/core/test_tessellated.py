@@ -9,7 +9,7 @@ from mesh_files import read_mesh
 from surfaces.parts import plate, turned
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.tessellated import tessellation
 
 

@@ -9,9 +9,9 @@ import core
 from core import CurvatureField
 from core.base.progress import Progress
 from core.fields.planes import lay_out
+from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
-from core.retopology.dipoles import _around_pairs
+from core.retopology.crosses.dipoles import _around_pairs
 from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.separatrices import discs, truncated
 from core.retopology.lines.tracing import LIMIT, Traces

@@ -7,9 +7,9 @@ from fields import surface_of
 
 import core
 from core.base.progress import Progress
+from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
 from core.mesh.rings import adjacency
 from core.mesh.thinning import thinned
 

@@ -20,7 +20,7 @@ def run(addon):
 
 @pytest.fixture
 def kinds(addon):
-    return addon.operators.command_line.file_kinds
+    return addon.operators.command_line.files.file_kinds
 
 
 def has(name):
@@ -199,7 +199,7 @@ def test_the_older_importer_of_fbx_gives_the_same(run, kinds, tmp_path, monkeypa
 
 def test_a_batch_takes_all_kinds_from_a_folder(addon, tmp_path):
     plan = addon.operators.command_line.batch.plan
-    suffixes = addon.operators.command_line.importers.SUFFIXES
+    suffixes = addon.operators.command_line.files.importers.SUFFIXES
     for suffix in (".off", ".usda", ".usdz", ".abc", ".FBX", ".txt"):
         (tmp_path / f"m{suffix}").write_text("")
     names = [task.name for task in plan.tasks_for([str(tmp_path)], suffixes, (1, 1))]

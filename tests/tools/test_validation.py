@@ -113,7 +113,7 @@ def test_a_half_meshed_anew_leaves_the_other_and_the_surface():
 def test_flipped_edges_leave_a_closed_surface():
     from surfaces.sampling import icosphere
 
-    from core.mesh.repair import clean
+    from core.mesh.mending.repair import clean
 
     points, triangles = icosphere(3)
     flipped = symmetry.flipped_edges(points, triangles, 0.2, np.random.default_rng(0))

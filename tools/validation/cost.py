@@ -9,7 +9,7 @@ import numpy as np
 from surfaces import ellipsoid, seed_patch
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.umbilics.methods.curvature_tensor import unfolded_along_seams
 
 from . import plots

@@ -18,8 +18,8 @@ from bl_ext.user_default.umbilics.operators.mesh.read import MeshArrays, read_me
 from surfaces import AnalyticSurface
 
 import core
-from core.curvature.surface_types import opened_elliptic_part
-from core.mesh.repair import clean
+from core.curvature.elliptic_part import opened_elliptic_part
+from core.mesh.mending.repair import clean
 
 __all__ = ["Panel", "arrays_of", "by_index", "from_above", "panels", "read", "view_of", "write"]
 

@@ -9,8 +9,8 @@ from surfaces import AnalyticSurface
 
 import core
 from core.curvature.from_normals import curvature_from_normals
+from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
-from core.mesh.repair import clean
 from core.mesh.surface import Surface
 from core.umbilics.methods.shape_operators import face_deviators, zero_crossings
 

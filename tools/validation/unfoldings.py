@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg, splu
 
 import core
-from core.mesh.repair import clean
+from core.mesh.mending.repair import clean
 from core.mesh.surface import Surface
 from core.mesh.unfolding.charts import Charts, border_pins, charts_from_seams
 from core.mesh.unfolding.lscm import conformal_energy, conformal_map

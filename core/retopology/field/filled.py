@@ -14,7 +14,7 @@ from scipy import sparse
 
 from ...base.progress import Progress
 from ...fields.directions import DirectionField
-from ...fields.multigrid import solve_part
+from ...fields.multigrid import solve
 from ...mesh.surface import Surface
 from .agreement import rotated
 from .turns import Patch, turns_at_vertices
@@ -23,6 +23,8 @@ from .turns import Patch, turns_at_vertices
 RINGS = 3
 # Weight of a sure direction in that of the edges around it.
 SURE = 0.01
+# Error at which the solver may stop: only which way each direction points is asked.
+TOLERANCE = 1e-2
 # A trace of the data everywhere keeps the system definite.
 LEAST = 1e-6
 
@@ -62,7 +64,7 @@ def filled_in(
     matrix = (off + off.conj().T + sparse.diags_array((total + pull).astype(complex))).tocsr()[rows]
     right = pull[rows] - matrix @ (~free).astype(complex)
     factor = np.ones(count, complex)
-    factor[rows] = solve_part(matrix[:, rows].tocsr(), right, progress)
+    factor[rows] = solve(matrix[:, rows].tocsr(), right, progress, TOLERANCE)
     angle = np.zeros(len(surface.vertices))
     angle[patch.vertices] = np.angle(factor) / field.symmetry
     return replace(field, direction=rotated(field.direction, field.across, angle))

@@ -18,7 +18,7 @@ from ...fields.transport import tangents
 from ...fields.winding import certified_index
 from ...mesh.normals import vertex_normals
 from ...mesh.surface import Surface
-from ..smoothing import (
+from ..crosses.smoothing import (
     FIXED_WEIGHT,
     LEAST_CONFIDENCE,
     curvature_data,

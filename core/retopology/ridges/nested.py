@@ -6,8 +6,8 @@ import numpy as np
 from scipy import sparse
 
 from ...base.buffers import Workspace
-from ...curvature.height_fit import solve_heights, sum_count, sum_degrees, sum_samples
-from ...curvature.jets import samples_about
+from ...curvature.fits.height_fit import solve_heights, sum_count, sum_degrees, sum_samples
+from ...curvature.fits.jets import samples_about
 from ...mesh.rings import adjacency, by_size
 from ...mesh.surface import Surface
 from .slopes import ENDS, SAMPLES_PER_BLOCK, Slopes, slopes_of

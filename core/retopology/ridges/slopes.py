@@ -20,9 +20,9 @@ import numpy as np
 from ...base.buffers import Workspace
 from ...base.parallel import run
 from ...base.progress import Progress
-from ...curvature.height_fit import HeightFit, Terms, solve_heights, sum_count, sum_samples
-from ...curvature.jets import near_weights, samples_about
-from ...curvature.monge import operator_of_heights
+from ...curvature.fits.height_fit import HeightFit, Terms, solve_heights, sum_count, sum_samples
+from ...curvature.fits.jets import near_weights, samples_about
+from ...curvature.fits.monge import operator_of_heights
 from ...mesh.neighbourhoods import Neighbourhood
 from ...mesh.surface import Surface
 

@@ -10,11 +10,12 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import companions, frames, guidance, matching, steering, version
+from .. import frames, guidance, matching, steering, version
 from ..batch import Plan, PlanError
 from ..batch.plan import tasks_for
-from ..guard import Guard
-from ..importers import SUFFIXES
+from ..files import companions
+from ..files.guard import Guard
+from ..files.importers import SUFFIXES
 from . import source as source_arguments
 from . import values
 

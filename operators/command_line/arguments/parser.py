@@ -12,10 +12,11 @@ import bpy
 
 from .... import core
 from ...data.properties import GIVEN_NAMES
-from .. import companions, frames, guidance, matching, steering
+from .. import frames, guidance, matching, steering
 from ..batch.names import result_name
-from ..guard import Guard, OverwriteError
-from ..importers import SUFFIXES
+from ..files import companions
+from ..files.guard import Guard, OverwriteError
+from ..files.importers import SUFFIXES
 from . import batch as batch_arguments
 from . import source as source_arguments
 from . import values

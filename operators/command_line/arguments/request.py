@@ -8,7 +8,7 @@ from pathlib import Path
 from .... import core
 from .. import guidance, matching, steering
 from ..batch import Plan
-from ..guard import Guard
+from ..files.guard import Guard
 from . import source as source_arguments
 
 

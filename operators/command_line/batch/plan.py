@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..guard import shown
+from ..files.guard import shown
 from . import journal
 from .names import apart, result_name
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import exit_codes, messages
-from ..guard import shown
+from ..files.guard import shown
 from . import journal, lock, machine, summary
 from .display import Display, duration
 from .plan import Plan, Task

@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from ..guard import shown
+from ..files.guard import shown
 from .journal import NUMBERS, line, places_of, write_whole
 
 KINDS = ("star", "lemon", "monstar", "compound", "uncertain")

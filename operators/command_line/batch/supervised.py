@@ -10,7 +10,7 @@ from typing import Any
 from ....core.formats.whole import PARTIAL
 from .. import exit_codes
 from ..arguments.request import Limits, Request
-from ..guard import shown
+from ..files.guard import shown
 from ..messages import complain, tell
 from . import machine
 

@@ -8,7 +8,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from ..guard import shown
+from ..files.guard import shown
 from . import machine
 from .plan import Task
 

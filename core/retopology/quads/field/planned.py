@@ -17,7 +17,7 @@ from ...by_hand import (
     strokes_not_held,
     with_strokes,
 )
-from ...cross_field import CrossField, cross_field
+from ...crosses.cross_field import CrossField, cross_field
 from ...features import BORDER, CREASE, MARK, Features
 from ...field.planned import with_poles
 from ...poles import Poles, plan_poles

@@ -9,8 +9,8 @@ import numpy as np
 from ....base.progress import Progress
 from ....curvature.field import CurvatureField, field_from_deviators
 from ....fields.transport import tangents
+from ....mesh.mending.repair import clean
 from ....mesh.normals import vertex_normals
-from ....mesh.repair import clean
 from ....mesh.surface import Surface
 from ...features import CREASE as KIND_CREASE
 from ...features import MARK as KIND_MARK

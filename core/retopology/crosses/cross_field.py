@@ -18,25 +18,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from ..base.parallel import run
-from ..base.progress import Progress
-from ..curvature.field import CurvatureField
-from ..fields.connection import connection_laplacian, weights_and_areas
-from ..fields.directions import DirectionField
-from ..fields.face_index import face_field_singularities
-from ..fields.frames import frame
-from ..fields.multigrid import solve
-from ..fields.planes import in_plane, lay_out
-from ..fields.transport import rotation, tangents
-from ..mesh.normals import vertex_normals
-from ..mesh.surface import Surface
+from ...base.progress import Progress
+from ...curvature.field import CurvatureField
+from ...fields.connection import connection_laplacian, weights_and_areas
+from ...fields.directions import DirectionField
+from ...fields.multigrid import solve
+from ...fields.transport import tangents
+from ...mesh.normals import vertex_normals
+from ...mesh.surface import Surface
+from ..features import Features, find_features, fourth_power, wanted_directions
+from ..field.near_pairs import without_near_pairs
+from ..settings import GuidanceSettings
 from .dipoles import without_dipoles
-from .features import Features, find_features, fourth_power, wanted_directions
-from .field.in_triangles import field_in_triangles, index_around, parts_of_faces
-from .field.near_pairs import without_near_pairs
+from .in_triangles import on_faces, told_by_triangles
 from .least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
-from .settings import GuidanceSettings
 from .smoothing import (
+    CREST_WEIGHT,
     FIXED_WEIGHT,
     LEAST_CONFIDENCE,
     curvature_data,
@@ -44,13 +41,9 @@ from .smoothing import (
     smoothing_lengths,
 )
 
-# Weight of a sure crest, in that of the edges around; it yields to what pulls there.
-CREST_WEIGHT = 0.3
 # Mean confidence below which a component has no direction of its own: its smoothest field is
 # taken then, by this many steps of inverse iteration.
 NO_DIRECTION, INVERSE_STEPS = 1e-3, 5
-SIDES = 3
-BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -148,17 +141,20 @@ def cross_field(
         found = problem.smoothed(smoothing_lengths(surface, area, settings.smoothness), part)
     u = found.strength * fourth_power(axis, found.direction)
     part = progress.part("Carrying to faces", 0.9, 1.0)
-    face_direction, _ = _on_faces(surface, u, axis, part)
-    cross = CrossField(
+    face_direction, _ = on_faces(surface, u, axis, part)
+    told = told_by_triangles(
+        surface, features, field, axis, confidence * data / found.length**2, found.index
+    )
+    return CrossField(
         direction=found.direction,
         normal=normal,
         confidence=np.where(feature, np.abs(wanted), confidence),
         strength=found.strength,
-        face_direction=face_direction,
-        triangle_index=found.index,
+        face_direction=face_direction if told is None else told.over(face_direction),
+        triangle_index=found.index if told is None else told.index,
         smoothing=float(np.median(found.length)),
+        in_triangles=None if told is None else told.there,
     )
-    return _told_by_triangles(problem, field, found.length, cross, part.quiet())
 
 
 @dataclass(frozen=True)
@@ -265,67 +261,3 @@ def _smoothest(
 def _direction(u: np.ndarray, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:
     angle = np.angle(u) / 4.0
     return np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
-
-
-def _told_by_triangles(
-    problem: _Problem,
-    field: CurvatureField,
-    length: np.ndarray,
-    cross: CrossField,
-    progress: Progress,
-) -> CrossField:
-    """The cross field, with the faces and the index of the field in triangles on components whose
-    vertices cannot tell one, where it has fewer poles."""
-    surface, features = problem.surface, problem.features
-    told, exact = parts_of_faces(surface, features)
-    if not told.any():
-        return cross
-    value = problem.confidence * problem.data / length**2
-    direction, size = _on_faces(surface, value, problem.axis, progress)
-    planes = lay_out(surface, field.lines, progress)
-    rows = np.arange(len(size))
-    pull = size * surface.face_normal_area[1] * in_plane(surface, rows, direction) ** 4
-    if exact is not None:
-        pull[exact.face >= 0] = 0.0
-    crest = features.crest_vertex
-    if len(crest):
-        value = np.zeros(len(value), complex)
-        across = fourth_power(problem.axis[:, crest], features.crest_direction)
-        value[crest] = SIDES * CREST_WEIGHT * features.crest_weight * across
-        direction, size = _on_faces(surface, value, problem.axis, progress)
-        pull += size * in_plane(surface, rows, direction) ** 4
-    direction = field_in_triangles(surface, planes, features, exact, pull, progress)
-    index = index_around(surface, *face_field_singularities(surface, planes, direction))
-    before, after = (
-        surface.by_component(slice(None), np.abs(some)) for some in (cross.triangle_index, index)
-    )
-    mine = (told & (after < before))[surface.component[surface.triangles[:, 0]]]
-    return replace(
-        cross,
-        face_direction=np.where(mine[:, None], direction, cross.face_direction),
-        triangle_index=np.where(mine, index, cross.triangle_index),
-        in_triangles=mine if mine.any() else None,
-    )
-
-
-def _on_faces(
-    surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress
-) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 3) unit direction in each triangle: the mean of its corners' crosses, carried there; and
-    the length (m,) of this mean."""
-    normal, _ = surface.face_normal_area
-    result, size = np.empty((len(normal), 3)), np.empty(len(normal))
-
-    def block(first: int) -> None:
-        rows = slice(first, first + BLOCK)
-        x, y = frame(normal[rows].T)
-        total = np.zeros(x.shape[1], complex)
-        own = x + 1j * y
-        for corner in surface.triangles[rows].T:
-            total += rotation(axis[:, corner], own) ** 4 * u[corner]
-        angle = np.angle(total) / 4.0
-        result[rows] = (np.cos(angle) * x + np.sin(angle) * y).T
-        size[rows] = np.abs(total) / SIDES
-
-    run(block, range(0, len(normal), BLOCK), progress)
-    return result, size

@@ -14,9 +14,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ... import core
-from ..base.errors import FileError
-from ..mesh.build import from_polygons
+from .... import core
+from ...base.errors import FileError
+from ...mesh.build import from_polygons
 from .guard import shown
 
 UPRIGHT = np.eye(3)

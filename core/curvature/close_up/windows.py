@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.progress import Progress
-from ..base.unit import unit
-from ..fields.frames import frame
-from ..mesh.surface import Surface
-from .height_fit import fit_heights
-from .monge import deviator_at
-from .scale import Scale
+from ...base.progress import Progress
+from ...base.unit import unit
+from ...fields.frames import frame
+from ...mesh.surface import Surface
+from ..fits.height_fit import fit_heights
+from ..fits.monge import deviator_at
+from ..scale import Scale
 
 DEGREE = 4
 # Each window over the one before, and how many.

@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..base.words import counted
-from .half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
+from ...base.words import counted
+from ..half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
 
 
 def separate(

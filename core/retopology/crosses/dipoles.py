@@ -14,10 +14,10 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from ..base.progress import Progress
-from ..fields.multigrid import solve_part
-from ..fields.winding import certified_index
-from ..mesh.surface import Surface
+from ...base.progress import Progress
+from ...fields.multigrid import solve_part
+from ...fields.winding import certified_index
+from ...mesh.surface import Surface
 
 # No quad fits between two that are nearer than so many edges of the triangles: these do not tell
 # where between them the field turns. Pairs that sampling makes beside umbilics of ellipsoids, clean

@@ -9,18 +9,25 @@ and spherical faces, which have no direction of their own, the field is as smoot
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 
+from ...base.parallel import run
 from ...base.progress import Progress
 from ...base.subsets import places_in
+from ...curvature.field import CurvatureField
 from ...fields.connection import LARGEST_WEIGHT, LEAST_WEIGHT
-from ...fields.frames import side_axes
+from ...fields.face_index import face_field_singularities
+from ...fields.frames import frame, side_axes
 from ...fields.multigrid import solve_part
-from ...fields.planes import FaceFrames, in_plane
+from ...fields.planes import FaceFrames, in_plane, lay_out
+from ...fields.transport import rotation
 from ...mesh.surface import Surface
 from ...mesh.tessellated import Tessellation, tessellation
-from ..features import Features
+from ..features import Features, fourth_power
+from .smoothing import CREST_WEIGHT
 
 # Share of a part's area in such triangles from which they tell its field rather than vertices do.
 MOST = 0.5
@@ -28,6 +35,80 @@ MOST = 0.5
 AGREEING = 1e-6
 # A trace of stiffness keeps triangles without any that is held from floating.
 FLOATING = 1e-9
+SIDES = 3
+BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Told:
+    """The field of the components that triangles tell.
+
+    Attributes
+    ----------
+    there:
+        (m,) bool, True on these components.
+    direction:
+        (m, 3) float64 one unit direction of the cross in each triangle.
+    index:
+        (m,) float64 there of triangles beside the vertices around which these directions turn,
+        elsewhere as it was.
+    """
+
+    there: np.ndarray
+    direction: np.ndarray
+    index: np.ndarray
+
+    def over(self, direction: np.ndarray) -> np.ndarray:
+        """(m, 3) the directions of others, and these where they are told."""
+        return np.where(self.there[:, None], self.direction, direction)
+
+
+def told_by_triangles(
+    surface: Surface,
+    features: Features,
+    field: CurvatureField,
+    axis: np.ndarray,
+    data: np.ndarray,
+    index: np.ndarray,
+) -> Told | None:
+    """The field of components whose vertices cannot tell one, where triangles have fewer poles;
+    None where nothing is told so.
+
+    Parameters
+    ----------
+    axis:
+        (3, n) complex tangent frames of the vertices.
+    data:
+        (n,) complex128 fourth powers of the measured directions in these, by their weights for an
+        area of one.
+    index:
+        (m,) float64 of the field that the vertices tell.
+    """
+    parts, exact = parts_of_faces(surface, features)
+    if not parts.any():
+        return None
+    quiet = Progress()
+    rows = np.arange(len(index))
+    direction, size = on_faces(surface, data, axis, quiet)
+    pull = size * surface.face_normal_area[1] * in_plane(surface, rows, direction) ** 4
+    if exact is not None:
+        # These know their directions, or have none.
+        pull[exact.face >= 0] = 0.0
+    crest = features.crest_vertex
+    if len(crest):
+        value = np.zeros(len(data), complex)
+        across = fourth_power(axis[:, crest], features.crest_direction)
+        value[crest] = SIDES * CREST_WEIGHT * features.crest_weight * across
+        direction, size = on_faces(surface, value, axis, quiet)
+        pull += size * in_plane(surface, rows, direction) ** 4
+    planes = lay_out(surface, field.lines, quiet)
+    direction = field_in_triangles(surface, planes, features, exact, pull, quiet)
+    turning = index_around(surface, *face_field_singularities(surface, planes, direction))
+    before, after = (
+        surface.by_component(slice(None), np.abs(some)) for some in (index, turning)
+    )
+    there = (parts & (after < before))[surface.component[surface.triangles[:, 0]]]
+    return Told(there, direction, np.where(there, turning, index)) if there.any() else None
 
 
 def parts_of_faces(
@@ -76,7 +157,8 @@ def field_in_triangles(
     area = surface.face_normal_area[1]
     both = np.maximum(area[here] + area[there], np.finfo(float).tiny)
     # Length of the edge over that of the way from middle to middle, a third of both heights.
-    weight = np.clip(1.5 * surface.side_squares[side % 3, here] / both, LEAST_WEIGHT, LARGEST_WEIGHT)
+    weight = 1.5 * surface.side_squares[side % 3, here] / both
+    weight = np.clip(weight, LEAST_WEIGHT, LARGEST_WEIGHT)
     across = sparse.coo_array(
         (-weight * planes.turn[side].conj() ** 4, (here, there)), shape=(m, m)
     ).tocsr()
@@ -133,3 +215,26 @@ def _held(surface: Surface, features: Features, faces: Tessellation | None) -> n
         total[rows] = in_plane(surface, rows, faces.axis[faces.face[rows]]) ** 4
     size = np.abs(total)
     return np.where(size > AGREEING, total / np.maximum(size, AGREEING), 0.0)
+
+
+def on_faces(
+    surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress
+) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 3) unit direction in each triangle: the mean of its corners' crosses, carried there; and
+    the length (m,) of this mean."""
+    normal, _ = surface.face_normal_area
+    result, size = np.empty((len(normal), 3)), np.empty(len(normal))
+
+    def block(first: int) -> None:
+        rows = slice(first, first + BLOCK)
+        x, y = frame(normal[rows].T)
+        total = np.zeros(x.shape[1], complex)
+        own = x + 1j * y
+        for corner in surface.triangles[rows].T:
+            total += rotation(axis[:, corner], own) ** 4 * u[corner]
+        angle = np.angle(total) / 4.0
+        result[rows] = (np.cos(angle) * x + np.sin(angle) * y).T
+        size[rows] = np.abs(total) / SIDES
+
+    run(block, range(0, len(normal), BLOCK), progress)
+    return result, size

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .text import check_count, counts_of, numbers_of, read_text, rows_of, write_text
+from ..text import check_count, counts_of, numbers_of, read_text, rows_of, write_text
 
 
 def write_sing(

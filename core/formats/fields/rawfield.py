@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import FormatError
-from .text import check_count, counts_of, numbers_of, read_text, rows_of, write_text
+from ...base.errors import FormatError
+from ..text import check_count, counts_of, numbers_of, read_text, rows_of, write_text
 
 
 def write_rawfield(path: Path | str, vectors: np.ndarray) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature.field import CurvatureField
-from ..curvature.noise import field_noise
-from ..fields.connection import weights_and_areas
-from ..fields.transport import carried
-from ..mesh.surface import Surface
+from ...curvature.field import CurvatureField
+from ...curvature.noise import field_noise
+from ...fields.connection import weights_and_areas
+from ...fields.transport import carried
+from ...mesh.surface import Surface
 
 # The gap over its standard error, and over the median gap, at which a direction counts half.
 NOISE_RATIO = 4.0
@@ -17,6 +17,8 @@ WEAK_GAP = 0.15
 SHORTEST, LONGEST = 0.003, 10.0
 # A trace of the data everywhere keeps the system definite.
 LEAST_CONFIDENCE = 1e-6
+# Weight of a sure crest, in that of the edges around; it yields to what pulls there.
+CREST_WEIGHT = 0.3
 # What is held, as on hard features, outweighs what pulls at it from around by this much.
 FIXED_WEIGHT = 100.0
 

@@ -15,8 +15,8 @@ import bmesh
 import bpy
 import numpy as np
 
-from ..base.errors import FileError
-from ..mesh.read import positions
+from ...base.errors import FileError
+from ...mesh.read import positions
 from .file_kinds import LOADERS, UPRIGHT
 from .guard import shown
 

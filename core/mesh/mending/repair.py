@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csgraph
 
-from ..base.errors import InvalidMeshError
-from ..base.words import counted
-from .half_edges import HalfEdges, following, link
-from .mending import corners_in_input, mend_borders
-from .neighbourhoods import FEWEST_SAMPLES
-from .rings import adjacency
+from ...base.errors import InvalidMeshError
+from ...base.words import counted
+from ..half_edges import HalfEdges, following, link
+from ..neighbourhoods import FEWEST_SAMPLES
+from ..rings import adjacency
+from ..surface import Surface
+from .joining import corners_in_input, mend_borders
 from .sheets import linked, separate, split_fans, without_unused
-from .surface import Surface
 
 
 def clean(

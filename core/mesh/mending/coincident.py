@@ -7,9 +7,9 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
-from ..base.subsets import places_in
-from ..base.unit import unit
-from .half_edges import following, previous
+from ...base.subsets import places_in
+from ...base.unit import unit
+from ..half_edges import following, previous
 
 # Distance, in the shortest edge at either vertex, within which two border vertices are one. What
 # is nearer bends the surface less than noise of a hundredth of an edge, at which umbilics are

@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from ..base.buffers import Workspace
+from ...base.buffers import Workspace
 
 # A pivot this far below its diagonal entry means that the samples do not determine the term:
 # the moments carry about 1e-16 of relative error, so smaller ones are round-off.

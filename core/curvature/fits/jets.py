@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.buffers import Workspace
-from ..base.parallel import run
-from ..base.progress import Progress
-from ..fields.frames import frame, principal_directions
-from ..mesh.neighbourhoods import Neighbourhood
-from ..mesh.surface import Surface
+from ...base.buffers import Workspace
+from ...base.parallel import run
+from ...base.progress import Progress
+from ...fields.frames import frame, principal_directions
+from ...mesh.neighbourhoods import Neighbourhood
+from ...mesh.surface import Surface
 from .height_fit import HeightFit, solve_heights, sum_count, sum_samples
 from .monge import operator_of_heights
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..fields.transport import carried, doubled_angle, tangents
-from ..mesh.surface import Surface
-from .field import CurvatureField, field_from_deviators
-from .monge import operator_at
+from ...fields.transport import carried, doubled_angle, tangents
+from ...mesh.surface import Surface
+from ..field import CurvatureField, field_from_deviators
+from ..fits.monge import operator_at
 from .windows import Fits
 
 # Radius of the disc over which a fit replaces the field, in radii of the narrowest window: as far

@@ -7,7 +7,7 @@ import stat
 import unicodedata
 from collections.abc import Iterable
 
-from ..base.errors import FileError
+from ...base.errors import FileError
 
 
 class OverwriteError(FileError):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.words import counted
+from ...base.words import counted
+from ..half_edges import HalfEdges
 from .coincident import border_half_edges, joined_vertices
-from .half_edges import HalfEdges
 from .t_junctions import split_at_junctions
 
 

@@ -17,14 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.progress import Progress
-from ..fields.winding import Winding
-from ..mesh.rings import with_rings
-from ..mesh.surface import Surface
+from ...base.progress import Progress
+from ...fields.winding import Winding
+from ...mesh.rings import with_rings
+from ...mesh.surface import Surface
+from ..field import CurvatureField
+from ..fits.jets import fit_jets
+from ..scale import Scale, grow_while_it_falls
 from .blend import Blend
-from .field import CurvatureField
-from .jets import fit_jets
-from .scale import Scale, grow_while_it_falls
 from .windows import DEGREE, best_fits
 
 # Degree and, on clean meshes, rings.

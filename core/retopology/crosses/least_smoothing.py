@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..base.progress import Progress
-from ..fields.connection import weights_and_areas
-from ..mesh.surface import Surface
-from .field_settings import USUAL_SMOOTHNESS
+from ...base.progress import Progress
+from ...fields.connection import weights_and_areas
+from ...mesh.surface import Surface
+from ..field_settings import USUAL_SMOOTHNESS
 from .smoothing import per_component, smoothing_lengths
 
 # Smoothness whose length is an edge of a mesh of 2,000 quads: singularities are taken together that

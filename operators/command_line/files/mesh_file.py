@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ... import core
-from ..base.errors import FileError
-from ..jobs.detect import Inputs
+from .... import core
+from ...base.errors import FileError
+from ...jobs.detect import Inputs
 from .guard import shown
 
 _VERTEX = [

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..half_edges import following, previous
 from .coincident import NEAR, border_half_edges
-from .half_edges import following, previous
 
 # Halvings of an edge after which its pieces are shorter than the distance that counts.
 HALVINGS = 8

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-from ..base.errors import FileError
+from ...base.errors import FileError
 from .guard import shown
 
 

@@ -1,0 +1,1 @@
+"""Fits of higher degree where the field turns, blended into the others."""

@@ -1,0 +1,1 @@
+"""Fields and features of faces, as field libraries and remeshers read them."""

@@ -1,0 +1,1 @@
+"""Any triangle soup made an oriented manifold."""

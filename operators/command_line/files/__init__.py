@@ -1,0 +1,1 @@
+"""Files of the command line: found, opened, guarded and written."""
