@@ -33,9 +33,10 @@ SAMPLED = 500
 FALLING = 0.85
 # Least share of its variance that a fit is taken to lose to the next ring.
 LEAST_FALL = 0.3
-# Errors that neighbours share made cubics on marching cubes and decimated meshes up to three times
-# worse than independent ones; what is more is detail of the surface that the next ring smooths.
-MOST_FACTOR = 3.0
+# Errors that neighbours share make cubics on marching cubes and decimated meshes up to five times
+# worse than independent ones, those of scans four to six times; what is more is creases and such.
+# Of clean meshes the change is the surface's own shape, of which the next ring smooths more.
+MOST_FACTOR, MOST_CLEAN = 6.0, 3.0
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
 # Length over width of the rings around the median vertex above which the nearest samples stand
@@ -136,7 +137,7 @@ def grow_while_it_falls(
         fits = [*fits[1:], at(rings + 2, smoothed)]
         changes = [changes[1], _change(fits[1], fits[2], axes)]
     around = dataclasses.replace(neighbourhood, rings=rings)
-    factor = _factor(fits[0], fits[1], changes[0])
+    factor = _factor(fits[0], fits[1], changes[0], MOST_CLEAN if clean else MOST_FACTOR)
     return Scale(around, smoothed, factor, clean)
 
 
@@ -170,8 +171,8 @@ def _change(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
     return float(np.median(np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))[both]))
 
 
-def _factor(smaller: Jets, larger: Jets, change: float) -> float:
-    """How much larger the change to the next scale is than standard errors expect.
+def _factor(smaller: Jets, larger: Jets, change: float, most: float) -> float:
+    """How much larger the change to the next scale is than standard errors expect, at `most`.
 
     Were the residuals independent, the variance of the change would be the difference of the
     variances of both fits (Hausman 1978), and the median of its length sqrt(log 2) of its root.
@@ -183,7 +184,7 @@ def _factor(smaller: Jets, larger: Jets, change: float) -> float:
     # Clean surfaces leave larger residuals in larger fits.
     fallen = max(variance - np.median(larger.noise[both] ** 2), LEAST_FALL * variance)
     expected = np.sqrt(np.log(2.0) * fallen)
-    return min(max(change / expected, 1.0), MOST_FACTOR) if expected > 0.0 else 1.0
+    return min(max(change / expected, 1.0), most) if expected > 0.0 else 1.0
 
 
 def _deviator(jets: Jets, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:

@@ -33,6 +33,7 @@ from .regions.region_map import RegionMap, with_curves, with_faces, without
 from .regions.round_shapes import resolved_by_wider_fits, standing_off
 from .regions.unresolved import low_vertices, unresolved_sets
 from .result import Detection
+from .shown_curves import without_shown
 
 # Erosions and dilations that the paper uses throughout.
 USUAL_OPENING = 2
@@ -121,6 +122,7 @@ def detect(
             low = low_vertices(surface, shape.gap)
             sets = unresolved_sets(surface, shape, noise, radius, CURVE, low, progress.quiet())
             regions = with_curves(surface, regions, sets, found.triangle_index)
+            regions = without_shown(surface, fitted, found.raw, regions, progress.quiet())
             if regions.curves:
                 curves = counted(regions.curves, "curve")
                 warnings.append(

@@ -135,10 +135,8 @@ def locate(
         asked = ~made_by_noise(persistence, partner, DROWNED * noise)
         clear = np.flatnonzero(asked)
         places = refine(surface, triangle[clear], barycentric[clear], fitted, progress)
-        # What contradicts the winding is another zero: the triangle's own is kept then.
-        agrees = places.found & (
-            cubic_form.index(places.p, places.q) == np.sign(raw.index[clear]) / 2
-        )
+        # Elsewhere the triangle's own place is kept.
+        agrees = places.agrees(raw.index[clear])
         seen, clarity = np.zeros(len(raw), bool), np.zeros(len(raw))
         found = clear[agrees]
         seen[found], clarity[found] = True, places.clarity[agrees]

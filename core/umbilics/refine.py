@@ -19,6 +19,7 @@ from ..fields.frames import frame
 from ..mesh.surface import Surface
 from .fitted_zero import clear_of_zero, slope_change, slopes, zero
 from .kind import from_gradient
+from .kind import index as index_of
 
 # Degree and rings beyond the jets' own. On clean meshes degree five over one more ring places
 # the umbilics of random ellipsoids to 0.012 edges, degree four to 0.032; under noise degree four
@@ -86,6 +87,11 @@ class Refined:
     slope_error: np.ndarray
     clarity: np.ndarray
     found: np.ndarray
+
+    def agrees(self, index: np.ndarray) -> np.ndarray:
+        """(k,) bool, places where the fit turns as the winding (k,) does that they were refined
+        for: what contradicts it is another zero."""
+        return self.found & (index_of(self.p, self.q) == np.sign(index) / 2)
 
 
 def refine(

@@ -242,16 +242,15 @@ def test_pairs_at_a_border_are_not_told_by_their_errors(square):
 @pytest.mark.parametrize(
     "apart, persistence, error, clarity, seen, resolved",
     [
-        # Twice its error is no pair of many, but of two places of their own it is enough.
-        (1.5, 2.0, 0.08, 2.2, [True, True], True),
-        (1.5, 2.0, 0.08, 2.2, [True, False], True),
-        # Not within the reach of one fit, not below the error of the gap, not within those of the
-        # places, and not where no finer fit shows either of them, or none clearly.
-        (0.8, 2.0, 0.08, 2.2, [True, True], False),
-        (1.5, 1.5, 0.08, 2.2, [True, True], False),
-        (1.5, 2.0, 0.8, 2.2, [True, True], False),
-        (1.5, 2.0, 0.08, 2.2, [False, False], False),
-        (1.5, 2.0, 0.08, 2.1, [True, True], False),
+        # One error and a half is no pair of many, but of two places of their own it is enough.
+        (1.5, 1.5, 0.08, 0.5, [True, True], True),
+        (1.5, 1.5, 0.08, 0.5, [True, False], True),
+        # Not where fits share errors, not below what a pair of noise has, not within the errors of
+        # the places, and not where no finer fit shows either of them.
+        (0.6, 1.5, 0.08, 0.5, [True, True], False),
+        (1.5, 1.0, 0.08, 0.5, [True, True], False),
+        (1.5, 1.5, 0.8, 0.5, [True, True], False),
+        (1.5, 1.5, 0.08, 0.5, [False, False], False),
     ],
 )
 def test_two_places_of_their_own_need_less(

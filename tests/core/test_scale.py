@@ -10,7 +10,13 @@ from fields import surface_of
 
 from core.base.progress import Progress
 from core.curvature import scale as module
-from core.curvature.scale import MOST_FACTOR, choose, grow_while_it_falls, starting_normals
+from core.curvature.scale import (
+    MOST_CLEAN,
+    MOST_FACTOR,
+    choose,
+    grow_while_it_falls,
+    starting_normals,
+)
 from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
@@ -75,9 +81,9 @@ def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
     assert chosen_for(stretched(60.0, 0.02)).neighbourhood.stretch == 16.0
 
 
-def series(monkeypatch, changes, noise=0.1):
+def series(monkeypatch, changes, noise=0.1, falls=1.0):
     """`grow_while_it_falls` with fits whose deviators change so from ring to ring, in length and
-    in direction."""
+    in direction, and whose standard error `falls` by a factor."""
     steps = np.asarray(changes) * np.exp(2.0j * np.arange(len(changes)))
     deviators = 3.0 + np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -90,7 +96,7 @@ def series(monkeypatch, changes, noise=0.1):
             k2=np.full(count, -1.0),
             d1=np.tile([np.cos(half), np.sin(half), 0.0], (count, 1)),
             determined=np.ones(count, bool),
-            noise=np.full(count, noise),
+            noise=np.full(count, noise * falls ** (neighbourhood.rings - 2)),
         )
 
     monkeypatch.setattr(module, "fit_jets", fits)
@@ -122,11 +128,13 @@ def test_rings_grow_while_the_change_falls(monkeypatch, changes, rings):
 
 
 def test_the_error_is_what_the_change_says_within_bounds(monkeypatch):
-    """Of equal noise at both scales 0.3 of the variance is taken to be lost to the next ring."""
+    """Of nearly equal noise at both scales 0.3 of the variance is taken to be lost to the next."""
     expected = 0.1 * np.sqrt(np.log(2.0) * 0.3)
-    for times, factor in ((0.5, 1.0), (2.0, 2.0), (9.0, MOST_FACTOR)):
-        found = series(monkeypatch, [times * expected, times * expected])[1]
-        assert found == pytest.approx(factor)
+    for times, factor in ((0.5, 1.0), (2.0, 2.0), (5.0, 5.0), (9.0, MOST_FACTOR)):
+        changes = [times * expected, times * expected]
+        assert series(monkeypatch, changes, falls=0.99)[1] == pytest.approx(factor)
+        # Where the noise does not fall it is none, and the change the shape's.
+        assert series(monkeypatch, changes)[1] == pytest.approx(min(factor, MOST_CLEAN))
     assert series(monkeypatch, [1.0, 1.0], noise=0.0)[1] == 1.0
 
 
