@@ -14,7 +14,7 @@ import numpy as np
 from . import ROOT
 from .peers.cgal import Cgal, CgalError
 from .peers.libigl import Libigl, LibiglError
-from .peers.measurement import Measurement
+from .peers.measurement import LIMIT, Measurement
 
 OURS = "Umbilics, the whole detection"
 
@@ -28,7 +28,12 @@ class Ours:
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
         found = json.loads(done.stdout)
         return Measurement(
-            OURS, found["seconds"], found["input_mb"], found["peak_mb"], found["stages"]
+            OURS,
+            found["seconds"],
+            found["input_mb"],
+            found["peak_mb"],
+            found["stages"],
+            found["processor"],
         )
 
 
@@ -56,19 +61,25 @@ def peers(cache: Path) -> tuple[list[Callable], str]:
 
 
 def measure_all(
-    vertices: np.ndarray, triangles: np.ndarray, others: list[Callable], rounds: int
-) -> list[tuple[Measurement, np.ndarray]]:
-    """What each program measures on the mesh, one after the other, and its directions; nothing of
-    those that cannot take it, which is said."""
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    others: list[Callable],
+    rounds: int,
+    limit: float = LIMIT,
+) -> tuple[list[tuple[Measurement, np.ndarray]], list[str]]:
+    """What each program measures on the mesh, one after the other, and its directions; and a word
+    on each of the others that cannot take it within so many seconds."""
     with tempfile.TemporaryDirectory() as name:
         mesh, directions = Path(name) / "mesh.npz", Path(name) / "d1.npy"
         np.savez(mesh, vertices=vertices, triangles=triangles)
         results = [(Ours().measure(mesh, rounds, directions), np.load(directions))]
+    stopped = []
     for measure in others:
         try:
-            measured, d1 = measure(vertices, triangles, rounds)
+            measured, d1 = measure(vertices, triangles, rounds, limit)
         except (CgalError, LibiglError) as error:
-            print(error, file=sys.stderr)
+            stopped.append(f"{'CGAL' if isinstance(error, CgalError) else 'libigl'}: {error}")
+            print(stopped[-1], file=sys.stderr)
             continue
         results += [(single, d1) for single in measured]
-    return results
+    return results, stopped

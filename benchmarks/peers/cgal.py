@@ -82,11 +82,11 @@ class Cgal:
         return np.split(rows[:, 1:], np.flatnonzero(np.diff(rows[:, 0])) + 1)
 
     def measure(
-        self, vertices: np.ndarray, triangles: np.ndarray, rounds: int
+        self, vertices: np.ndarray, triangles: np.ndarray, rounds: int, limit: float = LIMIT
     ) -> tuple[list[Measurement], np.ndarray]:
         """Jets, then jets and umbilics together, without the reading; d1 (n, 3)."""
         path = Path(self._folder.name) / "measured"
-        self._run(vertices, triangles, path, rounds)
+        self._run(vertices, triangles, path, rounds, limit=limit)
         line, _, directions = path.read_bytes().partition(b"\n")
         *seconds, before, peak = map(float, line.split()[1:])
         jets, umbilics = seconds[::2], seconds[1::2]
@@ -98,7 +98,13 @@ class Cgal:
         ]
         return measured, np.frombuffer(directions).reshape(-1, 3)
 
-    def _run(self, vertices: np.ndarray, triangles: np.ndarray, *arguments: Path | int) -> str:
+    def _run(
+        self,
+        vertices: np.ndarray,
+        triangles: np.ndarray,
+        *arguments: Path | int,
+        limit: float = LIMIT,
+    ) -> str:
         lines = [f"{len(vertices)} {len(triangles)}"]
         lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
         lines += [f"{a} {b} {c}" for a, b, c in triangles.tolist()]
@@ -110,10 +116,10 @@ class Cgal:
                 capture_output=True,
                 text=True,
                 check=False,
-                timeout=LIMIT,
+                timeout=limit,
             )
         except subprocess.TimeoutExpired as error:
-            raise CgalError(f"it took more than {LIMIT} s") from error
+            raise CgalError(f"it took more than {limit:g} s") from error
         if run.returncode:
             raise CgalError(f"it failed: {run.stderr.strip()[-200:]}")
         return run.stdout

@@ -62,7 +62,7 @@ class Libigl:
         (folder / "ready").write_text(json.dumps(PACKAGE))
 
     def measure(
-        self, vertices: np.ndarray, triangles: np.ndarray, rounds: int
+        self, vertices: np.ndarray, triangles: np.ndarray, rounds: int, limit: float = LIMIT
     ) -> tuple[list[Measurement], np.ndarray]:
         """Curvatures and directions d1 (n, 3); there are no umbilics in libigl."""
         with tempfile.TemporaryDirectory() as name:
@@ -73,10 +73,10 @@ class Libigl:
             command = [self._python, "-c", _SCRIPT, *paths, str(RADIUS), str(rounds)]
             try:
                 done = subprocess.run(
-                    command, capture_output=True, text=True, check=False, timeout=LIMIT
+                    command, capture_output=True, text=True, check=False, timeout=limit
                 )
             except subprocess.TimeoutExpired as error:
-                raise LibiglError(f"it took more than {LIMIT} s") from error
+                raise LibiglError(f"it took more than {limit:g} s") from error
             if done.returncode:
                 raise LibiglError(f"it failed: {done.stderr.strip()[-200:]}")
             before, peak, *seconds = map(float, done.stdout.split())

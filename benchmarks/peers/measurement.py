@@ -13,13 +13,15 @@ LIMIT = 120
 @dataclass(frozen=True)
 class Measurement:
     """Seconds of each round in one process, and its memory in MB: after reading the mesh, and
-    at most. `stages` are the seconds of the parts of the median round."""
+    at most. `stages` are the seconds of the parts of the median round, `processor` the least
+    seconds of all its threads together, where that was asked for."""
 
     program: str
     rounds: list[float]
     input_mb: float
     peak_mb: float
     stages: dict[str, float] = field(default_factory=dict)
+    processor: float = float("nan")
 
     @property
     def seconds(self) -> float:

@@ -5,7 +5,9 @@ From one ring to the next the deviator changes by what the smaller fit was wrong
 of the points are averaged out the change falls from ring to ring, where the surface's own shape
 is lost it rises. The rings grow while it falls. Errors that neighbours share, those of marching
 cubes and of decimation, show in this trend; the residuals of a fit, which take them for shape,
-do not tell them (Lepski 1991 compares scales by such standard errors).
+do not tell them (Lepski 1991 compares scales by such standard errors). Errors as small as the
+rounding of coordinates are independent: there the residuals tell them, and the rings also grow as
+long as they make more of the change than the shape that is lost.
 
 One scale serves the whole mesh: the medians need many vertices.
 """
@@ -45,6 +47,10 @@ MOST_RINGS = 8
 STRETCHED = 1.5
 # Neighbourhoods of meshes more stretched than this would reach over them.
 MOST_STRETCH = 16.0
+# Residuals below this share of the radius tilt no normal that a fit starts from so far that it
+# would matter: heights over a plane askew by t are wrong by t^2. They are those of rounding, and
+# not of scans (0.5 % of an edge and more), marching cubes or decimation.
+LEVEL = 1e-4
 # Residuals below this share of the radius are round-off: there is no noise to average out.
 ROUND_OFF = 1e-10
 
@@ -94,7 +100,18 @@ def choose(
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
     )
-    grown = grow_while_it_falls(surface, normals, wide, centres, progress, most=MOST_RINGS)
+    shapes = [wide]
+    if wide.stretch > 1.0 and np.median(two.residual) <= LEVEL * np.median(two.radius):
+        # Where there is little to average out, triangles that are long where the surface is
+        # straight know better than discs.
+        shapes = [dataclasses.replace(wide, stretch=1.0), wide]
+    scales = [
+        grow_while_it_falls(surface, normals, shape, centres, progress, most=MOST_RINGS)
+        for shape in shapes
+    ]
+    grown = scales[0]
+    if len(scales) > 1:
+        grown = min(scales, key=lambda one: _next_change(surface, one, centres, progress))
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0, grown.clean)
     return grown
@@ -128,12 +145,18 @@ def grow_while_it_falls(
     axes = normals[centres]
     rings, smoothed = neighbourhood.rings, normals
     fits = [at(rings + more, normals) for more in range(3)]
+    rough = np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius)
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
     changes = [_change(*pair, axes) for pair in pairwise(fits)]
-    while changes[1] < FALLING * changes[0] and rings < most:
+    while rings < most and (
+        changes[1] < FALLING * changes[0]
+        or (not rough and _pays(fits[0], fits[1], changes[0], degree))
+    ):
         rings += 1
-        # What `starting_normals` gives, from where the rings before have come to.
-        smoothed = smooth_normals(surface, smoothed, 1 if rings > 3 else 3, progress.quiet())
+        if rough:
+            # What `starting_normals` gives, from where the rings before have come to.
+            passes = 1 if rings > 3 else 3
+            smoothed = smooth_normals(surface, smoothed, passes, progress.quiet())
         fits = [*fits[1:], at(rings + 2, smoothed)]
         changes = [changes[1], _change(fits[1], fits[2], axes)]
     around = dataclasses.replace(neighbourhood, rings=rings)
@@ -171,6 +194,20 @@ def _change(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
     return float(np.median(np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))[both]))
 
 
+def _next_change(
+    surface: Surface, scale: Scale, centres: np.ndarray, progress: Progress
+) -> float:
+    """Root mean square change of the deviator from a scale to the next, which is what it is wrong
+    by: where triangles are long only in places the median would not tell."""
+    around = scale.neighbourhood
+    larger = dataclasses.replace(around, rings=around.rings + 1)
+    pair = [fit_jets(surface, scale.normals, one, progress, centres) for one in (around, larger)]
+    e1, e2 = frame(scale.normals[centres].T)
+    change = np.abs(_deviator(pair[0], e1, e2) - _deviator(pair[1], e1, e2))
+    known = pair[0].determined & pair[1].determined
+    return float(np.sqrt(np.mean(change[known] ** 2))) if known.any() else np.inf
+
+
 def _factor(smaller: Jets, larger: Jets, change: float, most: float) -> float:
     """How much larger the change to the next scale is than standard errors expect, at `most`.
 
@@ -185,6 +222,24 @@ def _factor(smaller: Jets, larger: Jets, change: float, most: float) -> float:
     fallen = max(variance - np.median(larger.noise[both] ** 2), LEAST_FALL * variance)
     expected = np.sqrt(np.log(2.0) * fallen)
     return min(max(change / expected, 1.0), most) if expected > 0.0 else 1.0
+
+
+def _pays(smaller: Jets, larger: Jets, change: float, degree: int) -> bool:
+    """Whether independent errors alone ask for the next scale: it loses more variance than it gains
+    in squared bias.
+
+    The square of the change is the variance lost (Hausman 1978) and the square of the bias gained.
+    Bias grows with the radius to the power degree - 1, so that what is gained tells how much
+    there was: from b to g b it is (g - 1) b, its square grows by (g + 1) / (g - 1) times that
+    squared.
+    """
+    both = smaller.determined & larger.determined
+    if not both.any() or not np.isfinite(change):
+        return False
+    lost = np.log(2.0) * np.median(smaller.noise[both] ** 2 - larger.noise[both] ** 2)
+    grown = np.median(larger.radius[both] / smaller.radius[both]) ** (degree - 1)
+    gained = (change**2 - lost) * (grown + 1.0) / max(grown - 1.0, np.finfo(float).tiny)
+    return bool(gained < lost)
 
 
 def _deviator(jets: Jets, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:

@@ -8,21 +8,25 @@ partition of unity implicits", https://doi.org/10.1145/882262.882293).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
-from ..base.unit import phase
-from ..fields.frames import frame, principal_directions
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.rings import spread
 from ..mesh.surface import Surface
 from .fits.height_fit import HeightFit
+from .fits.implicit import (
+    GRADIENT,
+    HESSIAN,
+    derivatives,
+    expanded,
+    moved,
+    offset_powers,
+    shape_operator,
+)
 from .fits.jets import DEGREE, Jets, fit_each, fit_jets
-from .fits.monge import operator_at
 from .scale import Scale
 
 # Rings from which on fits at a twelfth of the vertices suffice instead of at a quarter: on noisy
@@ -42,31 +46,10 @@ BLOCK = 1 << 15
 LEAST, TINY = 1e-6, 1e-100
 
 
-@dataclass(frozen=True)
-class _Fits:
-    """Height functions at c vertices.
-
-    Attributes
-    ----------
-    centre:
-        (c,) vertices.
-    coefficients:
-        (10, c) in the units of the radius, in the order of `terms`.
-    terms:
-        Exponents of the coefficients.
-    axes:
-        (3, 3, c) axes of the plane, and its normal.
-    radius, noise, residual:
-        (c,) as in `Jets`.
-    """
-
-    centre: np.ndarray
-    coefficients: np.ndarray
-    terms: list[tuple[int, int]]
-    axes: np.ndarray
-    radius: np.ndarray
-    noise: np.ndarray
-    residual: np.ndarray
+# Columns of the table of fits: the derivatives of `implicit.derivatives`; noise, residual and
+# radius as in `Jets`; the place.
+LOW, THIRD, OWN, CENTRE = slice(0, 9), slice(9, 19), slice(19, 22), slice(22, 25)
+COLUMNS = 25
 
 
 def worth_spreading(scale: Scale) -> bool:
@@ -99,11 +82,11 @@ def fit_spread(
     if neighbourhood.rings >= WIDE:
         rounds, edges = WIDE_MEAN
     centres, near = spread(graph, rounds, edges, progress.quiet())
-    fits, determined = _fits_at(surface, normals, neighbourhood, fitting, centres)
-    near = _known(normals, fits, near, determined)
+    table, axes, determined = _fits_at(surface, normals, neighbourhood, fitting, centres)
     blending = progress.part("Fitting jets", 0.7, 1.0)
-    jets = _blended(surface, fits, near, neighbourhood.focused, blending)
-    alone = np.flatnonzero(np.diff(near.indptr) == 0)
+    blend = _Blend(surface.vertices, normals, table, axes, determined, neighbourhood.focused)
+    jets = blend.all(near, blending)
+    alone = np.flatnonzero(~jets.determined)
     if len(alone):
         own = fit_jets(surface, normals, neighbourhood, progress.quiet(), alone)
         for name, values in vars(own).items():
@@ -132,133 +115,133 @@ def _fits_at(
     neighbourhood: Neighbourhood,
     progress: Progress,
     centres: np.ndarray,
-) -> tuple[_Fits, np.ndarray]:
-    """The fits at vertices (c,), and (c,) whether their samples determine them."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The fits at vertices (c,): their table (c, COLUMNS), the normals (c, 3) of their planes, and
+    (c,) whether their samples determine them."""
     c = len(centres)
-    terms = [(total - b, b) for total in range(DEGREE + 1) for b in range(total + 1)]
-    fits = _Fits(
-        centres,
-        np.empty((len(terms), c)),
-        terms,
-        np.empty((3, 3, c)),
-        *np.empty((3, c)),
-    )
-    determined = np.zeros(c, bool)
+    table, planes, determined = np.empty((c, COLUMNS)), np.empty((c, 3)), np.zeros(c, bool)
+    table[:, CENTRE] = surface.vertices[centres]
 
     def store(fit: HeightFit, radius: np.ndarray, axes: np.ndarray, slots: np.ndarray) -> None:
-        for term, values in zip(terms, fits.coefficients, strict=True):
-            values[slots] = fit.coefficients[term]
-        fits.axes[:, :, slots] = axes
-        fits.radius[slots] = radius
-        fits.noise[slots] = fit.gap_error / radius
-        fits.residual[slots] = fit.residual * radius
+        low, third = derivatives(fit.coefficients, radius, axes)
+        own = np.stack([fit.gap_error / radius, fit.residual * radius, radius], axis=1)
+        table[slots, : CENTRE.start] = np.concatenate([low, third, own], axis=1)
+        planes[slots] = axes[2].T
         determined[slots] = fit.determined
 
     fit_each(surface, normals, neighbourhood, progress, centres, DEGREE, store)
-    return fits, determined
+    return table, planes, determined
 
 
-def _known(
-    normals: np.ndarray,
-    fits: _Fits,
-    near: sparse.csr_array,
-    determined: np.ndarray,
-) -> sparse.csr_array:
-    """`near` (n, c) without fits that are not determined or of a surface that faces elsewhere."""
-    row = np.repeat(np.arange(near.shape[0]), np.diff(near.indptr))
-    cosine = np.zeros(len(row))
-    for axis, normal in zip(fits.axes[2], normals.T, strict=True):
-        cosine += axis[near.indices] * normal[row]
-    keep = determined[near.indices] & (cosine > ALIKE)
-    if keep.all():
-        return near
-    start = np.append(0, np.cumsum(keep))[near.indptr]
-    ones = np.ones(int(start[-1]), np.int32)
-    return sparse.csr_array((ones, near.indices[keep], start), shape=near.shape)
+class _Blend:
+    """Fits at c of n vertices, blended at all.
+
+    Parameters
+    ----------
+    points, normals:
+        (n, 3) the vertices and their normals.
+    table, planes, determined:
+        As from `_fits_at`.
+    each:
+        Whether fits are taken at the vertex itself, each for itself.
+    """
+
+    def __init__(
+        self,
+        points: np.ndarray,
+        normals: np.ndarray,
+        table: np.ndarray,
+        planes: np.ndarray,
+        determined: np.ndarray,
+        each: bool,
+    ) -> None:
+        self.table = table
+        self.expanded = expanded(table[:, LOW], table[:, THIRD]) if each else None
+        # What pairs are weighed by, in rows: to gather is most of the work.
+        self.here = np.concatenate([points, normals], axis=1)
+        planes = np.where(determined[:, None], planes, 0.0)
+        self.there = np.concatenate([table[:, CENTRE], planes, table[:, OWN]], axis=1)
+
+    def all(self, near: sparse.csr_array, progress: Progress) -> Jets:
+        """Jets at n vertices from the fits that are `near` (n, c); not determined without any."""
+        n = near.shape[0]
+        jets = Jets(
+            k1=np.zeros(n),
+            k2=np.zeros(n),
+            d1=np.zeros((n, 3)),
+            d2=np.zeros((n, 3)),
+            normal=np.zeros((n, 3)),
+            noise=np.zeros(n),
+            residual=np.zeros(n),
+            radius=np.zeros(n),
+            determined=np.zeros(n, bool),
+        )
+        starts = near.indptr
+        cuts = np.searchsorted(starts, np.arange(0, starts[-1] + BLOCK, BLOCK))
+        cuts = np.unique(np.clip(cuts, 0, n))
+
+        def block(part: int) -> None:
+            low, high = cuts[part], cuts[part + 1]
+            of = near.indices[starts[low] : starts[high]]
+            self._at(np.arange(low, high), of, starts[low : high + 1] - starts[low], jets)
+
+        run(block, range(len(cuts) - 1), progress)
+        return jets
+
+    def _at(self, rows: np.ndarray, of: np.ndarray, begin: np.ndarray, jets: Jets) -> None:
+        """Blend the fits `of` (p,) at the vertices `rows` (r,), those of each from `begin` (r + 1,)
+        on, into `jets`; without those that are not determined or of a surface that faces
+        elsewhere."""
+        count = np.diff(begin)
+        here = _columns(np.repeat(self.here[rows], count, axis=0))
+        there = _columns(self.there.take(of, axis=0, mode="clip"))
+        alike = np.einsum("cp,cp->p", here[3:], there[3:6]) > ALIKE
+        at: np.ndarray | slice = slice(rows[0], rows[-1] + 1)
+        if not alike.all() or not count.all():
+            begin = np.append(0, np.cumsum(alike))[begin]
+            at, of = rows[np.diff(begin) > 0], of[alike]
+            here, there = here[:, alike], there[:, alike]
+            begin = np.append(0, begin[1:][np.diff(begin) > 0])
+        if not len(of):
+            return
+        count = np.diff(begin)
+        offset = here[:3] - there[:3]
+        if self.expanded is not None:
+            weight = np.repeat(1.0 / count, count)
+            first, second = offset_powers(offset)
+            low = _sums(weight * first, of, begin, self.expanded[0])
+            gradient, hessian = low[GRADIENT], low[HESSIAN]
+            gradient += _sums(weight * second, of, begin, self.expanded[1])
+            own = np.add.reduceat(weight * there[6:], begin[:-1], axis=1)
+        else:
+            noise, _, radius = there[6:]
+            square = np.einsum("cp,cp->p", offset, offset) / (radius * radius)
+            weight = (np.maximum(1.0 - square, 0.0) ** 2 + LEAST) / np.maximum(noise, TINY) ** 2
+            weight /= np.repeat(np.add.reduceat(weight, begin[:-1]), count)
+            mean = _sums(weight[None], of, begin, self.table[:, None])
+            # All fits are read as far from their middles as their mean is from the vertex.
+            away = self.here[at, :3].T - mean[CENTRE]
+            gradient, hessian = moved(mean[LOW], mean[THIRD], away)
+            own = mean[OWN]
+        k1, k2, d1, d2, normal = shape_operator(gradient, hessian)
+        jets.k1[at], jets.k2[at] = k1, k2
+        jets.d1[at], jets.d2[at], jets.normal[at] = d1.T, d2.T, normal.T
+        jets.noise[at], jets.residual[at], jets.radius[at] = own
+        jets.determined[at] = True
 
 
-def _blended(
-    surface: Surface, fits: _Fits, near: sparse.csr_array, focused: bool, progress: Progress
-) -> Jets:
-    """Jets at n vertices from the fits that are `near` (n, c); not determined without any."""
-    n = near.shape[0]
-    jets = Jets(
-        k1=np.zeros(n),
-        k2=np.zeros(n),
-        d1=np.zeros((n, 3)),
-        d2=np.zeros((n, 3)),
-        normal=np.zeros((n, 3)),
-        noise=np.zeros(n),
-        residual=np.zeros(n),
-        radius=np.zeros(n),
-        determined=np.diff(near.indptr) > 0,
-    )
-    rows = np.flatnonzero(jets.determined)
-    starts = np.append(near.indptr[rows], near.indptr[-1])
-    coordinates = np.ascontiguousarray(surface.vertices.T)
-    cuts = np.searchsorted(starts, np.arange(0, starts[-1] + BLOCK, BLOCK))
-    cuts = np.unique(np.clip(cuts, 0, len(rows)))
-
-    def block(part: int) -> None:
-        low, high = cuts[part], cuts[part + 1]
-        first = starts[low]
-        of = near.indices[first : starts[high]].astype(np.intp)
-        begin = (starts[low:high] - first).astype(np.intp)
-        _blend(coordinates, fits, rows[low:high], of, begin, focused, jets)
-
-    run(block, range(len(cuts) - 1), progress)
-    return jets
+def _columns(rows: np.ndarray) -> np.ndarray:
+    """(k, p) of (p, k): NumPy calculates several times faster along the long side."""
+    return np.ascontiguousarray(rows.T)
 
 
-def _blend(
-    coordinates: np.ndarray,
-    fits: _Fits,
-    rows: np.ndarray,
-    of: np.ndarray,
-    begin: np.ndarray,
-    focused: bool,
-    jets: Jets,
-) -> None:
-    """Blend pairs of the vertices `rows` (r,), each from `begin` (r,) on, with the fits `of`
-    (p,) into `jets`."""
-    count = np.diff(begin, append=len(of))
-
-    def per_pair(values: np.ndarray) -> np.ndarray:
-        return np.asarray(np.repeat(values, count, axis=-1))
-
-    def summed(values: np.ndarray) -> np.ndarray:
-        return np.asarray(np.add.reduceat(values, begin, axis=-1))
-
-    unit = fits.radius.take(of)
-    offset = per_pair(coordinates.take(rows, axis=1)) - coordinates.take(fits.centre.take(of), 1)
-    if focused:
-        weight = per_pair(1.0 / count)
-    else:
-        square = np.einsum("cp,cp->p", offset, offset) / (unit * unit)
-        error = fits.noise.take(of)
-        weight = (np.maximum(1.0 - square, 0.0) ** 2 + LEAST) / np.maximum(error, TINY) ** 2
-        weight /= per_pair(summed(weight))
-        # All fits are read as far from their middles as their mean is from the vertex.
-        offset = per_pair(summed(weight * offset))
-    axes = fits.axes.take(of, axis=2)
-    x, y = np.einsum("cp,kcp->kp", offset, axes[:2]) / unit
-    coefficients = dict(zip(fits.terms, fits.coefficients.take(of, axis=1), strict=True))
-    operator = operator_at(coefficients, x, y)
-    first, second = operator.tangent(1.0, 0.0, axes).T, operator.tangent(0.0, 1.0, axes).T
-    normal = summed(weight * operator.normal(axes).T)
-    normal /= np.sqrt(np.einsum("cr,cr->r", normal, normal))
-    e1, e2 = frame(normal)
-    # The frame of a fit, carried to the mean normal by the smallest rotation.
-    turn = phase(np.einsum("cp,cp->p", first - 1j * second, per_pair(e1) + 1j * per_pair(e2)))
-    scale = weight / unit
-    mean = summed(scale * operator.mean)
-    deviator = summed(scale * (operator.real + 1j * operator.imaginary) * turn**2)
-    gap = np.abs(deviator)
-    cosine, sine = principal_directions(deviator.real, deviator.imag, gap)
-    jets.k1[rows], jets.k2[rows] = mean + 0.5 * gap, mean - 0.5 * gap
-    jets.d1[rows] = (cosine * e1 + sine * e2).T
-    jets.d2[rows] = (cosine * e2 - sine * e1).T
-    jets.normal[rows] = normal.T
-    for values, own in ((jets.noise, fits.noise), (jets.residual, fits.residual)):
-        values[rows] = summed(weight * own.take(of))
-    jets.radius[rows] = summed(weight * unit)
+def _sums(
+    weights: np.ndarray, of: np.ndarray, begin: np.ndarray, values: np.ndarray
+) -> np.ndarray:
+    """(m, r) sums of values (c, k, m) with weights (k, p) over the rows `of` (p,) from each of
+    `begin` (r + 1,) on."""
+    c, k, m = values.shape
+    columns = (of * np.int32(k) + np.arange(k, dtype=np.int32)[:, None]).T.ravel()
+    shape = len(begin) - 1, c * k
+    pairs = sparse.csr_array((weights.T.ravel(), columns, k * begin), shape=shape)
+    return _columns(pairs @ values.reshape(c * k, m))

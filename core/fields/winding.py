@@ -20,6 +20,8 @@ from ..mesh.surface import Surface
 
 # Triangles per block: long enough that handing over the interpreter lock costs little.
 BLOCK = 32768
+# Cosine between normals along an edge below which the whole triangle is looked at.
+ALIKE = 0.8
 # How much real parts must exceed imaginary ones for round-off not to matter.
 ABOVE_ROUND_OFF = 1.001
 
@@ -96,28 +98,63 @@ def _by_vertex_normals(
 ) -> np.ndarray:
     """(r,) index of the triangles `rows` (r,), or of all, by the rotations between the vertex
     normals alone."""
-    chosen = surface.triangles if rows is None else surface.triangles[rows]
-    m = len(chosen)
-    turns = np.zeros(m)
-    if rows is not None:
-        # Few triangles should not cost the whole mesh's frames.
-        corners, inverse = np.unique(chosen, return_inverse=True)
-        chosen, d1, d2 = inverse.reshape(-1, 3), d1[corners], d2[corners]
-    # Single precision halves the traffic and tells safely where the field hardly turns.
-    frames = np.empty((3, len(d1)), np.complex64)
-    frames.real, frames.imag = d1.T, d2.T
+    if rows is None:
+        index = np.zeros(len(surface.triangles))
+        rows = _around_turning_edges(surface, d1, d2, progress, symmetry)
+        index[rows] = _by_vertex_normals(surface, d1, d2, progress, symmetry, rows)
+        return index
+    turns = np.zeros(len(rows))
 
     def block(first: int) -> None:
-        triangles = chosen[first : first + BLOCK]
-        wild = np.flatnonzero(~_calm(_rotations(np.take(frames, triangles.T, axis=1)), symmetry))
+        corners = surface.triangles[rows[first : first + BLOCK]].T
+        rotation = _rotations(np.moveaxis(d1[corners] + 1j * d2[corners], 2, 0))
+        wild = np.flatnonzero(~_calm(rotation, symmetry))
         if len(wild):
-            corners = triangles[wild].T
-            edges = phase(_rotations(np.moveaxis(d1[corners] + 1j * d2[corners], 2, 0)))
+            edges = phase(rotation[:, wild])
             holonomy = np.angle(edges.prod(axis=0))
             turns[first + wild] = _turn(edges, symmetry).sum(axis=0) + symmetry * holonomy
 
-    run(block, range(0, m, BLOCK), progress)
+    run(block, range(0, len(rows), BLOCK), progress)
     return np.rint(turns / (2 * np.pi)) / symmetry
+
+
+def _around_turning_edges(
+    surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress, symmetry: int
+) -> np.ndarray:
+    """Triangles that may have an index: all others have no edge along which `symmetry` times the
+    angle of the field turns by more than a right angle, or the normals by more than cos^-1 `ALIKE`.
+
+    Of three such edges the turns stay below three right angles, and the holonomy, the area of the
+    spherical triangle of the normals, below 0.19: no full turn comes together, with symmetry 4
+    either.
+    """
+    # Single precision halves the traffic and tells safely where the field hardly turns.
+    frames = np.concatenate([d1, d2], axis=1, dtype=np.float32)
+    start, neighbours = surface.neighbour_start, surface.neighbours
+    turning = np.zeros(len(d1), bool)
+
+    def block(first: int) -> None:
+        own = np.arange(first, min(first + BLOCK, len(d1)))
+        own = np.repeat(own, np.diff(start[first : first + BLOCK + 1]))
+        other = neighbours[start[first] : start[first] + len(own)]
+        once = own < other
+        own, other = own[once], other[once]
+        tail, head = frames.take(own, axis=0), frames.take(other, axis=0)
+        rotation = np.empty(len(own), np.complex64)
+        np.einsum("ec,ec->e", tail, head, out=rotation.real)
+        rotation.imag = np.einsum("ec,ec->e", tail[:, :3], head[:, 3:])
+        rotation.imag -= np.einsum("ec,ec->e", tail[:, 3:], head[:, :3])
+        power = rotation if symmetry == 2 else rotation * rotation
+        calm = np.abs(power.real) > ABOVE_ROUND_OFF * np.abs(power.imag)
+        # The length of a rotation is one more than the cosine between the normals.
+        calm &= np.square(rotation.real) + np.square(rotation.imag) > (1.0 + ALIKE) ** 2
+        for end in (own[~calm], other[~calm]):
+            turning[end] = True
+
+    run(block, range(0, len(d1), BLOCK), progress)
+    if not turning.any():
+        return np.zeros(0, np.int64)
+    return surface.with_two_of(turning)
 
 
 def _rotations(at: np.ndarray) -> np.ndarray:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import secrets
 import shutil
 import stat
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,13 +23,27 @@ def whole_file(path: Path | str) -> Iterator[Path]:
 
     The path lies in the same folder, made if it is missing, and has the same ending. Where the
     block fails nothing is left and the file that was there stays as it was. A link is followed.
-    What is no ordinary file, such as a pipe or /dev/stdout, is written to as it is.
+    What is no ordinary file, such as a pipe, is written to as it is. What the process has open, as
+    /dev/stdout and /dev/fd/3 name it, gets the whole at its end, be it a file or not.
 
     Raises
     ------
     OSError
-        The folder cannot be made, or the file cannot be put into its place.
+        The folder cannot be made, the file cannot be put into its place, or the block could not
+        write it; `path` is its filename then.
     """
+    descriptor = _open_already(path)
+    if descriptor is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            partial = Path(folder, f"{PARTIAL}{descriptor}{Path(path).suffix}")
+            yield partial
+            with (
+                _named(path, partial),
+                open(partial, "rb") as whole,
+                open(os.dup(descriptor), "wb") as stream,
+            ):
+                shutil.copyfileobj(whole, stream)
+        return
     place = Path(os.path.realpath(path))
     place.parent.mkdir(parents=True, exist_ok=True)
     if place.exists() and not stat.S_ISREG(place.stat().st_mode) and not place.is_dir():
@@ -37,15 +53,40 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     name = f"{PARTIAL}{os.getpid()}-{secrets.token_hex(4)}{place.suffix[:16]}"
     partial = place.with_name(name)
     try:
-        yield partial
-        if place.is_dir():
-            raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
-        with open(partial, "rb+") as file:
-            os.fsync(file.fileno())
-        if place.exists():
-            shutil.copymode(place, partial)
-        os.replace(partial, place)
+        with _named(path, partial):
+            yield partial
+            if place.is_dir():
+                raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+            with open(partial, "rb+") as file:
+                os.fsync(file.fileno())
+            if place.exists():
+                shutil.copymode(place, partial)
+            os.replace(partial, place)
     except BaseException:
         with contextlib.suppress(OSError):
             partial.unlink()
+        raise
+
+
+def _open_already(path: Path | str) -> int | None:
+    """The number under which this process has open what the path names; None if it names a file."""
+    names = [os.fspath(path)]
+    if os.path.islink(path):
+        # What lies behind such a name is the file again, so no further.
+        names.append(os.path.join(os.path.dirname(path), os.readlink(path)))
+    for name in names:
+        found = re.fullmatch(r"/(?:dev|proc/(?:self|thread-self))/fd/(\d+)", name)
+        if found:
+            return int(found[1])
+    return None
+
+
+@contextlib.contextmanager
+def _named(path: Path | str, partial: Path) -> Iterator[None]:
+    """Errors of the system in it name the file, not the unfinished one that nobody knows."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename in (None, str(partial)):
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise

@@ -236,7 +236,5 @@ def _even_count(rings: int) -> int:
 
 def _squares(vertices: np.ndarray, members: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Squared distances of vertices from points, shape (..., 3)."""
-    square = np.zeros(members.shape)
-    for vertex, point in zip(vertices.T, np.moveaxis(points, -1, 0), strict=True):
-        square += (vertex[members] - point) ** 2
-    return square
+    offset = vertices.take(members, axis=0) - points
+    return np.asarray(np.einsum("...c,...c->...", offset, offset))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from ..base.parallel import run, threads
 from ..base.progress import Progress
 from .rings import adjacency
-from .surface import Surface
+from .surface import BLOCK, Surface
 
 
 def vertex_normals(surface: Surface) -> np.ndarray:
@@ -19,10 +20,25 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     """
     normal, area = surface.face_normal_area
     m, n = len(surface.triangles), len(surface.vertices)
-    weights = corner_weights(area, surface.side_squares)
-    starts = np.arange(0, 3 * m + 1, 3, dtype=np.int32)
-    corners = sparse.csc_array((weights.ravel(), surface.triangles.ravel(), starts), shape=(n, m))
-    return _unit_or_largest_face(surface, corners @ normal, corners.sum(axis=1))
+    # Few parts, since each has sums of its own for all vertices.
+    size = -(-m // threads()) if m > BLOCK else m
+    parts: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def part(first: int) -> None:
+        rows = slice(first, first + size)
+        weights = corner_weights(area[rows], surface.side_squares[:, rows])
+        starts = np.arange(0, weights.size + 1, 3, dtype=np.int32)
+        corners = sparse.csc_array(
+            (weights.ravel(), surface.triangles[rows].ravel(), starts), shape=(n, len(weights))
+        )
+        parts[first] = corners @ normal[rows], corners @ np.ones(len(weights))
+
+    run(part, range(0, m, size), Progress())
+    total, scale = parts.pop(0)
+    for more, weights in parts.values():
+        total += more
+        scale += weights
+    return _unit_or_largest_face(surface, total, scale)
 
 
 def corner_weights(area: np.ndarray, side_squares: np.ndarray) -> np.ndarray:
@@ -74,13 +90,27 @@ def smooth_normals(
     if passes <= 0:
         return normals.copy()
     area = surface.vertex_area
-    ring = adjacency(surface, area[surface.neighbours])
-    floor = 1e-9 * (area + ring.sum(axis=1))
+    start = surface.neighbour_start
+    n = len(start) - 1
+    weights = area[surface.neighbours]
+    floor = 1e-9 * (area + adjacency(surface, weights).sum(axis=1))
     for _ in range(passes):
-        if progress is not None:
-            progress.ask()
-        mean = ring @ normals + area[:, None] * normals
-        length = np.linalg.norm(mean, axis=1)
-        kept = ~(length > floor)
-        normals = np.where(kept[:, None], normals, mean / np.where(kept, 1.0, length)[:, None])
+        smoothed = np.empty((n, 3))
+
+        def block(first: int, before: np.ndarray = normals, after: np.ndarray = smoothed) -> None:
+            rows, begin = slice(first, first + BLOCK), start[first : first + BLOCK + 1]
+            some = slice(begin[0], begin[-1])
+            ring = sparse.csr_array(
+                (weights[some], surface.neighbours[some], begin - begin[0]),
+                shape=(len(begin) - 1, n),
+            )
+            mean = ring @ before + area[rows, None] * before[rows]
+            length = np.sqrt(np.einsum("rc,rc->r", mean, mean))
+            kept = ~(length > floor[rows])
+            if kept.any():
+                mean[kept], length[kept] = before[rows][kept], 1.0
+            np.divide(mean, length[:, None], out=after[rows])
+
+        run(block, range(0, n, BLOCK), progress.quiet() if progress else Progress())
+        normals = smoothed
     return normals

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ..base.parallel import run
 from ..base.progress import Progress
 from .half_edges import HalfEdges
 from .surface import Surface
@@ -16,6 +17,8 @@ from .surface import Surface
 # Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
 # with eight rings around them, 200 MB at most.
 MOST_GATHERED = 1 << 25
+# Nodes whose surroundings are gathered by one thread.
+NEAR_BLOCK = 1 << 16
 
 
 def adjacency(links: Surface | HalfEdges, values: np.ndarray | None = None) -> sparse.csr_array:
@@ -35,6 +38,23 @@ def with_rings(faces: np.ndarray, vertices: np.ndarray, rings: int) -> np.ndarra
         touched = np.logical_or.reduce([found[corner] for corner in faces.T])
         found[faces[touched]] = True
     return found
+
+
+def ring_around(links: Surface | HalfEdges, vertices: np.ndarray, rings: int) -> np.ndarray:
+    """Ascending vertices within so many edges of the vertices (k,): as `with_rings`, at the cost
+    of what there is around few."""
+    start, neighbours = links.neighbour_start, links.neighbours
+    found = np.zeros(len(start) - 1, bool)
+    found[vertices] = True
+    front = np.flatnonzero(found)
+    for _ in range(rings):
+        count = start[front + 1] - start[front]
+        place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        reached = neighbours[np.repeat(start[front], count) + place]
+        reached = reached[~found[reached]]
+        found[reached] = True
+        front = np.unique(reached)
+    return np.flatnonzero(found)
 
 
 def rings_across(surface: Surface) -> int:
@@ -184,8 +204,17 @@ def _near(
 ) -> sparse.csr_array:
     """(n, c) ones where a node is within so many edges of each of the `nodes` (c,)."""
     near = selection(nodes[:, None], graph.shape[0]).T.tocsr()
+    firsts = range(0, graph.shape[0], NEAR_BLOCK)
     for _ in range(edges):
-        progress.ask()
-        near = (near + graph @ near).tocsr()
-        near.data[:] = 1
+        parts: dict[int, sparse.csr_array] = {}
+
+        def block(
+            first: int, near: sparse.csr_array = near, parts: dict[int, sparse.csr_array] = parts
+        ) -> None:
+            rows = slice(first, first + NEAR_BLOCK)
+            parts[first] = (near[rows] + graph[rows] @ near).tocsr()
+            parts[first].data[:] = 1
+
+        run(block, firsts, progress)
+        near = sparse.vstack([parts[first] for first in firsts], format="csr")
     return near

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 import traceback
 from typing import Any
@@ -19,12 +20,19 @@ from .files.guard import shown
 
 def run(argv: list[str]) -> int:
     """Do what the arguments say; the command's exit code."""
+    messages.hold_streams()
     try:
         request = arguments.parse(argv)
     except SystemExit as stop:
         return int(stop.code or 0)
     if request.is_worker:
         lifetime.end_with_parent()
+    with request.stop.heard():
+        return _told(request)
+
+
+def _told(request: Request) -> int:
+    """Do it between the first and the last event; the exit code."""
     # A worker's lines stand between those of the process that started it.
     telling = request.events and not request.is_worker
     if telling:
@@ -42,34 +50,42 @@ def _done(request: Request) -> int:
         if request.summary:
             return batch.summarize(*request.summary)
         if request.batch:
-            return batch.run(request.batch, blender)
+            return batch.run(request.batch, blender, request.stop)
         # As a module Blender has no program to start; then the work itself looks at the clock.
         if request.limits and bpy.app.binary_path and (base or request.files != (None,)):
-            return supervised.run(request, blender)
+            code = supervised.run(request, blender)
+            return exit_codes.INTERRUPTED if request.stop.asked() else code
     except batch.BusyError as error:
         messages.complain(str(error))
         return exit_codes.BUSY
     except OSError as error:
-        messages.complain(f"{error.filename}: cannot be written ({error.strerror}).")
+        messages.complain(f"{shown(error.filename)}: cannot be written ({error.strerror}).")
         return exit_codes.FAILED
     references: list[matching.Reference] = []
     if request.matching:
         try:
-            references = matching.references(request.matching, request.settings, base)
+            progress = messages.progress_until(None, request.stop, None)
+            references = matching.references(request.matching, request.settings, base, progress)
+        except core.CancelledError:
+            messages.complain(messages.STOPPED)
+            return exit_codes.INTERRUPTED
         except core.UmbilicsError as error:
             messages.complain(str(error))
             return exit_codes.FAILED
     failed = False
-    for file, outputs in zip(request.files, request.outputs, strict=True):
-        failed |= not _one_file(request, file, base, outputs, references)
+    waiting = list(zip(request.files, request.outputs, strict=True))
+    while waiting:
+        failed |= not _one_file(request, *waiting.pop(0), base, references)
+        if request.stop.asked() and (waiting or failed):
+            return exit_codes.INTERRUPTED
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
 def _one_file(
     request: Request,
     file: str | None,
-    base: str,
     outputs: dict[str, Any],
+    base: str,
     references: list[matching.Reference],
 ) -> bool:
     """Do one file, so that the next ones are done whatever is in it; whether all went well."""
@@ -85,13 +101,15 @@ def _one_file(
             checked = topology.from_file(request.check, file)
         opened = importers.open_file(file, base)
         done = one_file.analyse(request, file, opened, outputs, checked, references)
+    except core.CancelledError:
+        failure = label + messages.STOPPED
     except core.UmbilicsError as error:
         failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
     except MemoryError:
         failure = f"{label}out of memory: give it more with fewer --jobs or --memory-limit."
     except Exception as error:  # noqa: BLE001
         # Not foreseen: said in full for those who can mend it, and the other files go on.
-        traceback.print_exc()
+        messages.say(traceback.format_exc(), sys.stderr)
         failure = f"{label}stopped by a fault of this program ({type(error).__name__}: {error})."
     if failure:
         messages.complain(failure)

@@ -76,7 +76,7 @@ def add_arguments(
     group.add_argument(
         "--guide",
         metavar="DIR",
-        type=Path,
+        type=values.place,
         help="write DIR/FILE-OBJECT.rosy and the like; with --out in DIR/FILE/",
     )
     group.add_argument(
@@ -94,6 +94,7 @@ def add_arguments(
     group.add_argument(
         "--check-topology",
         metavar="MESH",
+        type=values.path,
         help="hold the quads of the file MESH against the surface of FILE and its plan: numbers in "
         "the JSON; of a folder MESH the mesh that is called like FILE, and without FILE the "
         "object MESH of the open file",

@@ -13,6 +13,7 @@ from ... import core
 from ..data.properties import GIVEN_NAMES
 from ..jobs import detect
 from ..jobs.matching import shape_of
+from .arguments import values
 from .files import importers
 from .files.guard import shown
 
@@ -54,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--align-to",
         metavar="MESH",
+        type=values.path,
         action="append",
         default=[],
         help="say how each mesh lies on those of this file, and which of them it is; may be given "
@@ -94,13 +96,18 @@ def worker_arguments(found: argparse.Namespace) -> list[str]:
     return arguments + ["--find-symmetry"] * found.find_symmetry
 
 
-def references(request: MatchingRequest, settings: core.Settings, base: str) -> list[Reference]:
+def references(
+    request: MatchingRequest,
+    settings: core.Settings,
+    base: str,
+    progress: core.Progress | None = None,
+) -> list[Reference]:
     """The meshes to align to, detected on as all others.
 
     Raises
     ------
     core.UmbilicsError
-        A file cannot be read, or a mesh cannot be analysed.
+        A file cannot be read, a mesh cannot be analysed, or the work is to stop.
     """
     found = []
     for file in request.files:
@@ -109,7 +116,7 @@ def references(request: MatchingRequest, settings: core.Settings, base: str) -> 
             if not len(obj.data.polygons):
                 continue
             inputs = detect.gather(obj, settings, GIVEN_NAMES)
-            shape = shape_of(inputs, detect.compute(inputs))
+            shape = shape_of(inputs, detect.compute(inputs, progress))
             found.append(Reference(shown(file), obj.name, shape, opened.to_file))
     return found
 

@@ -8,26 +8,58 @@ those begins with a brace.
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
-from typing import Any
+from typing import Any, TextIO
 
 from ... import core
+from .stopping import Stop
 
+# Why a file that was begun is not done.
+STOPPED = "stopped before the end."
 # Seconds between two events on the progress of one mesh.
 _PAUSE = 0.2
 
 
+def hold_streams() -> None:
+    """Have something behind the three standard streams: a file that is opened next would take the
+    number of one that is closed, and get what is said."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # Takes the lowest number that is free.
+            os.open(os.devnull, os.O_RDWR)
+
+
+def say(text: str, stream: TextIO | None = None) -> None:
+    """Write text to a stream, standard output if it is not said which.
+
+    Nobody may be there to take it, as after `| head`, or the disk is full that it goes to. The work
+    goes on then, and no more is said there.
+    """
+    stream = sys.stdout if stream is None else stream
+    text = text.encode("utf-8", "backslashreplace").decode()
+    try:
+        stream.write(text)
+        stream.flush()
+    except OSError as error:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+        if stream is sys.stdout:
+            complain(f"standard output takes no more ({error.strerror}); the work goes on.")
+
+
 def complain(text: str) -> None:
     """One line on standard error, whatever letters are in the text."""
-    line = " ".join(text.split("\n")).encode("utf-8", "backslashreplace").decode()
-    print(f"umbilics: {line}", file=sys.stderr, flush=True)
+    say(f"umbilics: {' '.join(text.splitlines())}\n", sys.stderr)
 
 
 def tell(event: str, **facts: object) -> None:
     """Write one event."""
-    sys.stdout.write(json.dumps({"event": event, **facts}, allow_nan=False) + "\n")
-    sys.stdout.flush()
+    say(json.dumps({"event": event, **facts}, allow_nan=False) + "\n")
 
 
 class Watched:
@@ -44,7 +76,9 @@ class Watched:
             tell("progress", **self._about, share=round(share, 4), part=part)
 
 
-def progress_until(deadline: float | None, watched: Watched | None) -> core.Progress:
-    """Progress that is told as events, and ends the work at a time of the monotonic clock."""
-    cancelled = None if deadline is None else lambda: time.monotonic() > deadline
-    return core.Progress(watched, cancelled)
+def progress_until(deadline: float | None, stop: Stop, watched: Watched | None) -> core.Progress:
+    """Progress that is told as events, and ends the work at a time of the monotonic clock or when
+    it is asked to stop."""
+    if deadline is None:
+        return core.Progress(watched, stop.asked)
+    return core.Progress(watched, lambda: stop.asked() or time.monotonic() > deadline)

@@ -60,8 +60,8 @@ def analyse(
     Raises
     ------
     core.UmbilicsError
-        The file holds no mesh that is wanted, or a result would overwrite something or cannot be
-        written; the text says why.
+        The file holds no mesh that is wanted, a result would overwrite something or cannot be
+        written, or the command is to stop (`core.CancelledError`).
     """
     source = report.source_of(file)
     request.guard.reads(importers.files_read(file))
@@ -111,6 +111,7 @@ def _one_object(
     seconds = request.limits.seconds
     progress = messages.progress_until(
         None if seconds is None else time.monotonic() + seconds,
+        request.stop,
         messages.Watched(about) if request.events else None,
     )
     try:
@@ -128,6 +129,8 @@ def _one_object(
             said += sentences
             facts |= matches
     except core.CancelledError:
+        if request.stop.asked():
+            raise
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
         error = str(reason) or f"stopped without a word ({type(reason).__name__})."
@@ -213,8 +216,7 @@ def _say(
     lines = [f"{label}: {outcome(detection)}."]
     lines += [f"  {sentence}" for sentence in (*detection.warnings, *said)]
     lines += [core.comparison_table(results)] if results else []
-    text = "\n".join(lines).encode("utf-8", "backslashreplace").decode()
-    print(text, flush=True)
+    messages.say("\n".join(lines) + "\n")
 
 
 def _claim_guidance(request: Request, file: str | None, names: list[str]) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ... import core
 from ..base.errors import FileError
+from .arguments import values
 from .files import companions
 from .files.guard import Guard, shown
 
@@ -49,6 +50,7 @@ def add_arguments(
     group.add_argument(
         "--strokes",
         metavar="FILE",
+        type=values.path,
         help="plan by the guide strokes and the poles of a JSON file, or by the polylines of an "
         "OBJ; of a folder FILE by the file that is called like the mesh's",
     )

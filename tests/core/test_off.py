@@ -49,6 +49,15 @@ WAYS = {
     ),
     "blanks before": CUBE.replace("OFF", "  OFF").replace("\n0 0 0", "\n   0 0 0"),
     "letters that are not ASCII": "# größer\n" + CUBE,
+    "a mark of the byte order": "\ufeff" + CUBE,
+    "line ends of old Macs": CUBE.replace("\n", "\r"),
+    "no blank behind the word": CUBE.replace("OFF\n8 6 12", "OFF8 6 12"),
+    "a small word": CUBE.replace("OFF", "off"),
+    "a number a line": "\n".join(CUBE.split()),
+    "all on one line": " ".join(CUBE.split()),
+    "counts on three lines": CUBE.replace("8 6 12", "8\n6\n12"),
+    "faces that are broken": CUBE.replace("4 0 1 5 4", "4 0 1\n5 4"),
+    "a line end of Unicode in a comment": CUBE.replace("\n4 0 3", " # here\u2028there\n4 0 3"),
 }
 
 
@@ -65,6 +74,13 @@ def test_normals_and_colours_of_vertices_are_passed_over(tmp_path):
     assert (corners.tolist(), sizes.tolist()) == ([0, 1, 2], [3])
 
 
+def test_numbers_of_vertices_with_more_than_a_place_need_no_lines(tmp_path):
+    text = "NOFF 3 1 0 0 0 0 0 0 1 1 0 0 0 0 1\n0 1 0 0 0 1 3 0 1 2"
+    vertices, corners, _ = read(tmp_path, text)
+    assert vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert corners.tolist() == [0, 1, 2]
+
+
 def test_points_and_edges_among_the_faces_are_left_out(tmp_path):
     text = CUBE.replace("8 6 12", "8 8 12") + "2 0 1\n1 4\n"
     _, corners, sizes = read(tmp_path, text)
@@ -74,6 +90,7 @@ def test_points_and_edges_among_the_faces_are_left_out(tmp_path):
 BAD = {
     "not begin with OFF": "solid cube\n",
     "does not begin": "",
+    "it does not begin with OFF": "OFFSET\n3 1 0\n",
     "binary": b"OFF BINARY\n\0\0\0\x08",
     "whole numbers": "OFF\nmany few\n",
     "ends before": CUBE.rsplit("\n", 2)[0],
@@ -82,13 +99,14 @@ BAD = {
     "not a number": CUBE.replace("4 3 0 4 7", "4 3 0 4 x"),
     "nowhere": CUBE.replace("1 1 0", "1 nan 0"),
     "same number": CUBE.replace("1 1 0", "1 1"),
-    "four dimensions": "4OFF\n1 0 0\n0 0 0 1\n",
+    "more dimensions than three": "4OFF\n1 0 0\n0 0 0 1\n",
+    "dimensions than three": "nOFF\n5\n1 0 0\n0 0 0 1 2\n",
 }
 
 
 @pytest.mark.parametrize("words", BAD)
 def test_what_is_wrong_is_said(tmp_path, words):
-    with pytest.raises(core.FormatError, match=r"m\.off: .+"):
+    with pytest.raises(core.FormatError, match=rf"m\.off: .*{words}"):
         read(tmp_path, BAD[words])
 
 
@@ -103,6 +121,19 @@ def test_nothing_else_than_a_clear_error_comes_of_any_bytes(tmp_path_factory, da
     else:
         assert len(corners) == sizes.sum()
         assert not len(corners) or corners.max() < len(vertices)
+
+
+@given(st.lists(st.sampled_from(["0", "1", "3", "-1", "9" * 18, "1e5", "x", "\n"]), max_size=40))
+def test_nor_of_any_numbers(tmp_path_factory, words):
+    """In particular no counts that are larger than the file make it take memory or time."""
+    path = tmp_path_factory.mktemp("off") / "m.off"
+    path.write_text(f"OFF {' '.join(words)}")
+    try:
+        vertices, corners, sizes = core.read_off(path)
+    except core.FormatError as error:
+        assert str(error)
+    else:
+        assert len(vertices) <= len(words) and len(corners) == sizes.sum() <= len(words)
 
 
 @given(st.lists(st.integers(3, 7), max_size=20), st.randoms(use_true_random=False))

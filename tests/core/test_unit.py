@@ -1,13 +1,16 @@
 """What much else is made of: unit vectors, turns, triangles in the plane, rings, medians."""
 
 import numpy as np
+import pytest
+import surfaces
+from fields import surface_of
 
 from core.base.median import weighted_median
 from core.base.plane import corner_angles, doubled_areas
 from core.base.unit import phase, unit
 from core.fields.frames import frame
 from core.fields.transport import carried, rotation
-from core.mesh.rings import with_rings
+from core.mesh.rings import ring_around, with_rings
 
 
 def test_length_becomes_one_and_nothing_stays_nothing_or_no_turn():
@@ -45,6 +48,23 @@ def test_rings_go_from_face_to_face():
     for rings, reached in ((0, [8]), (1, range(6, 12)), (2, range(4, 14)), (99, range(20))):
         assert np.flatnonzero(with_rings(faces, start, rings)).tolist() == list(reached)
     assert start.sum() == 1
+
+
+@pytest.mark.parametrize("count, rings", [(0, 2), (1, 0), (3, 1), (5, 3), (200, 2)])
+def test_rings_around_few_vertices_are_those_of_the_whole_mesh(count, rings):
+    surface = surface_of(surfaces.random_ellipsoid(count=300))
+    chosen = np.random.default_rng(count).choice(300, count)
+    start = np.isin(np.arange(300), chosen)
+    whole = with_rings(surface.triangles, start, rings)
+    assert ring_around(surface, chosen, rings).tolist() == np.flatnonzero(whole).tolist()
+
+
+def test_triangles_with_two_corners_of_a_set():
+    surface = surface_of(surfaces.random_ellipsoid(count=300))
+    chosen = np.random.default_rng(0).random(300) < 0.3
+    corners = chosen[surface.triangles].sum(axis=1)
+    assert surface.with_two_of(chosen).tolist() == np.flatnonzero(corners > 1).tolist()
+    assert surface.touching(chosen).tolist() == np.flatnonzero(corners > 0).tolist()
 
 
 def test_the_weighted_median_is_where_half_of_the_weight_is():

@@ -54,6 +54,36 @@ def test_a_pipe_or_device_stays_one(tmp_path):
     assert path.is_fifo() and not os.path.isfile(os.devnull)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="streams as Unix names them")
+def test_what_is_open_already_gets_it_at_its_end(tmp_path):
+    """As `--report /dev/stdout >> log`: what stands in the log stays there."""
+    path, link = tmp_path / "log.csv", tmp_path / "stdout"
+    with open(path, "w") as file:
+        file.write("before\n")
+        file.flush()
+        number = file.fileno()
+        link.symlink_to(f"/dev/fd/{number}")
+        for name in (f"/dev/fd/{number}", link):
+            with core.whole_file(name) as partial:
+                partial.write_text("all of it\n")
+        with pytest.raises(KeyError), core.whole_file(link) as partial:
+            partial.write_text("half")
+            raise KeyError
+        file.write("after\n")
+    assert path.read_text() == "before\nall of it\nall of it\nafter\n"
+    assert {one.name for one in tmp_path.iterdir()} == {"log.csv", "stdout"}
+
+
+def test_an_error_names_the_file_and_not_the_unfinished_one(tmp_path):
+    path = tmp_path / "f.txt"
+    with pytest.raises(OSError, match="No space") as caught, core.whole_file(path):
+        raise OSError(28, "No space left on device")
+    assert caught.value.filename == str(path)
+    with pytest.raises(FileNotFoundError) as caught, core.whole_file(path):
+        pass
+    assert caught.value.filename == str(path)
+
+
 def test_a_folder_in_its_place_is_an_error(tmp_path):
     (tmp_path / "d").mkdir()
     with pytest.raises(IsADirectoryError), core.whole_file(tmp_path / "d") as partial:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from core.base.progress import Progress
 from core.curvature.from_normals import curvature_from_normals
-from core.fields.winding import Winding, certified_index, edge_turns
+from core.fields.winding import Winding, _by_vertex_normals, certified_index, edge_turns
 from core.mesh.normals import vertex_normals
 
 
@@ -112,3 +112,23 @@ def test_a_winding_follows_changes_of_its_field(seed: int, changes: int) -> None
     d2 = np.cross(field.normal, d1)
     after = before.after(surface, rows, d1, d2)
     assert np.array_equal(after.index, certified_index(surface, d1, d2, Progress()))
+
+
+@given(st.integers(0, 1 << 30), st.sampled_from([2, 4]), st.floats(0.0, 2.0))
+@settings(max_examples=30)
+def test_no_triangle_with_an_index_is_passed_over(seed: int, symmetry: int, wild: float) -> None:
+    """Only triangles at edges along which the field or the normals turn much are looked at."""
+    random = np.random.default_rng(seed)
+    surface = surface_of(surfaces.ellipsoid(subdivisions=3))
+    normal = vertex_normals(surface) + wild * random.standard_normal(surface.vertices.shape)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    smooth = np.array([1.0, 0.3, 0.2]) + wild * random.standard_normal(normal.shape)
+    d1 = np.cross(normal, smooth)
+    d1 /= np.linalg.norm(d1, axis=1)[:, None]
+    d2 = np.cross(normal, d1)
+    rows = np.arange(len(surface.triangles))
+    every = _by_vertex_normals(surface, d1, d2, Progress(), symmetry, rows)
+    assert every.any()
+    np.testing.assert_array_equal(
+        _by_vertex_normals(surface, d1, d2, Progress(), symmetry), every
+    )

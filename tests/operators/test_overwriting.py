@@ -2,6 +2,7 @@
 
 import json
 import os
+import pathlib
 import shutil
 import sys
 
@@ -50,6 +51,8 @@ REFUSED = {
     "another name on the disk": ["q.ply", "--ply", "hard.ply"],
     "a frame": ["q.ply", "q.0003.ply", "--frames", "3", "--ply", "."],
     "results beside the meshes": [".", "--out", ".", "--also", "ply"],
+    "guidance in the folder of a mesh": ["x.obj", "h", "--out", "o", "--guide", "h/sub"],
+    "accents composed otherwise": ["e\u0301", "--out", "o"],
 }
 
 
@@ -62,6 +65,11 @@ def test_what_would_be_overwritten_is_refused_before_anything_runs(run, meshes, 
     shutil.copy(meshes / "q.ply", meshes / "q.0003.ply")
     # As if the user had it already: no journal says that it is a result.
     shutil.copy(meshes / "q.ply", meshes / "x.obj.ply")
+    (meshes / "h" / "sub" / "x.obj").mkdir(parents=True)
+    shutil.copy(meshes / "x.obj", meshes / "h" / "sub" / "x.obj" / "x.obj")
+    (meshes / "e\u0301").mkdir()
+    for name in ("\u00e9.obj", "e\u0301.obj"):
+        shutil.copy(meshes / "x.obj", meshes / "e\u0301" / name)
     os.symlink("q.ply", meshes / "link.ply")
     os.link(meshes / "q.ply", meshes / "hard.ply")
     before = contents(meshes)
@@ -70,6 +78,60 @@ def test_what_would_be_overwritten_is_refused_before_anything_runs(run, meshes, 
     said = capfd.readouterr().err
     assert "would overwrite" in said or "same name" in said or "would both have" in said
     assert contents(meshes) == before
+
+
+def test_an_object_of_another_name_than_its_file_spares_the_meshes_too(
+    addon, meshes, capfd
+):
+    """Its files are known only when it is open, in a process of its own."""
+    runner = addon.operators.command_line.batch.runner
+    (meshes / "h" / "g" / "x.obj").mkdir(parents=True)
+    shutil.copy(meshes / "x.obj", meshes / "h" / "g" / "x.obj" / "x-Egg.obj")
+    stand_in = pathlib.Path(__file__).with_name("worker_stand_in.py")
+    (meshes / "x.obj").write_text("guide x-Egg.obj")
+    before = contents(meshes)
+    plan = addon.operators.command_line.arguments.parser.parse(
+        [str(word) for word in ("x.obj", "h", "--out", "o", "--guide", "h/g")]
+    ).batch
+    assert runner.run(plan, [sys.executable, str(stand_in)]) == 1
+    assert "h/g/x.obj/x-Egg.obj, which is read" in capfd.readouterr().err
+    assert before.items() <= contents(meshes).items()
+    assert not (meshes / "o" / "x.obj.json").exists()
+
+
+NAMELESS = {
+    "FILE": [""],
+    "--json": ["x.obj", "--json", ""],
+    "--usda": ["x.obj", "--usda="],
+    "--out": ["x.obj", "--out", ""],
+    "--report": ["x.obj", "--out", "o", "--report", ""],
+    "--guide": ["x.obj", "--guide", ""],
+    "--strokes": ["x.obj", "--guide", "g", "--strokes", ""],
+    "--check-topology": ["x.obj", "--check-topology", ""],
+    "--align-to": ["x.obj", "--align-to", ""],
+}
+
+
+@pytest.mark.parametrize("what", NAMELESS)
+def test_an_empty_name_is_no_name(run, meshes, what, capfd):
+    """As a script gives that has a variable which was not set."""
+    before = contents(meshes)
+    assert run(*NAMELESS[what]) == 2
+    assert f"argument {what}: the name is empty" in capfd.readouterr().err
+    assert contents(meshes) == before
+
+
+def test_a_link_that_leads_nowhere_is_no_folder(run, meshes, capfd):
+    os.symlink("nowhere", meshes / "o")
+    assert run("x.obj", "--out", "o") == 2
+    assert "--out o is not a folder" in capfd.readouterr().err
+
+
+def test_a_summary_of_nothing_is_none(run, meshes, capfd):
+    assert run("--out", "o", "--summary") == 1
+    assert "no batch has been at work there" in capfd.readouterr().err
+    assert not (meshes / "o").exists()
+    assert run("x.obj", "--out", "o", "--summary") == 2
 
 
 def test_two_objects_whose_names_differ_only_in_a_stroke_are_refused(run, tmp_path, capfd):

@@ -1,7 +1,8 @@
 """Stands for the Blender process of one file in tests of batches, so that they take no time.
 
 Takes the command's arguments as the real one does. What it does is said by the file's content:
-lines "torn", "silent", "half", "hang", "crash", "word TEXT", or else a report is written.
+lines "torn", "silent", "half", "hang", "crash", "word TEXT", "guide NAME", or else a report is
+written.
 """
 
 import json
@@ -44,7 +45,8 @@ def main(arguments: list[str]) -> int:
             file.write("ply\n")
     if "guide" in places:
         os.makedirs(places["guide"])
-        with open(os.path.join(places["guide"], "Egg.rosy"), "w") as file:
+        name = what[6:] if what.startswith("guide ") else "Egg.rosy"
+        with open(os.path.join(places["guide"], name), "w") as file:
             file.write("0\n4\n")
     if what == "half":
         return 1

@@ -34,7 +34,7 @@ def test_the_description_names_the_files_that_are_read_and_written():
     text = section("Description").lower()
     folder = ROOT / "operators" / "command_line"
     read = set(
-        re.findall(r'^    "\.(\w+)": \(', (folder / "file_kinds.py").read_text(), re.MULTILINE)
+        re.findall(r'^    "\.(\w+)": \(', (folder / "files" / "file_kinds.py").read_text(), re.MULTILINE)
     )
     assert {"obj", "usda", "blend"} <= read
     names = {"glb": "gltf", "abc": "alembic", "blend": ".blend"}

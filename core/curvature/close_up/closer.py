@@ -19,7 +19,7 @@ import numpy as np
 
 from ...base.progress import Progress
 from ...fields.winding import Winding
-from ...mesh.rings import with_rings
+from ...mesh.rings import ring_around
 from ...mesh.surface import Surface
 from ..field import CurvatureField
 from ..fits.jets import fit_jets
@@ -172,6 +172,6 @@ def _closer_scale(
 
 def _around_umbilics(surface: Surface, winding: Winding, seen: np.ndarray) -> np.ndarray:
     """Vertices around the umbilics of a field that were not looked at."""
-    near = np.zeros(len(seen), bool)
-    near[surface.triangles[np.flatnonzero(winding.index)]] = True
-    return np.flatnonzero(with_rings(surface.triangles, near, AROUND) & ~seen)
+    corners = surface.triangles[np.flatnonzero(winding.index)].ravel()
+    near = ring_around(surface, corners, AROUND)
+    return near[~seen[near]]

@@ -129,7 +129,7 @@ def fit_each(
     The other parameters are those of `fit_jets`.
     """
     c = len(centres)
-    coordinates = np.ascontiguousarray(surface.vertices.T)
+    coordinates = surface.coordinates
     spaces = threading.local()
     ask = progress.quiet()
     determined = np.zeros(c, bool)

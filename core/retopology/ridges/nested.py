@@ -32,7 +32,7 @@ class NestedFits:
     def __init__(
         self, surface: Surface, axes: np.ndarray, centres: np.ndarray, degree: int, rings: int
     ) -> None:
-        self._coordinates = np.ascontiguousarray(surface.vertices.T)
+        self._coordinates = surface.coordinates
         self._origin = self._coordinates[:, centres]
         self._axes = np.ascontiguousarray(axes[:, :, centres])
         self._degree, self._workspace = degree, Workspace()

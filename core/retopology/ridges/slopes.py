@@ -151,7 +151,7 @@ def fit_slopes(
         centres = np.arange(len(surface.vertices))
     c = len(centres)
     slopes = unknown(c)
-    coordinates = np.ascontiguousarray(surface.vertices.T)
+    coordinates = surface.coordinates
     spaces = threading.local()
 
     def fit(slots: np.ndarray, wanted: Fitting) -> None:

@@ -29,7 +29,8 @@ def drowned_share(
         low = gap <= UNRESOLVED * noise
         # What is as large as the bend of the surface over the fit is no error of a smooth surface.
         low &= noise * radius <= REGION_BEND
-    within = low[surface.triangles].all(axis=1) & ~known
+    a, b, c = surface.at_corners(low)
+    within = a & b & c & ~known
     if not within.any():
         return 0.0
     _, area = surface.face_normal_area

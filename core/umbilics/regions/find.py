@@ -54,8 +54,11 @@ def find_regions(
     """
     ratio = _ratio(gap, noise, radius)
     clear, known = ratio > REGION_RATIO, np.isfinite(ratio)
-    a, b, c = surface.triangles.T
-    within = ~(clear[a] | clear[b] | clear[c]) & (known[a] | known[b] | known[c])
+    a, b, c = surface.at_corners(clear)
+    within = ~(a | b | c)
+    if not known.all():
+        a, b, c = surface.at_corners(known)
+        within &= a | b | c
     if not within.any():
         return RegionMap.none(surface)
     _, area = surface.face_normal_area

@@ -244,8 +244,7 @@ def _labelled(
     of_vertex = np.full(count, -1, np.int32)
     of_vertex[vertices] = piece
     label = np.full(len(surface.triangles), -1, np.int32)
-    inside = of_vertex[surface.triangles] >= 0
-    rows = np.flatnonzero(np.count_nonzero(inside, axis=1) > 1)
+    rows = surface.with_two_of(of_vertex >= 0)
     corners = surface.triangles[rows].astype(np.int64)
     for one, two in ((0, 1), (1, 2), (2, 0)):
         start, end = corners[:, one], corners[:, two]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +14,7 @@ from .... import core
 from ...data.properties import GIVEN_NAMES
 from .. import frames, guidance, matching, steering, version
 from ..batch import Plan, PlanError
-from ..batch.plan import tasks_for
+from ..batch.plan import Task, tasks_for
 from ..files import companions
 from ..files.guard import Guard
 from ..files.importers import SUFFIXES
@@ -32,7 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "be a folder (with all below it) or a pattern such as '*.stl'.",
     )
     group.add_argument(
-        "--out", metavar="DIR", type=Path, help="write DIR/FILE.json for each file, and a summary"
+        "--out",
+        metavar="DIR",
+        type=values.place,
+        help="write DIR/FILE.json for each file, and a summary",
     )
     group.add_argument(
         "--also",
@@ -51,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--report",
         metavar="F",
-        type=Path,
+        type=values.place,
         help="the summary as .csv, or as .jsonl (default: DIR/report.csv)",
     )
     group.add_argument(
@@ -109,13 +114,15 @@ def plan_of(
                 parser.error(f"--{name} needs --out DIR.")
         return None
     if found.summary:
+        if found.files:
+            parser.error("--summary is about what is in --out: it takes no files.")
         return None
     for kind in OUTPUTS:
         if getattr(found, kind):
             parser.error(f"With --out there is no --{kind}; say --also {kind}.")
     if not found.files:
         parser.error("--out needs files or folders.")
-    if found.out.exists() and not found.out.is_dir():
+    if os.path.lexists(found.out) and not found.out.is_dir():
         parser.error(f"--out {found.out} is not a folder.")
     kinds = ("json", *sorted(set(found.also)))
     endings = [f".{kind}" for kind in kinds]
@@ -139,22 +146,47 @@ def plan_of(
         memory_limit=memory_limit_of(found),
         guide=guide.folder if guide else None,
         events=found.progress == "jsonl",
+        guard=guard,
     )
+    try:
+        _claim(plan, tasks, guide, found.frames)
+    except PlanError as error:
+        parser.error(str(error))
+    return plan
+
+
+def _claim(
+    plan: Plan,
+    tasks: tuple[Task, ...],
+    guide: guidance.GuidanceRequest | None,
+    wanted_frames: tuple[int, ...],
+) -> None:
+    """Claim all that the `tasks`, of this part and of the others, read and write.
+
+    Raises
+    ------
+    OverwriteError
+        A result would overwrite something.
+    PlanError
+        A file is where a folder would be.
+    """
+    guard = plan.guard
     guard.reads(task.source for task in tasks)
     for path in (plan.journal, plan.summary):
         guard.writes(path)
     for task in tasks:
-        for kind in kinds:
-            for place in frames.places(plan.out / f"{task.name}.{kind}", kind, found.frames):
-                guard.writes(place)
-        if plan.guide:
-            place = plan.guide / task.name
+        for kind in plan.kinds:
+            place = plan.out / f"{task.name}.{kind}"
+            for path in frames.places(place, kind, wanted_frames):
+                guard.writes(path)
+        if guide:
+            place = guide.folder / task.name
+            dataclasses.replace(guide, folder=place).claim_file(guard, task.source, wanted_frames)
             if place.exists() and not place.is_dir():
-                parser.error(
+                raise PlanError(
                     f"{place} is a file, where the folder of the guidance would be. Choose "
                     "another folder with --guide."
                 )
-    return plan
 
 
 def memory_limit_of(found: argparse.Namespace) -> int | None:

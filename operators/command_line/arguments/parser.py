@@ -137,6 +137,7 @@ def _parser() -> argparse.ArgumentParser:
         "files",
         metavar="FILE",
         nargs="*",
+        type=values.path,
         help="mesh files; without any, the meshes of the file that Blender has open",
     )
     parser.add_argument(
@@ -194,13 +195,14 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         "With several FILEs each of these names a folder, made if it is missing. With --frames "
         "each but the JSON has a file for every frame, F.0001.png and so on.",
     )
-    group.add_argument("--json", metavar="F", help="write the umbilics as JSON")
-    group.add_argument("--blend", metavar="F", help="save a .blend with the results")
-    group.add_argument("--png", metavar="F", help="draw a picture")
-    group.add_argument("--ply", metavar="F", help="write the mesh with the curvatures as PLY")
-    group.add_argument(
-        "--usda", metavar="F", help="write the mesh, its curvatures and the umbilics as USD"
-    )
+    for kind, text in (
+        ("json", "write the umbilics as JSON"),
+        ("blend", "save a .blend with the results"),
+        ("png", "draw a picture"),
+        ("ply", "write the mesh with the curvatures as PLY"),
+        ("usda", "write the mesh, its curvatures and the umbilics as USD"),
+    ):
+        group.add_argument(f"--{kind}", metavar="F", type=values.path, help=text)
     group.add_argument(
         "--per-vertex", action="store_true", help="JSON: add the curvature at every vertex"
     )

@@ -9,6 +9,7 @@ from .... import core
 from .. import guidance, matching, steering
 from ..batch import Plan
 from ..files.guard import Guard
+from ..stopping import Stop
 from . import source as source_arguments
 
 
@@ -52,6 +53,8 @@ class Request:
         Tell of the progress in JSON lines on standard output, instead of in sentences.
     limits:
         Of each file.
+    stop:
+        Hears that the command is to end before it is done.
     worker_arguments:
         What gives another process the same settings.
     is_worker:
@@ -78,6 +81,7 @@ class Request:
     guard: Guard
     events: bool = False
     limits: Limits = Limits()
+    stop: Stop = dataclasses.field(default_factory=Stop)
     worker_arguments: tuple[str, ...] = ()
     is_worker: bool = False
     planning: core.GuidanceSettings = dataclasses.field(default_factory=core.GuidanceSettings)

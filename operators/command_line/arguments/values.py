@@ -5,11 +5,24 @@ from __future__ import annotations
 import math
 from argparse import ArgumentTypeError
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeVar
 
 from .... import core
 
 T = TypeVar("T")
+
+
+def path(text: str) -> str:
+    """The name of a file or folder; without letters it would be taken for the folder that the
+    command runs in, or for none."""
+    if not text:
+        raise ArgumentTypeError("the name is empty")
+    return text
+
+
+def place(text: str) -> Path:
+    return Path(path(text))
 
 
 def whole_number(text: str) -> int:

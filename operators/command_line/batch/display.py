@@ -6,6 +6,8 @@ import shutil
 import time
 from typing import TextIO
 
+from .. import messages
+
 
 class Display:
     """Tells `stream` about `total` files."""
@@ -48,8 +50,7 @@ class Display:
             self._print("\r\033[K")
 
     def _print(self, text: str) -> None:
-        self._stream.write(text)
-        self._stream.flush()
+        messages.say(text, self._stream)
 
 
 def progress_line(done: int, total: int, failed: int, seconds: float) -> str:

@@ -43,9 +43,10 @@ def held(folder: Path, name: str) -> Iterator[None]:
             file.close()
             raise
     try:
-        file.truncate(0)
-        file.write(f"process {os.getpid()} on {platform.node()}\n")
-        file.flush()
+        # On a full disk it holds as well without its words.
+        with contextlib.suppress(OSError):
+            os.ftruncate(file.fileno(), 0)
+            os.write(file.fileno(), f"process {os.getpid()} on {platform.node()}\n".encode())
         yield
     finally:
         if os.name == "posix":

@@ -6,10 +6,10 @@ import glob
 import os
 import stat
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..files.guard import shown
+from ..files.guard import Guard, folded, shown
 from . import journal
 from .names import apart, result_name
 
@@ -64,6 +64,8 @@ class Plan:
         Folder of the guidance, or None: the files of each mesh file in a folder of its name.
     events:
         Tell of the progress in JSON lines on standard output.
+    guard:
+        Knows all files that are read.
     """
 
     tasks: tuple[Task, ...]
@@ -80,6 +82,7 @@ class Plan:
     memory_limit: int | None = None
     guide: Path | None = None
     events: bool = False
+    guard: Guard = field(default_factory=Guard)
 
     @property
     def suffix(self) -> str:
@@ -122,8 +125,9 @@ def tasks_for(
     for task in found:
         if task.source not in search.named and os.path.realpath(task.source) in results:
             continue
-        # Also where a file system does not tell upper from lower case.
-        other = chosen.setdefault(task.name.casefold(), task)
+        # Also where a file system does not tell upper from lower case, or accents composed
+        # otherwise.
+        other = chosen.setdefault(folded(task.name), task)
         if os.path.realpath(other.source) != os.path.realpath(task.source):
             raise PlanError(
                 f"{shown(other.source)} and {shown(task.source)} would both have results "

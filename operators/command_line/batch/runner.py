@@ -6,17 +6,18 @@ import contextlib
 import errno
 import hashlib
 import shutil
-import signal
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from .. import exit_codes, messages
-from ..files.guard import shown
+from ..files.guard import OverwriteError, shown
+from ..stopping import Stop
 from . import journal, lock, machine, summary
 from .display import Display, duration
 from .plan import Plan, Task
@@ -30,7 +31,7 @@ _PER_BYTE = 30
 _PAUSE = 0.05
 
 
-def run(plan: Plan, blender: list[str]) -> int:
+def run(plan: Plan, blender: list[str], stop: Stop | None = None) -> int:
     """Do the batch; its exit code. `blender` starts the command for one file.
 
     Raises
@@ -52,17 +53,16 @@ def run(plan: Plan, blender: list[str]) -> int:
             beside = None
             if plan.guide:
                 beside = stack.enter_context(_scratch(plan.guide, f"guiding{plan.suffix}"))
-            batch = _Batch(plan, blender, kept, scratch, beside)
+            batch = _Batch(plan, blender, kept, scratch, beside, stop)
             try:
-                with _stoppable(batch):
-                    batch.run()
+                batch.run()
             finally:
                 batch.stop_workers()
         # Only what this batch is about: an earlier one may have had other files.
         entries = [kept.entries[task.name] for task in plan.tasks if task.name in kept.entries]
         entries = journal.ended(entries)
         if kept.trouble:
-            print(f"umbilics: {kept.trouble}; --resume will not know all.", file=sys.stderr)
+            messages.complain(f"{kept.trouble}; --resume will not know all.")
         summary.write_report(plan.summary, entries)
     code = _conclude(entries, plan.summary, len(plan.tasks) - len(entries))
     if kept.trouble:
@@ -73,7 +73,11 @@ def run(plan: Plan, blender: list[str]) -> int:
 def summarize(out: Path, report: Path | None) -> int:
     """One summary of all the parts in a folder; the exit code that they have together."""
     entries: dict[str, dict[str, Any]] = {}
-    for path in sorted(out.glob("report*.jsonl")):
+    journals = sorted(out.glob("report*.jsonl"))
+    if not journals:
+        messages.complain(f"{shown(out)}: no batch has been at work there, so there is no summary.")
+        return exit_codes.FAILED
+    for path in journals:
         entries |= {entry["name"]: entry for entry in journal.ended(journal.read(path))}
     report = report or out / "report.csv"
     summary.write_report(report, list(entries.values()))
@@ -83,11 +87,11 @@ def summarize(out: Path, report: Path | None) -> int:
 def _conclude(entries: list[dict[str, Any]], report: Path, missing: int) -> int:
     failed = [entry for entry in entries if entry["status"] != "done"]
     for entry in failed:
-        print(shown(summary.in_words(entry)), file=sys.stderr)
+        messages.say(shown(summary.in_words(entry)) + "\n", sys.stderr)
     text = f"{len(entries) - len(failed)} done, {len(failed)} failed"
     if missing:
         text += f", {missing} not done: the same command with --resume does them"
-    print(f"{text}; summary in {shown(report)}", file=sys.stderr, flush=True)
+    messages.say(f"{text}; summary in {shown(report)}\n", sys.stderr)
     if missing:
         return exit_codes.INTERRUPTED
     return exit_codes.FAILED if failed else exit_codes.DONE
@@ -97,6 +101,9 @@ def _check_writable(path: Path) -> None:
     """Raise OSError if a file cannot be written there; what is there stays as it is."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+    if path.exists() and not path.is_file():
+        # A pipe or a device, which is written to as it is.
+        return
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with tempfile.TemporaryFile(dir=path.parent):
@@ -131,6 +138,7 @@ class _Batch:
         kept: journal.Journal,
         scratch: Path,
         beside: Path | None,
+        stop: Stop | None,
     ) -> None:
         self._plan = plan
         self._command = blender
@@ -140,7 +148,7 @@ class _Batch:
         self._running: list[Worker] = []
         key = repr((plan.worker_arguments, plan.key))
         self._digest = hashlib.sha256(key.encode("utf-8", "surrogatepass")).hexdigest()[:16]
-        self.stopping = False
+        self._stop = stop or Stop()
 
     def run(self) -> None:
         plan = self._plan
@@ -157,15 +165,16 @@ class _Batch:
         start = time.monotonic()
         waiting.reverse()
         number = ended = 0
-        while (waiting and not self.stopping) or self._running:
+        stopping = self._stop.asked
+        while (waiting and not stopping()) or self._running:
             finished = []
-            while waiting and len(self._running) < jobs and not self.stopping:
+            while waiting and len(self._running) < jobs and not stopping():
                 number += 1
                 refused = self._start(waiting.pop(), str(number), memory)
                 finished += [refused] if refused else []
             if not finished:
                 time.sleep(_PAUSE)
-            if self.stopping:
+            if stopping():
                 self.stop_workers()
             for worker in [w for w in self._running if w.has_ended(plan.time_limit)]:
                 self._running.remove(worker)
@@ -232,10 +241,12 @@ class _Batch:
             return self._failure(task, worker.why(), **facts)
         facts["objects"] = objects
         made = worker.makes(self._plan.out)
-        self._journal.add({"name": task.name, "status": "delivering", "results": made})
         try:
+            for place in chain.from_iterable(made.values()):
+                self._plan.guard.spares_inputs(self._plan.out / place)
+            self._journal.add({"name": task.name, "status": "delivering", "results": made})
             worker.deliver()
-        except DeliveryError as error:
+        except (DeliveryError, OverwriteError) as error:
             return self._failure(task, str(error), **facts)
         facts["results"] = made
         if not worker.succeeded:
@@ -276,20 +287,3 @@ def _shares(tasks: list[Task], jobs: int | None, limit: int | None) -> tuple[int
         jobs = min(machine.processors(), fitting)
     jobs = max(1, min(jobs, len(tasks)))
     return jobs, limit or free // jobs
-
-
-@contextmanager
-def _stoppable(batch: _Batch) -> Iterator[None]:
-    """Ctrl-C, the wish to end and the end of the terminal stop the batch in an orderly way."""
-
-    def stop(*_: object) -> None:
-        batch.stopping = True
-
-    names = ("SIGINT", "SIGTERM", "SIGHUP")
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    before = {number: signal.signal(number, stop) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)

@@ -9,9 +9,9 @@ from typing import Any
 
 from ....core.formats.whole import PARTIAL
 from .. import exit_codes
-from ..arguments.request import Limits, Request
+from ..arguments.request import Request
 from ..files.guard import shown
-from ..messages import complain, tell
+from ..messages import STOPPED, complain, tell
 from . import machine
 
 _PAUSE = 0.05
@@ -22,6 +22,8 @@ def run(request: Request, blender: list[str]) -> int:
     failed = False
     for file, outputs in zip(request.files, request.outputs, strict=True):
         failed |= not _one_file(request, file, outputs, blender)
+        if request.stop.asked():
+            break
     return exit_codes.FAILED if failed else exit_codes.DONE
 
 
@@ -36,12 +38,14 @@ def _one_file(
         command.append("--progress=jsonl")
     command += [] if file is None else ["--", file]
     start = time.monotonic()
-    number, code = _end_of(command, request.limits)
+    number, code = _end_of(command, request)
     if code in (exit_codes.DONE, exit_codes.FAILED):
         # It has said all that there is to say.
         return code == exit_codes.DONE
     _remove_partial(request, outputs, number)
-    if code is None:
+    if request.stop.asked():
+        error = STOPPED
+    elif code is None:
         error = f"given up after {request.limits.seconds:g} s (--time-limit)."
     else:
         error = f"Blender ended with {machine.end_in_words(code)}."
@@ -56,8 +60,9 @@ def _one_file(
     return False
 
 
-def _end_of(command: list[str], limits: Limits) -> tuple[int, int | None]:
-    """Run a process within the limits; its number, and its exit code, None if it took too long."""
+def _end_of(command: list[str], request: Request) -> tuple[int, int | None]:
+    """Run a process within the limits; its number, and its exit code, None if it was ended."""
+    limits = request.limits
     process = subprocess.Popen(command, stdin=subprocess.PIPE)
     assert process.stdin is not None
     if limits.memory:
@@ -65,6 +70,8 @@ def _end_of(command: list[str], limits: Limits) -> tuple[int, int | None]:
     start = time.monotonic()
     try:
         while process.poll() is None:
+            if request.stop.asked():
+                return process.pid, None
             if limits.seconds is not None and time.monotonic() - start > limits.seconds:
                 return process.pid, None
             time.sleep(_PAUSE)

@@ -18,6 +18,7 @@ from .... import core
 from ...base.errors import FileError
 from ...mesh.build import from_polygons
 from .guard import shown
+from .quirks import readable
 
 UPRIGHT = np.eye(3)
 # Of a format with y up: Blender's importers turn (x, y, z) into (x, -z, y).
@@ -27,17 +28,20 @@ _RIGHT, _UP, _FRONT = np.eye(3)[0], np.eye(3)[2], -np.eye(3)[1]
 
 
 def _obj(path: str) -> np.ndarray:
-    bpy.ops.wm.obj_import(filepath=path, forward_axis="Y", up_axis="Z")
+    with readable(path) as place:
+        bpy.ops.wm.obj_import(filepath=place, forward_axis="Y", up_axis="Z")
     return UPRIGHT
 
 
 def _ply(path: str) -> np.ndarray:
-    bpy.ops.wm.ply_import(filepath=path, forward_axis="Y", up_axis="Z")
+    with readable(path) as place:
+        bpy.ops.wm.ply_import(filepath=place, forward_axis="Y", up_axis="Z")
     return UPRIGHT
 
 
 def _stl(path: str) -> np.ndarray:
-    bpy.ops.wm.stl_import(filepath=path, forward_axis="Y", up_axis="Z")
+    with readable(path) as place:
+        bpy.ops.wm.stl_import(filepath=place, forward_axis="Y", up_axis="Z")
     return UPRIGHT
 
 

@@ -14,6 +14,11 @@ class OverwriteError(FileError):
     """A result would take the place of an input or of another result."""
 
 
+def folded(path: str) -> str:
+    """The same text for all paths that some file system does not tell apart."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
+
+
 class Guard:
     """The paths that a command reads and writes.
 
@@ -51,6 +56,23 @@ class Guard:
         OverwriteError
             It is a file that is read, or another result.
         """
+        keys = self.spares_inputs(path)
+        for key in keys:
+            if key in self._written:
+                raise OverwriteError(
+                    f"{shown(path)} would be written twice: two results have the same name."
+                )
+        for key in keys:
+            self._written[key] = shown(path)
+
+    def spares_inputs(self, path: os.PathLike[str] | str) -> list[object]:
+        """What tells the path of a result from others; claims nothing.
+
+        Raises
+        ------
+        OverwriteError
+            It is a file that is read.
+        """
         keys = self._keys(path)
         for key in keys:
             if key in self._read:
@@ -58,12 +80,7 @@ class Guard:
                     f"{shown(path)} would overwrite {self._read[key]}, which is read. "
                     "Choose another name or folder for the results."
                 )
-            if key in self._written:
-                raise OverwriteError(
-                    f"{shown(path)} would be written twice: two results have the same name."
-                )
-        for key in keys:
-            self._written[key] = shown(path)
+        return keys
 
     def _keys(self, path: os.PathLike[str] | str) -> list[object]:
         """What tells files apart: the real path, and for a file that exists its place on the disk.
@@ -85,7 +102,7 @@ class Guard:
             if folder not in self._folders:
                 self._folders[folder] = os.path.realpath(folder)
             real = os.path.join(self._folders[folder], name)
-        keys: list[object] = [unicodedata.normalize("NFC", real).casefold()]
+        keys: list[object] = [folded(real)]
         if found is not None and stat.S_ISREG(found.st_mode) and found.st_ino:
             keys.append((found.st_dev, found.st_ino))
         return keys

@@ -121,8 +121,10 @@ def quiet() -> Iterator[None]:
 
 
 def _reason(words: list[str]) -> str:
-    """The last line that says something, without Blender's label."""
-    return words[-1].removeprefix("Error: ")
+    """The last line that says something, without Blender's label; where in which script it was is
+    nothing to the reader of the file."""
+    said = [line for line in words if line.strip() and not line.lstrip().startswith("Location:")]
+    return (said or words)[-1].strip().removeprefix("Error: ")
 
 
 def _start(base: str) -> set[str]:
