@@ -97,6 +97,7 @@ def cross_field(
     sharp: np.ndarray | None = None,
     undirected: np.ndarray | None = None,
     features: Features | None = None,
+    on_outlines: bool = True,
 ) -> CrossField:
     """The cross field of a surface.
 
@@ -114,6 +115,9 @@ def cross_field(
         (m,) bool triangles of regions where the directions mean nothing.
     features:
         What to run along, if it is known; else hard features by the settings.
+    on_outlines:
+        Whether vertices of tessellated parts may lie on outlines alone, so that triangles have to
+        tell the field.
     """
     progress.step(0.0)
     if features is None:
@@ -142,9 +146,11 @@ def cross_field(
     u = found.strength * fourth_power(axis, found.direction)
     part = progress.part("Carrying to faces", 0.9, 1.0)
     face_direction, _ = on_faces(surface, u, axis, part)
-    told = told_by_triangles(
-        surface, features, field, axis, confidence * data / found.length**2, found.index
-    )
+    told = None
+    if on_outlines:
+        told = told_by_triangles(
+            surface, features, field, axis, confidence * data / found.length**2, found.index
+        )
     return CrossField(
         direction=found.direction,
         normal=normal,

@@ -28,8 +28,8 @@ from .filled import filled_in
 STIFF = 10.0
 # Triangles of the two rings around an edge, half of them for each of the pair that leaves over it.
 # Where so many for each would cover the surface their zones are one, with nothing between to go by:
-# the field is smoothed first. Of six ellipsoids with such noise the directions err by 12 to 32 degrees
-# then on five, where they had by 24 to 43, and by 44 instead of 40 on one half drowned in noise.
+# the field is smoothed first. Directions on six ellipsoids with such noise then err by 9 to 32
+# degrees on five, where they had by 24 to 43, and by 43 instead of 40 on one half drowned.
 ZONE = 24
 
 
@@ -102,7 +102,7 @@ def simplify_field(
         held = np.zeros(len(certainty), bool)
         held[surface.triangles[undirected | ((wanted != 0.0) & (wanted == index))]] = True
         part = progress.part("Simplifying the field", 0.1, 0.6)
-        lines = filled_in(surface, lines, index, wanted, held, certainty, part)
+        lines = filled_in(surface, lines, changing, held, certainty, part)
         # What is left then turns as readily as an edge.
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
