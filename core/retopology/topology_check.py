@@ -276,7 +276,7 @@ def _angles(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(q,) degrees to the principal directions of quads (q, 4, 3), and their weights."""
     across = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    triangle, _ = closest(at.mean(axis=1), across)
+    triangle, _ = closest.below(at.mean(axis=1), across)
     deviator = planes.deviator(triangle, planes.corner[triangle].mean(axis=1))
     first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
     second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]

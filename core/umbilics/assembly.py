@@ -13,7 +13,7 @@ from ..curvature.field import CurvatureField
 from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
-from .compounds import merged, unresolved_groups
+from .compounds import merged, settled, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
 from .located import locate, standard_errors
@@ -153,13 +153,15 @@ def _umbilics(
         progress,
     )
     verdict = judge(surface, found, evidence, persistence, partner)
+    clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
+    if jets and settings.certified and not clean:
+        found = settled(surface, found, verdict, analysed.radius)
     if settings.certified and settings.merge:
         group = unresolved_groups(
             surface, fitted.field, analysed.noise, analysed.radius, found, verdict
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
-    clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     return Umbilics(
         position=found.position(surface) * surface.unit + surface.origin,

@@ -34,3 +34,19 @@ def bumpy(seed, level=4):
         for axis in direction
     )
     return mesh.vertices * np.maximum(1.0 + height, 0.3)[:, None], mesh.triangles
+
+
+def uneven_box(splits=60):
+    """A closed flat box of twelve large triangles, one of which is cut in small ones."""
+    vertices, triangles = cube(1)
+    vertices = vertices * np.array([1.0, 0.8, 0.05])
+    for _ in range(splits):
+        at = vertices[triangles[11:]]
+        area = np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1)
+        row = 11 + int(area.argmax())
+        a, b, c = triangles[row]
+        middle = len(vertices)
+        vertices = np.vstack([vertices, at[row - 11].mean(axis=0)])
+        cut = [[a, b, middle], [b, c, middle], [c, a, middle]]
+        triangles = np.vstack([np.delete(triangles, row, axis=0), cut])
+    return vertices, triangles

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from fields import flat_surface
 
+from core.umbilics.compounds import settled
 from core.umbilics.judged import Evidence, judge
 from core.umbilics.located import BIAS, BIAS_CLEAN, LARGEST, Located, standard_errors
 from core.umbilics.pairing.persistence import measure_persistence
@@ -269,6 +270,37 @@ def test_two_places_of_their_own_need_less(
     )
     verdict = judged(surface, found, partner=[1, 0], persistence=[persistence * NOISE] * 2)
     assert not verdict.certain.any()
+
+
+@pytest.mark.parametrize(
+    "where, error, persistence, moved",
+    [
+        # A third of the way: one place is known twice as well as the other.
+        (0.6, (0.2, 0.2 * np.sqrt(2.0)), 0.5, 1.0 / 3.0),
+        # Not beyond a fit, not where errors do not bring both together, not towards a real one.
+        (1.2, (0.6, 0.6 * np.sqrt(2.0)), 0.5, 0.0),
+        (0.6, (0.02, 0.02), 0.5, 0.0),
+        (0.6, (0.2, 0.2), 100.0, 0.0),
+    ],
+)
+def test_of_three_where_two_cancel_the_outer_ones_are_one_place(
+    square, where, error, persistence, moved
+):
+    surface, nearest = square
+    rows = [nearest(x * where * RADIUS, 0.0) for x in (-0.5, 0.5, 0.2)]
+    own, other = (e * RADIUS for e in error)
+    clear = [CLEAR if persistence > 1.0 else 0.5] * 3
+    found = located(
+        rows, index=[0.5, 0.5, -0.5], uncertainty=[own, other, other], clarity=clear
+    )
+    cancels = [np.inf, persistence * NOISE, persistence * NOISE]
+    verdict = judged(surface, found, partner=[-1, 2, 1], persistence=cancels)
+    assert verdict.resolved.tolist() == [True, persistence > 1.0, persistence > 1.0]
+    before = found.position(surface)
+    after = settled(surface, found, verdict, np.full(len(surface.vertices), RADIUS))
+    expected = before[0] + moved * (before[1] - before[0])
+    np.testing.assert_allclose(after.position(surface)[0], expected, atol=1e-9)
+    np.testing.assert_array_equal(after.position(surface)[1:], before[1:])
 
 
 @pytest.mark.parametrize("p, q", [(1.0, 0.1j), (0.3, -1.0), (1.0, 0.8)])

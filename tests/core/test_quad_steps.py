@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from quad_guarantees import closest_in, holds
-from quad_surfaces import bumpy, cube
+from quad_surfaces import bumpy, cube, uneven_box
 from surfaces import cylinder, ellipsoid
 
 import core
@@ -17,6 +17,7 @@ from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
 from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
+from core.retopology.quads.layout.words import words_of_count
 from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant, pose
 from core.retopology.quads.mapping.seams import seams
 from core.retopology.quads.mapping.untangling import injective_map
@@ -187,17 +188,25 @@ def test_stubs_and_tangles_are_no_features():
     assert len(long_chains(surface, gap, 0.3, 100.0)) < len(gap)
 
 
-def test_closest_points_are_the_closest():
-    mesh = bumpy(1, level=3)
+@pytest.mark.parametrize("mesh", [bumpy(1, level=3), uneven_box()], ids=["alike", "uneven"])
+def test_closest_points_are_the_closest(mesh):
     surface, _ = clean(*mesh)
     random = np.random.default_rng(0)
     points = random.uniform(-1.2, 1.2, size=(50, 3))
-    _, found = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(points)
+    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    _, found = closest(points)
     corner = surface.vertices[surface.triangles]
     for point, place in zip(points, found, strict=True):
         every = closest_in(corner, point)
         least = np.linalg.norm(every - point, axis=1).min()
         assert np.linalg.norm(place - point) <= least * (1 + 1e-9) + 1e-12
+    # Places of the surface are their own, and on the side that they are asked for.
+    weight = random.dirichlet(np.ones(3), len(corner))
+    places = np.einsum("tk,tkc->tc", weight, corner)
+    assert np.abs(closest(places)[1] - places).max() < 1e-9
+    triangle, there = closest.below(places, closest.normal)
+    assert (np.einsum("tc,tc->t", closest.normal[triangle], closest.normal) > 0.5).all()
+    assert np.abs(there - places).max() < 1e-9
 
 
 def test_conformity_tells_torn_meshes():
@@ -215,3 +224,14 @@ def test_no_mesh_is_torn_by_tiny_counts():
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=20))
     found = conformity(made.quads, len(made.vertices))
     assert found.manifold and found.characteristic == 2
+    missed = [said for said in made.warnings if f"{len(made.quads)} quads instead of 20" in said]
+    assert len(missed) == (len(made.quads) != 20)
+
+
+def test_a_number_of_quads_that_is_missed_is_said_with_the_reason():
+    assert words_of_count(103, 100, 8, 0) == words_of_count(97, 100, 8, 1) == []
+    (fewer,) = words_of_count(96, 100, 8, 0)
+    assert fewer.startswith("96 quads instead of 100") and "whole numbers" in fewer
+    for poles, cut, why in ((8, 1, "without a layout"), (8, 0, "8 poles"), (0, 0, "closed rings")):
+        (more,) = words_of_count(104, 100, poles, cut)
+        assert more.startswith("104 quads instead of 100") and why in more

@@ -9,6 +9,7 @@ from core.base.progress import Progress
 from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
+from core.retopology.quads.finishing.parting import without_folds
 from core.retopology.quads.finishing.unfolding import own_quality
 from core.retopology.quads.layout.effort import Effort
 from core.retopology.quads.surface.decimation import coarsened
@@ -107,3 +108,18 @@ def test_effort_ends():
     while effort.left:
         effort.spend(1000)
     assert not effort.left
+
+
+def test_parting_does_not_fold():
+    """What would fold by being moved stays, with what hangs on it; the rest goes."""
+    at = np.arange(9.0)
+    position = np.stack([*(x.ravel() for x in np.meshgrid(at, at)), np.zeros(81)], axis=1)
+    row = np.arange(81).reshape(9, 9)
+    corners = row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]
+    quads = np.stack(corners, axis=-1).reshape(-1, 4)
+    moved = position.copy()
+    moved[20] += [0.0, 0.0, 0.2]
+    moved[60] += [2.5, 0.0, 0.2]
+    found = without_folds(moved, position, quads)
+    assert own_quality(moved, quads).min() <= 0.0 < own_quality(found, quads).min()
+    assert np.array_equal(found[20], moved[20]) and np.array_equal(found[60], position[60])

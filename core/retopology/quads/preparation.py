@@ -50,8 +50,9 @@ class Prepared:
         The pieces that no layout was found for.
     size:
         Length of a quad's edge in the coordinates of the input.
-    asked:
-        How many quads the pieces with a layout shall have together.
+    requested, asked:
+        How many quads are wanted in all, and how many the pieces with a layout shall have
+        together.
     effort:
         What is left to be tried on them.
     wanted:
@@ -64,6 +65,7 @@ class Prepared:
     unlaid: list[Unlaid]
     plane: Plane | None
     size: float
+    requested: int
     asked: int
     effort: Effort
     wanted: WantedPoles | None
@@ -74,7 +76,8 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     """Lay out every piece of the guide's surface."""
     whole, detection = guide.surface, given.detection
     warnings = list(guide.cleaning)
-    size, asked = _size(whole, settings)
+    size, requested = _size(whole, settings)
+    asked = requested
     field = guide.measured(progress.part("Simplifying the field", 0.0, 0.1))
     plane = wanted_plane(settings.symmetry, whole, detection, warnings)
     planning = GuidanceSettings(
@@ -126,7 +129,9 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
         else:
             parts.append(laid)
     asked = max(asked - sum(one.asked for one in unlaid), 1)
-    return Prepared(parts, unlaid, plane, size, asked, effort, poles and poles[0], warnings)
+    return Prepared(
+        parts, unlaid, plane, size, requested, asked, effort, poles and poles[0], warnings
+    )
 
 
 def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:

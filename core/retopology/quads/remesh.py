@@ -29,7 +29,7 @@ from .layout.counting import countable, counted
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
-from .layout.words import words, words_of_unlaid
+from .layout.words import words, words_of_count, words_of_unlaid
 from .preparation import Given, prepare
 from .result import QuadMesh
 from .settings import RemeshSettings
@@ -130,7 +130,10 @@ def remesh(
     plane = prepared.plane
     if plane is not None:
         made = mirrored(made, plane, detection.umbilics, prepared.size)
-    return made
+    said = words_of_count(
+        len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid)
+    )
+    return replace(made, warnings=(*made.warnings, *said))
 
 
 def quad_layout(

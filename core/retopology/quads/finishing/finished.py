@@ -30,8 +30,9 @@ ATTEMPTS, BAD = 3, 0.3
 POOR = 0.5
 # With more than this share of its quads folded a piece has no room for them: others would be too.
 HOPELESS = 0.05
-# Vertices count as off the surface beyond the first part of a side; beyond the second the shape is
-# lost, and quads that follow nothing but the surface are better.
+# Vertices count as off the surface beyond the first part of a side; beyond the second, where they
+# are as far from it as from each other, the shape is lost, and quads that follow nothing but the
+# surface are better.
 OFF, LOST = 1e-6, 1.0
 
 
@@ -127,7 +128,7 @@ def _evened(
     laid: LaidOut, grid: Grids, placed: Placement, steps: int, thin: bool, progress: Progress
 ) -> tuple[Finished, np.ndarray]:
     """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
-    guides = replace(_guides(placed, laid), thin=thin)
+    guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
     position, triangle = relaxed(placed.position, quads, guides, steps, progress)
     if laid.working.fine is not None:
@@ -140,7 +141,7 @@ def _evened(
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     """Without folded quads, vertices off the surface where it leaves no room; None where that was
     not found."""
-    guides, quads = _guides(one.placed, one.laid), one.placed.quads
+    guides, quads = guides_of(one.placed, one.laid), one.placed.quads
     fine = one.laid.working.fine
     if fine is not None:
         guides = replace(guides, surface=ClosestPoints(fine.vertices, fine.triangles, fine.twin))
@@ -184,12 +185,13 @@ def _joins_up(placed: Placement, laid: LaidOut) -> bool:
     return found.manifold and found.characteristic == characteristic(laid)
 
 
-def _guides(placed: Placement, laid: LaidOut) -> Guides:
-    """What holds the quads of a piece: poles are free, ends and corners of features are not."""
+def guides_of(placed: Placement, laid: LaidOut) -> Guides:
+    """What holds the quads of a piece: poles and loose ends of creases are free, other ends and
+    corners of features are not."""
     surface = laid.working.surface
     crossed = laid.map_.crosses
     held = placed.vertex >= 0
-    on = held & crossed.on_feature[np.maximum(placed.vertex, 0)]
+    on = held & (crossed.on_feature & ~laid.loose_end)[np.maximum(placed.vertex, 0)]
     curves = {
         number: (
             surface.vertices[crossed.tail[track.chain]],
@@ -204,7 +206,7 @@ def _guides(placed: Placement, laid: LaidOut) -> Guides:
         crossed.size,
         # Poles that were moved out of a zone do not slide back, those that a user placed stay.
         on | (held & (laid.wishes.avoided.any() or laid.wishes.wanted is not None)),
-        np.where(on, -1, placed.track),
+        np.where(held, -1, placed.track),
         placed.beside,
         curves,
     )

@@ -12,17 +12,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-# Corners are opened up to this sine.
-WANTED = 0.7
 # Sides are not left shorter than this part of the mean, and that counts so much.
 LEAST_SIDE, SIDE_WEIGHT = 0.2, 4.0
 # Lengths count as if this part of the mean lay across them: beside sides of no length sines would
-# jump, and steps end there.
+# jump, and steps end there. From 0.02 to 0.1 means of the bunny, the beetle and the skull change by
+# 0.001.
 SOFT = 0.05
 # A vertex moves by this part of the mean side at most in each of its axes.
 FARTHEST = 0.7
 # Steps at most, pairs of steps and slopes that are remembered, halvings of a step, and the part of
-# what its slope promises that a step must win.
+# what its slope promises that a step must win. With 40 or 160 steps the same three are as good.
 STEPS, MEMORY, HALVINGS, ARMIJO = 80, 12, 20, 1e-4
 # A step that wins less than this part is the last.
 LITTLE = 1e-6
@@ -44,12 +43,21 @@ class Opening:
         (r, k, 3) directions in which these move, 0 for fewer.
     stay:
         How much a move by the mean side costs beside a corner that misses all.
+    wanted:
+        Corners are opened up to this sine.
     """
 
     def __init__(
-        self, base: np.ndarray, up: np.ndarray, local: np.ndarray, axes: np.ndarray, stay: float
+        self,
+        base: np.ndarray,
+        up: np.ndarray,
+        local: np.ndarray,
+        axes: np.ndarray,
+        stay: float,
+        wanted: float,
     ) -> None:
         self._base, self._up, self._axes, self._stay = base, up[:, None], axes, stay
+        self._wanted = wanted
         side = np.linalg.norm(np.roll(base, -1, axis=1) - base, axis=2)
         self._side = max(float(side.mean()), TINY)
         self._moves = local >= 0
@@ -76,7 +84,7 @@ class Opening:
         before = np.roll(length, 1, axis=1)
         sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
         sine /= length * before
-        open_ = np.maximum(WANTED - sine, 0.0)
+        open_ = np.maximum(self._wanted - sine, 0.0)
         short = np.maximum(LEAST_SIDE - length / side, 0.0)
         value = (open_**2).sum() + SIDE_WEIGHT * (short**2).sum()
         value += self._stay * (unknown**2).sum()

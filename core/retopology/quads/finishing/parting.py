@@ -16,6 +16,7 @@ from ....mesh.surface import Surface
 from .crossings import crossings
 from .guides import vertex_normals
 from .projection import ClosestPoints
+from .unfolding import own_quality
 
 # Rounds, and the way in each by the mean side of the quads that cross.
 ROUNDS, STEP = 16, 0.02
@@ -43,13 +44,26 @@ def parted(
     best, least = position, len(pairs)
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
-        position = _apart(position, quads, held, pairs, closest)
+        position = without_folds(_apart(position, quads, held, pairs, closest), position, quads)
         pairs = made_crossings(position, quads, whole)
         if len(pairs) < least:
             best, least = position, len(pairs)
         if not len(pairs):
             break
     return best
+
+
+def without_folds(moved: np.ndarray, position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """What was moved, but for the vertices of quads that would fold by it."""
+    sound = own_quality(position, quads) > 0.0
+    while True:
+        folded = sound & (own_quality(moved, quads) <= 0.0)
+        stuck = np.zeros(len(position), bool)
+        stuck[quads[folded]] = True
+        stuck &= (moved != position).any(axis=1)
+        if not stuck.any():
+            return moved
+        moved = np.where(stuck[:, None], position, moved)
 
 
 def _apart(
@@ -64,7 +78,7 @@ def _apart(
     at = position[quads[pairs]]
     side = np.linalg.norm(np.roll(at, -1, axis=2) - at, axis=3).mean(axis=(1, 2))
     up = normal[quads[pairs]].sum(axis=2)
-    below = [closest(at[:, k].mean(axis=1), up[:, k])[1] for k in range(2)]
+    below = [closest.below(at[:, k].mean(axis=1), up[:, k])[1] for k in range(2)]
     # With the solid between them quads go outwards, with a gap between them inwards.
     between = np.einsum("pc,pc->p", below[1] - below[0], up[:, 0] - up[:, 1])
     way = STEP * side * np.where(between > 0.0, -1.0, 1.0)

@@ -11,8 +11,9 @@ from ....base.unit import unit
 MOST_ROWS = 12
 # Samples looked at for each point, and rounds of going on to neighbouring triangles.
 CANDIDATES, ROUNDS = 6, 4
-# Samples looked at where the nearest ones may all be those of another sheet.
-MANY = 64
+# Samples looked at where the nearest ones may all be those of another sheet, and at most: more may
+# be the closest only to points far off.
+MANY, MOST_CANDIDATES = 64, 768
 BLOCK = 1 << 13
 
 
@@ -30,7 +31,7 @@ class ClosestPoints:
         corner = vertices[triangles]
         self._plane = _planes(corner)
         self.normal = unit(np.cross(self._plane[:, 3:6], self._plane[:, 6:9]))
-        points, self._owner = _samples(corner)
+        points, self._owner, self._reach = _samples(corner)
         # Sorted by medians a tree answers hardly faster and takes three times as long to plant.
         self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
 
@@ -40,14 +41,26 @@ class ClosestPoints:
         """Triangles (p,) and closest points (p, 3) on them.
 
         With `normals` (p, 3) triangles that face away from them are taken only where no other is
-        near: the two sides of a thin sheet stay apart.
+        near: the two sides of a thin sheet stay apart. The search is quick then, and sure where
+        neighbouring triangles are about as large; without them it is exact, but for points so
+        far off that hundreds of places are nearly as close.
         """
         triangle = np.empty(len(points), np.int64)
         closest = np.empty((len(points), 3))
         for first in range(0, len(points), BLOCK):
             rows = slice(first, first + BLOCK)
             facing = None if normals is None else normals[rows]
-            triangle[rows], closest[rows] = self._block(points[rows], facing)
+            triangle[rows], closest[rows], square = self._block(points[rows], facing)
+            if facing is None:
+                self._exactly(points[rows], triangle[rows], closest[rows], square)
+        return triangle, closest
+
+    def below(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As a call with normals, on any mesh: the closest triangles of all where they face
+        them."""
+        triangle, closest = self(points)
+        away = np.flatnonzero(np.einsum("pc,pc->p", self.normal[triangle], normals) < 0.0)
+        triangle[away], closest[away] = self(points[away], normals[away])
         return triangle, closest
 
     def faced(self, points: np.ndarray, normals: np.ndarray, reach: np.ndarray) -> np.ndarray:
@@ -63,9 +76,32 @@ class ClosestPoints:
             found[rows] = ((square <= reach[rows, None] ** 2) & (facing > 0.0)).any(axis=1)
         return found
 
+    def _exactly(
+        self, points: np.ndarray, triangle: np.ndarray, closest: np.ndarray, square: np.ndarray
+    ) -> None:
+        """What was found, with its squared distances, made exact in place. Triangles whose samples
+        are all farther away than what was found, by more than they reach, are farther."""
+        rows, count = np.arange(len(points)), 2 * CANDIDATES
+        while len(rows) and count <= MOST_CANDIDATES:
+            count = min(count, self._tree.n)
+            left = []
+            for mine in np.array_split(rows, len(rows) * count // (MANY * BLOCK // 4) + 1):
+                away, near = self._tree.query(points[mine], k=count)
+                near = self._owner[near.reshape(-1, count)]
+                found, there, distance = self._best(points[mine], None, near)
+                better = distance < square[mine]
+                triangle[mine[better]], closest[mine[better]] = found[better], there[better]
+                square[mine[better]] = distance[better]
+                farthest = away.reshape(-1, count)[:, -1]
+                left.append(mine[farthest < np.sqrt(square[mine]) + self._reach])
+            if count == self._tree.n:
+                return
+            rows = np.concatenate(left)
+            count *= 2
+
     def _block(
         self, points: np.ndarray, normals: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         count = min(CANDIDATES, self._tree.n)
         _, near = self._tree.query(points, k=count)
         best, closest, least = self._best(points, normals, self._owner[near.reshape(-1, count)])
@@ -79,7 +115,7 @@ class ClosestPoints:
                 break
             best[moving], closest[moving] = found[better], there[better]
             least[moving] = distance[better]
-        return best, closest
+        return best, closest, least
 
     def _best(
         self, points: np.ndarray, normals: np.ndarray | None, triangles: np.ndarray
@@ -152,8 +188,9 @@ def _dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     return np.einsum("pc,pc->p", one, two)
 
 
-def _samples(corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points spread over the triangles, and the triangle of each."""
+def _samples(corner: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Points spread over the triangles, the triangle of each, and how far a place of a triangle is
+    from its nearest one at most."""
     side = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).max(axis=1)
     typical = max(float(np.median(side)), np.finfo(float).tiny)
     rows = np.clip(np.ceil(side / (1.5 * typical)), 1, MOST_ROWS).astype(np.int64)
@@ -166,4 +203,6 @@ def _samples(corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         weight = np.column_stack([1.0 - u - v, u, v])
         points.append(np.einsum("sk,tkc->tsc", weight, corner[mine]).reshape(-1, 3))
         owner.append(np.repeat(mine, len(weight)))
-    return np.concatenate(points), np.concatenate(owner)
+    # From the middle of a triangle to its corners it is two thirds of a median, which is shorter
+    # than the longest side.
+    return np.concatenate(points), np.concatenate(owner), float((side / rows).max() * 2.0 / 3.0)

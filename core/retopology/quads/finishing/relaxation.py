@@ -18,7 +18,7 @@ from ....base.unit import unit
 from ....mesh.rings import with_rings
 from ..field.crosses import QUARTER
 from .guides import Guides, moved_along, own_planes, vertex_normals
-from .mending import mend, oriented_quality
+from .mending import STAGES, mend, oriented_quality
 
 # How much vertices stay where they are, beside what one quad wants.
 STAY = 0.03
@@ -91,7 +91,7 @@ def _undone(
         trial = np.where(back[:, None], start, position)
         worse = (oriented_quality(trial, quads, guides) <= 0.0) & ~before
     trial = trial.copy()
-    mend(trial, quads, guides, progress)
+    mend(trial, quads, guides, progress, STAGES[1:])
     left = int(np.count_nonzero(oriented_quality(trial, quads, guides) <= 0.0))
     return trial if left < folded else position
 

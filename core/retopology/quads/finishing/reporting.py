@@ -32,8 +32,9 @@ def reported(
     topology = conformity(placed.quads, len(position))
     irregular = topology.irregular
     umbilic, confidence = _umbilics(laid, position[irregular], topology.valence[irregular])
+    on_feature = laid.map_.crosses.on_feature & ~laid.loose_end
     on_feature = np.where(
-        placed.vertex >= 0, laid.map_.crosses.on_feature[np.maximum(placed.vertex, 0)], False
+        placed.vertex >= 0, on_feature[np.maximum(placed.vertex, 0)], placed.track >= 0
     )
     return QuadMesh(
         vertices=position * surface.unit + surface.origin,
@@ -43,7 +44,7 @@ def reported(
         pole_umbilic=umbilic,
         pole_confidence=confidence,
         border=topology.border,
-        feature=(on_feature | (placed.track >= 0)) & ~topology.border,
+        feature=on_feature & ~topology.border,
         patch=grid.patch,
         angle=angle_to_curvature(laid.working, position, placed.quads),
         source_triangle=surface.source_triangle[triangle],

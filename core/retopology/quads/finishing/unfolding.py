@@ -24,8 +24,8 @@ from .opening import Opening
 RINGS, AVERAGED = (1, 2, 3, 5, 8, 12), (0, 1, 1, 2, 3, 5)
 STAY = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003)
 CREASES_GIVE = 3
-# Rounds of each attempt.
-ROUNDS = 6
+# Rounds of each attempt, and the sine up to which corners are opened.
+ROUNDS, WANTED = 6, 0.7
 # Scaled Jacobian below which quads are unfolded, and that going back to the surface leaves them.
 FOLDED, KEPT = 0.03, 0.15
 # Parts of the way back to the surface that are tried, one after the other.
@@ -59,7 +59,7 @@ def unfolded(
             mine = np.flatnonzero(near[quads].any(axis=1))
             local = places_in(rows, len(position))[quads[mine]]
             axes = np.broadcast_to(np.eye(3), (len(rows), 3, 3))
-            step = Opening(position[quads[mine]], up[mine], local, axes, stay).step()
+            step = Opening(position[quads[mine]], up[mine], local, axes, stay, WANTED).step()
             position[rows] += step
     if (own_quality(position, quads) <= 0.0).any() and not fewer(position, start, quads):
         return start

@@ -99,14 +99,17 @@ def _bounded(
     sizes = [len(grid.quads) for grid in made]
     for number in np.argsort(sizes)[::-1].tolist():
         wanted = asked - sum(sizes) + sizes[number]
-        near = made[number].lengths
+        near, more = made[number].lengths, 0.0
         for _ in range(LINEAR_ROUNDS):
             if abs(sizes[number] - wanted) <= CLOSE * asked:
                 return made
-            count = Count(near, wanted - CLOSE * asked, wanted + CLOSE * asked)
+            low, high = wanted - CLOSE * asked, wanted + CLOSE * asked
+            count = Count(near, low + more, high + more)
             grid = grids_of_count(parts[number], scale, cuts[number], count, progress)
             if grid is None:
                 break
+            # What the products of changes have taken or added is asked for the next time.
+            more += float(np.clip(len(grid.quads), low, high)) - len(grid.quads)
             near = grid.lengths
             if abs(len(grid.quads) - wanted) < abs(sizes[number] - wanted):
                 made[number], sizes[number] = grid, len(grid.quads)

@@ -29,7 +29,8 @@ from .wishes import Wishes
 ATTEMPTS = 9
 # Quads for each pole: with fewer there is nothing between them to be regular.
 FEWEST_EACH = 8
-# With fewer than so many none has a place of its own, unless there are few poles at all.
+# With fewer than so many some lie side by side: there are about as many vertices as quads, of which
+# every second could be a pole. A sphere has eight at least: up to twice as many are no excess.
 LEAST_EACH, FEW = 2, 16
 
 
@@ -42,6 +43,18 @@ class LaidOut:
     planned: PlannedField
     map_: SeamlessMap
     layout: Layout
+
+    @property
+    def loose_end(self) -> np.ndarray:
+        """(n,) bool vertices where a crease ends in the open: it fades there, and nothing says
+        where. Ends of edges that a user has marked are none."""
+        crosses = self.map_.crosses
+        n = len(crosses.vertices)
+        ends = np.bincount(crosses.tail[crosses.feature], minlength=n) == 1
+        ends &= ~crosses.border
+        marked = self.wishes.feature & MARK > 0
+        ends[crosses.tail[marked]] = False
+        return np.asarray(ends)
 
 
 def laid_out(

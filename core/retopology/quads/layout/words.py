@@ -7,6 +7,8 @@ import numpy as np
 from ...by_hand import FAR, WantedPoles, first_said
 from .laying_out import LaidOut
 
+# Numbers of quads count as met within this part.
+MET = 0.03
 # A wanted pole is there if one of its valence is this near, in lengths of quads.
 NEAR = 1.5
 
@@ -19,6 +21,32 @@ def words_of_unlaid(count: int) -> list[str]:
         f"No layout along the curvature was found for {count} piece{'' if count == 1 else 's'} of "
         f"the mesh: {'its' if count == 1 else 'their'} triangles were cut into three quads each. "
         "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers."
+    ]
+
+
+def words_of_count(made: int, asked: int, poles: int, cut: int) -> list[str]:
+    """What is said of `made` quads where `asked` were wanted, with so many poles and pieces that
+    were cut; nothing where they are about as many."""
+    if abs(made - asked) <= MET * asked:
+        return []
+    if made < asked:
+        return [
+            f"{made} quads instead of {asked}: the whole numbers that poles, borders and creases "
+            "allow are no nearer."
+        ]
+    if cut:
+        return [
+            f"{made} quads instead of {asked}: pieces without a layout have as many as the "
+            "vertices of their borders and creases need."
+        ]
+    if poles:
+        return [
+            f"{made} quads instead of {asked}: the {poles} poles, borders and creases need as many "
+            "to stay apart."
+        ]
+    return [
+        f"{made} quads instead of {asked}: borders, creases and closed rings of quads need as many "
+        "to stay apart."
     ]
 
 
