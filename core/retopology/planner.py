@@ -23,7 +23,7 @@ from .by_hand import (
 from .crosses.cross_field import cross_field
 from .crosses.smoothing import smoothing_length
 from .features import Features, barriers, find_features
-from .field.planned import with_poles
+from .field.planned import with_poles, with_poles_of_faces
 from .field_settings import USUAL_SMOOTHNESS
 from .groundwork import Groundwork
 from .guidance import Guidance, disagreements, guidance_of
@@ -31,7 +31,7 @@ from .lines.polylines import Lines
 from .lines.separatrices import Separatrices, discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
 from .lines.truncation import Barriers
-from .poles import plan_poles
+from .poles import plan_poles, replanned
 from .ridges.find import find_ridges
 from .ridges.ridge_lines import RidgeLines, ridge_lines
 from .settings import GuidanceSettings
@@ -133,6 +133,12 @@ class Guide(Groundwork):
             # What is wanted by hand may not fit the surface: features do not give way to that.
             exact=wanted is None,
         )
+        if cross.astray and wanted is None and zone is None:
+            triangle, _ = places_on_surface(surface, poles.triangle, poles.barycentric)
+            cross, row, triangle, sign = with_poles_of_faces(
+                surface, planes, cross, triangle, 4 - poles.valence, part.quiet()
+            )
+            poles = replanned(surface, regions, poles, row, triangle, sign)
         end = time.perf_counter()
         progress.step(1.0)
         warnings = disagreements(surface, len(simple.stayed), cross, poles)

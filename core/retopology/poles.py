@@ -125,6 +125,27 @@ def plan_poles(
     return poles_at(surface, regions, triangle, barycentric, sign, umbilic, moved, confidence)
 
 
+def replanned(
+    surface: Surface,
+    regions: list[Region],
+    poles: Poles,
+    row: np.ndarray,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+) -> Poles:
+    """Some of the poles and others: (p,) the row of each among them, -1 for none, its triangle of
+    the surface and 4 - valence."""
+    known = row >= 0
+    barycentric = np.full((len(row), 3), 1.0 / 3.0)
+    _, weights = places_on_surface(surface, poles.triangle, poles.barycentric)
+    barycentric[known] = weights[row[known]]
+    umbilic, moved = np.full(len(row), -1), np.zeros(len(row), bool)
+    umbilic[known], moved[known] = poles.umbilic[row[known]], poles.moved[row[known]]
+    confidence = np.full(len(row), UNATTACHED)
+    confidence[known] = poles.confidence[row[known]]
+    return poles_at(surface, regions, triangle, barycentric, sign, umbilic, moved, confidence)
+
+
 def poles_at(
     surface: Surface,
     regions: list[Region],

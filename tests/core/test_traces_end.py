@@ -6,6 +6,7 @@ from fields import surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid
+from surfaces.parts import divided
 
 import core
 from core.base.progress import Progress
@@ -29,16 +30,6 @@ class Impatient(Progress):
     def _asked(self):
         self.left -= 1
         return self.left < 0
-
-
-def divided(vertices, triangles):
-    """Each triangle in four."""
-    sides = np.sort(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-    edges, row = np.unique(sides, axis=0, return_inverse=True)
-    x, y, z = row.reshape(3, -1) + len(vertices)
-    a, b, c = triangles.T
-    fine = np.concatenate([np.c_[a, x, z], np.c_[x, b, y], np.c_[z, y, c], np.c_[x, y, z]])
-    return np.vstack([vertices, vertices[edges].mean(axis=1)]), fine
 
 
 def box(width=1.0):

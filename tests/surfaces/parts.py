@@ -58,3 +58,13 @@ def turned(
     last = 1 + (len(rings) - 1) * around
     triangles.append(np.stack([last + j, last + k, 0 * j + len(vertices) - 1], axis=1))
     return vertices, np.concatenate(triangles)
+
+
+def divided(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each triangle in four."""
+    sides = np.sort(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    edges, row = np.unique(sides, axis=0, return_inverse=True)
+    x, y, z = row.reshape(3, -1) + len(vertices)
+    a, b, c = triangles.T
+    fine = np.concatenate([np.c_[a, x, z], np.c_[x, b, y], np.c_[z, y, c], np.c_[x, y, z]])
+    return np.vstack([vertices, vertices[edges].mean(axis=1)]), fine

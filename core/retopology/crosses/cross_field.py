@@ -18,22 +18,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from ...base.parallel import run
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...fields.connection import connection_laplacian, weights_and_areas
 from ...fields.directions import DirectionField
-from ...fields.frames import frame
 from ...fields.multigrid import solve
-from ...fields.transport import rotation, tangents
+from ...fields.transport import tangents
 from ...mesh.normals import vertex_normals
 from ...mesh.surface import Surface
 from ..features import Features, find_features, fourth_power, wanted_directions
 from ..field.near_pairs import without_near_pairs
 from ..settings import GuidanceSettings
 from .dipoles import without_dipoles
+from .in_triangles import on_faces, told_by_triangles
 from .least_smoothing import QUAD_EDGE, Smoothed, least_smoothed
 from .smoothing import (
+    CREST_WEIGHT,
     FIXED_WEIGHT,
     LEAST_CONFIDENCE,
     curvature_data,
@@ -41,12 +41,9 @@ from .smoothing import (
     smoothing_lengths,
 )
 
-# Weight of a sure crest, in that of the edges around; it yields to what pulls there.
-CREST_WEIGHT = 0.3
 # Mean confidence below which a component has no direction of its own: its smoothest field is
 # taken then, by this many steps of inverse iteration.
 NO_DIRECTION, INVERSE_STEPS = 1e-3, 5
-BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -74,6 +71,10 @@ class CrossField:
         of the surface.
     astray:
         How many poles the field of the triangles lacks, and has that were not planned.
+    in_triangles:
+        (m,) bool, True on components whose field the triangles tell, not the vertices: there
+        `triangle_index` is of triangles beside the vertices around which `face_direction` turns.
+        None for nowhere.
     """
 
     direction: np.ndarray
@@ -84,6 +85,7 @@ class CrossField:
     triangle_index: np.ndarray
     smoothing: float
     astray: int = 0
+    in_triangles: np.ndarray | None = None
 
 
 def cross_field(
@@ -95,6 +97,7 @@ def cross_field(
     sharp: np.ndarray | None = None,
     undirected: np.ndarray | None = None,
     features: Features | None = None,
+    on_outlines: bool = True,
 ) -> CrossField:
     """The cross field of a surface.
 
@@ -112,6 +115,9 @@ def cross_field(
         (m,) bool triangles of regions where the directions mean nothing.
     features:
         What to run along, if it is known; else hard features by the settings.
+    on_outlines:
+        Whether vertices of tessellated parts may lie on outlines alone, so that triangles have to
+        tell the field.
     """
     progress.step(0.0)
     if features is None:
@@ -138,15 +144,22 @@ def cross_field(
     else:
         found = problem.smoothed(smoothing_lengths(surface, area, settings.smoothness), part)
     u = found.strength * fourth_power(axis, found.direction)
-    face_direction = _on_faces(surface, u, axis, progress.part("Carrying to faces", 0.9, 1.0))
+    part = progress.part("Carrying to faces", 0.9, 1.0)
+    face_direction, _ = on_faces(surface, u, axis, part)
+    told = None
+    if on_outlines:
+        told = told_by_triangles(
+            surface, features, field, axis, confidence * data / found.length**2, found.index
+        )
     return CrossField(
         direction=found.direction,
         normal=normal,
         confidence=np.where(feature, np.abs(wanted), confidence),
         strength=found.strength,
-        face_direction=face_direction,
-        triangle_index=found.index,
+        face_direction=face_direction if told is None else told.over(face_direction),
+        triangle_index=found.index if told is None else told.index,
         smoothing=float(np.median(found.length)),
+        in_triangles=None if told is None else told.there,
     )
 
 
@@ -254,22 +267,3 @@ def _smoothest(
 def _direction(u: np.ndarray, e1: np.ndarray, e2: np.ndarray) -> np.ndarray:
     angle = np.angle(u) / 4.0
     return np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
-
-
-def _on_faces(surface: Surface, u: np.ndarray, axis: np.ndarray, progress: Progress) -> np.ndarray:
-    """(m, 3) unit direction in each triangle: the mean of its corners' crosses, carried there."""
-    normal, _ = surface.face_normal_area
-    result = np.empty((len(normal), 3))
-
-    def block(first: int) -> None:
-        rows = slice(first, first + BLOCK)
-        x, y = frame(normal[rows].T)
-        total = np.zeros(x.shape[1], complex)
-        own = x + 1j * y
-        for corner in surface.triangles[rows].T:
-            total += rotation(axis[:, corner], own) ** 4 * u[corner]
-        angle = np.angle(total) / 4.0
-        result[rows] = (np.cos(angle) * x + np.sin(angle) * y).T
-
-    run(block, range(0, len(normal), BLOCK), progress)
-    return result

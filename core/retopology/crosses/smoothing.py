@@ -17,6 +17,8 @@ WEAK_GAP = 0.15
 SHORTEST, LONGEST = 0.003, 10.0
 # A trace of the data everywhere keeps the system definite.
 LEAST_CONFIDENCE = 1e-6
+# Weight of a sure crest, in that of the edges around; it yields to what pulls there.
+CREST_WEIGHT = 0.3
 # What is held, as on hard features, outweighs what pulls at it from around by this much.
 FIXED_WEIGHT = 100.0
 

@@ -10,12 +10,15 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.progress import Progress
+from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.face_index import face_field_singularities
 from ...fields.planes import FaceFrames
+from ...fields.winding import certified_index
 from ...mesh.rings import adjacency, selection
 from ...mesh.surface import Surface
 from ..crosses.cross_field import CrossField
+from ..crosses.in_triangles import index_around
 from ..features import Features
 from .agreement import rotated, with_index
 from .settling import settle
@@ -58,22 +61,71 @@ def with_poles(
         that stay too large are made certain. Quads had better keep to the features, and go around
         poles that are not met.
     """
+    part = progress.part("Moving poles", 0.0, 0.5)
+    held = _beside(surface, features)
+    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part, exact)
+    cross = replace(cross, face_direction=faces, astray=astray)
+    part = progress.part("Moving poles", 0.5, 1.0)
+    return _with_vertices(surface, planes, cross, triangle, sign, part)
+
+
+def with_poles_of_faces(
+    surface: Surface,
+    planes: FaceFrames,
+    cross: CrossField,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+    progress: Progress,
+) -> tuple[CrossField, np.ndarray, np.ndarray, np.ndarray]:
+    """The cross field with the poles that its faces have, where they cannot have the planned ones:
+    around a vertex of three triangles that stands out far a field turns whatever is planned.
+
+    Returns
+    -------
+    cross, row, triangle, sign:
+        The field, its vertices with these poles, too; (p,) the planned pole that each is, -1 for
+        none, its triangle and 4 - valence.
+    """
+    found, vertex, quarters = _met(surface, planes, cross.face_direction, triangle, sign)
+    kept = np.flatnonzero(found >= 0)
+    np.subtract.at(quarters, found[kept], sign[kept])
+    index = index_around(surface, vertex, quarters)
+    more = np.flatnonzero(index)
+    each = np.rint(4.0 * np.abs(index[more])).astype(np.int64)
+    row = np.append(kept, np.full(each.sum(), -1))
+    triangle = np.append(triangle[kept], np.repeat(more, each))
+    sign = np.append(sign[kept], np.repeat(np.sign(index[more]).astype(np.int64), each))
+    cross = _with_vertices(surface, planes, cross, triangle, sign, progress)
+    found, _, quarters = _met(surface, planes, cross.face_direction, triangle, sign)
+    return replace(cross, astray=_astray(found, quarters)), row, triangle, sign
+
+
+def _with_vertices(
+    surface: Surface,
+    planes: FaceFrames,
+    cross: CrossField,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+    progress: Progress,
+) -> CrossField:
+    """The cross field with the poles in the directions of its vertices."""
     quarters = np.zeros(len(surface.triangles), np.int64)
     np.add.at(quarters, triangle, sign)
     lines = DirectionField(cross.direction, cross.normal, cross.strength, symmetry=4)
-    part = progress.part("Moving poles", 0.0, 0.5)
+    wanted = quarters / 4.0
+    if cross.in_triangles is not None:
+        # What the vertices hold there is for nobody to follow: it stays.
+        part = progress.part("Counting", 0.0, 0.1)
+        own = certified_index(surface, lines.direction, lines.across, part, lines.symmetry)
+        wanted = np.where(cross.in_triangles, own, wanted)
+    part = progress.part("Moving poles", 0.1, 1.0)
     none = np.zeros(len(quarters))
-    found = with_index(surface, lines, quarters / 4.0, none, STIFF * cross.confidence, part)
-    part = progress.part("Moving poles", 0.5, 1.0)
-    held = _beside(surface, features)
-    faces, astray = _faces(surface, planes, cross, held, triangle, sign, part, exact)
-    return replace(
-        cross,
-        direction=found.field.direction,
-        triangle_index=found.index,
-        face_direction=faces,
-        astray=astray,
-    )
+    found = with_index(surface, lines, wanted, none, STIFF * cross.confidence, part)
+    index = found.index
+    if cross.in_triangles is not None:
+        named = _named(surface, planes, cross.face_direction, triangle, sign)
+        index = np.where(cross.in_triangles, named, index)
+    return replace(cross, direction=found.field.direction, triangle_index=index)
 
 
 def _faces(
@@ -117,26 +169,60 @@ def _faces(
             angle[patch.triangles] = settled.angle / 4.0
             direction = rotated(direction, np.cross(upright, direction), angle)
             charge[mine] = settled.left
-    return direction, _astray(surface, planes, direction, triangle, sign)
+    found, _, quarters = _met(surface, planes, direction, triangle, sign)
+    return direction, _astray(found, quarters)
 
 
-def _astray(
+def _met(
     surface: Surface,
     planes: FaceFrames,
     direction: np.ndarray,
     triangle: np.ndarray,
     sign: np.ndarray,
-) -> int:
-    """How many poles have no singular vertex of their own in their triangle or beside it, and how
-    many singularities are of no pole."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k,) for each pole the row of a singular vertex of its own in its triangle or beside it, -1
+    for none; the singular vertices (s,) and four times their index."""
     vertex, quarters = face_field_singularities(surface, planes, direction)
     near = selection(surface.triangles[triangle], len(surface.vertices)) @ adjacency(surface)
-    found = 0
+    place = places_in(vertex, len(surface.vertices))
+    found = np.full(len(triangle), -1)
     for one in (1, -1):
         taken = np.ones(len(surface.vertices), bool)
         taken[vertex[one * quarters > 0]] = False
-        found += int(np.count_nonzero(_matched(near[sign == one], taken) >= 0))
-    return len(triangle) + int(np.abs(quarters).sum()) - 2 * found
+        mine = np.flatnonzero(sign == one)
+        match = _matched(near[mine], taken)
+        found[mine] = np.where(match >= 0, place[match], -1)
+    return found, vertex, quarters
+
+
+def _astray(found: np.ndarray, quarters: np.ndarray) -> int:
+    """How many poles have no singular vertex of their own, and how many singularities are of no
+    pole."""
+    return len(found) + int(np.abs(quarters).sum()) - 2 * int(np.count_nonzero(found >= 0))
+
+
+def _named(
+    surface: Surface,
+    planes: FaceFrames,
+    direction: np.ndarray,
+    triangle: np.ndarray,
+    sign: np.ndarray,
+) -> np.ndarray:
+    """(m,) the index of directions (m, 3) of triangles: of singular vertices in the triangles of
+    the poles that have them for a corner, of others beside them."""
+    vertex, quarters = face_field_singularities(surface, planes, direction)
+    reach = selection(surface.triangles[triangle], len(surface.vertices))
+    left = np.zeros(len(surface.vertices), np.int64)
+    left[vertex] = quarters
+    index = np.zeros(len(surface.triangles))
+    for one in (1, -1):
+        rows = np.flatnonzero(sign == one)
+        found = _matched(reach[rows], one * left <= 0)
+        known = found >= 0
+        np.add.at(index, triangle[rows[known]], 0.25 * one)
+        left[found[known]] -= one
+    others = np.flatnonzero(left)
+    return index + index_around(surface, others, left[others])
 
 
 def _beside(surface: Surface, features: Features) -> np.ndarray:

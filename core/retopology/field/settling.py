@@ -204,7 +204,7 @@ def _spread(ring: sparse.csr_array, budget: np.ndarray, held: np.ndarray) -> Non
         to = ring.indices[spans(ring.indptr[rows], np.diff(ring.indptr)[rows])]
         budget[to[(budget[to] < level - 1) & ~held[to]]] = level - 1
         # Beside many charges the first levels are far above those that all others come to.
-        level = int(budget[budget < level].max(initial=-1))
+        level = level - 1 if len(rows) else int(budget[budget < level].max(initial=-1))
 
 
 def _least_squares(

@@ -21,10 +21,16 @@ from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..crosses.smoothing import NOISE_RATIO, WEAK_GAP
 from .agreement import with_index
+from .filled import filled_in
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
 # umbilic. They are not held altogether: two umbilics near each other would let nothing through.
 STIFF = 10.0
+# Triangles of the two rings around an edge, half of them for each of the pair that leaves over it.
+# Where so many for each would cover the surface their zones are one, with nothing between to go by:
+# the field is smoothed first. Directions on six ellipsoids with such noise then err by 9 to 32
+# degrees on five, where they had by 24 to 43, and by 43 instead of 40 on one half drowned.
+ZONE = 24
 
 
 @dataclass(frozen=True)
@@ -89,10 +95,19 @@ def simplify_field(
     priority = np.zeros(len(index))
     known = candidate >= 0
     priority[single[known]] = np.nan_to_num(candidates.persistence[candidate[known]])
-    stiffness = STIFF * _certainty(field)
+    certainty = _certainty(field)
+    changing = np.flatnonzero(index != wanted)
+    lines, stiffness = field.lines, STIFF * certainty
+    if ZONE * len(changing) > len(index):
+        held = np.zeros(len(certainty), bool)
+        held[surface.triangles[undirected | ((wanted != 0.0) & (wanted == index))]] = True
+        part = progress.part("Simplifying the field", 0.1, 0.6)
+        lines = filled_in(surface, lines, changing, held, certainty, part)
+        # What is left then turns as readily as an edge.
+        stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
-    part = progress.part("Simplifying the field", 0.1, 1.0)
-    found = with_index(surface, field.lines, wanted, priority, stiffness, part)
+    part = progress.part("Simplifying the field", 0.6, 1.0)
+    found = with_index(surface, lines, wanted, priority, stiffness, part)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
 

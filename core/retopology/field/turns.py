@@ -10,13 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csgraph
 
 from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import edge_turns
-from ...mesh.rings import adjacency
+from ...mesh.rings import with_rings
 from ...mesh.surface import Surface
 
 # Cotangent weights outside these bounds come from slivers; a weight near zero lets all the
@@ -74,12 +73,12 @@ class Patch:
     @classmethod
     def around(cls, surface: Surface, vertices: np.ndarray, rings: int) -> Patch:
         """The triangles of all vertices within so many edges of the given ones."""
-        graph, start = adjacency(surface), np.unique(vertices)
-        distance = csgraph.dijkstra(
-            graph, indices=start, min_only=True, unweighted=True, limit=rings
-        )
-        triangles = np.flatnonzero(np.isfinite(distance)[surface.triangles].any(axis=1))
-        return cls(triangles, np.unique(surface.triangles[triangles]))
+        near = np.zeros(len(surface.vertices), bool)
+        near[vertices] = True
+        near = with_rings(surface.triangles, near, rings)
+        triangles = surface.touching(near)
+        near[surface.triangles[triangles]] = True
+        return cls(triangles, np.flatnonzero(near))
 
     @classmethod
     def whole(cls, surface: Surface) -> Patch:

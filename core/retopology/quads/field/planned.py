@@ -76,6 +76,8 @@ def planned_field(
         Progress(),
         undirected=undirected,
         features=features,
+        # Parts have been divided to about the size of the quads.
+        on_outlines=False,
     )
     planes: FaceFrames = lay_out(surface, working.field.lines, Progress())
     if wanted is not None:
