@@ -24,7 +24,7 @@ def without_shown(
     Errors break a curve of umbilics into many pairs that come and go with the fit: on surfaces of
     revolution, clean, noisy, decimated or out of marching cubes, there are 32 and more of which a
     finer fit shows 11 to 87 %. A valley between umbilics that drowns in the error of the field
-    holds these and no others: on five such (seeds 200, 300 and 400 of benchmarks.people) two to
+    holds these and no others: on three such (seeds 200, 300 and 400 of benchmarks.people) two to
     four, and all are shown.
     """
     dropped = np.zeros(regions.count, bool)

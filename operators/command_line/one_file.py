@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import errno
-import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,14 +19,10 @@ from ..mesh.evaluated import is_in
 from ..scene import display_objects
 from . import frames, guidance, matching, messages, report, steering, topology
 from .arguments.request import Request
-from .files import importers, mesh_file
+from .files import blend_file, importers, mesh_file
 from .files.guard import shown
 from .messages import complain
 from .pictures import panels, picture
-
-# How a compressed .blend ends: the mark of the table of the parts that can be read by themselves,
-# https://github.com/facebook/zstd/blob/dev/contrib/seekable_format
-_BLEND_END = (0x8F92EAB1).to_bytes(4, "little")
 
 
 @dataclasses.dataclass
@@ -266,7 +260,7 @@ def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) ->
         for kind, path in outputs.items()
     }
     if "blend" in places:
-        _save(places["blend"])
+        blend_file.write(places["blend"])
     if "png" in places and found.compared:
         panels.write_comparison(places["png"], found.compared, opened.up)
     elif "png" in places:
@@ -285,17 +279,3 @@ def _write(found: _Frame, opened: importers.Opened, outputs: dict[str, Path]) ->
             for inputs, detection in found.done
         ]
         core.write_usda(places["usda"], meshes, opened.file_up, found.number)
-
-
-def _save(path: Path) -> None:
-    try:
-        with core.whole_file(path) as partial:
-            with importers.quiet():
-                place = str(partial.resolve())
-                bpy.ops.wm.save_as_mainfile(filepath=place, copy=True, compress=True)
-            # Blender does not say that a disk is full.
-            if not partial.read_bytes().endswith(_BLEND_END):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-    except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or str(error).strip()
-        raise FileError(f"{shown(path)}: cannot be written ({reason}).") from error

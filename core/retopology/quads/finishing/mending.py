@@ -23,7 +23,7 @@ from .opening import Opening
 # missing is the last, or the last of few rings. Chosen on wave 1 of the benchmark, the face, the
 # skull and Suzanne; confirmed on the hand, the bunny, the fandisk, the wing nut, the beetle and
 # wave 3.
-STAGES = ((0.8, 1.0, 0.05), (0.6, 0.7, 0.0))
+STAGES = ((0.75, 1.0, 0.05), (0.6, 0.7, 0.0))
 # How much a move by the mean side costs beside a corner that misses all.
 STAY = 0.02
 # Rounds, and rings around bad quads that move in the first and the most.
