@@ -89,9 +89,14 @@ def dashed():
 
 def test_dashed_lines_are_off_with_results_and_as_before_without(addon):
     bpy.ops.wm.read_homefile(use_factory_startup=True)
-    turn, before = addon.operators.scene.view.dashed_lines._turn, dashed()
+    scene, before = addon.operators.scene, dashed()
     if not any(before):
         pytest.skip("the start-up file of this Blender has no view with dashed lines")
+
+    def turn(has_results):
+        with scene.transaction.all_or_nothing() as transaction:
+            scene.view.dashed_lines._turn(has_results, transaction)
+
     turn(True)
     assert not any(dashed())
     # Who turns them on has them on.

@@ -21,11 +21,12 @@ _TAG = "umbilics_dashed_lines"
 def settle(transaction: Transaction) -> None:
     """At its end bring all views in line with whether the file has results; in a window only."""
     if not bpy.app.background:
-        transaction.at_end(_turn, transaction)
+        transaction.at_end(
+            lambda: _turn(bool(orphans.with_results(transaction.going)), transaction)
+        )
 
 
-def _turn(transaction: Transaction) -> None:
-    has_results = bool(orphans.with_results(transaction.going))
+def _turn(has_results: bool, transaction: Transaction) -> None:
     for screen in bpy.data.screens:
         views = {
             str(place): area.spaces.active.overlay
