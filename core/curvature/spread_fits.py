@@ -165,17 +165,7 @@ class _Blend:
     def all(self, near: sparse.csr_array, progress: Progress) -> Jets:
         """Jets at n vertices from the fits that are `near` (n, c); not determined without any."""
         n = near.shape[0]
-        jets = Jets(
-            k1=np.zeros(n),
-            k2=np.zeros(n),
-            d1=np.zeros((n, 3)),
-            d2=np.zeros((n, 3)),
-            normal=np.zeros((n, 3)),
-            noise=np.zeros(n),
-            residual=np.zeros(n),
-            radius=np.zeros(n),
-            determined=np.zeros(n, bool),
-        )
+        jets = Jets.none(n)
         starts = near.indptr
         cuts = np.searchsorted(starts, np.arange(0, starts[-1] + BLOCK, BLOCK))
         cuts = np.unique(np.clip(cuts, 0, n))

@@ -69,6 +69,21 @@ class Jets:
     radius: np.ndarray
     determined: np.ndarray
 
+    @classmethod
+    def none(cls, count: int) -> Jets:
+        """Zeros, to be filled: none of so many is determined."""
+        return cls(
+            k1=np.zeros(count),
+            k2=np.zeros(count),
+            d1=np.zeros((count, 3)),
+            d2=np.zeros((count, 3)),
+            normal=np.zeros((count, 3)),
+            noise=np.zeros(count),
+            residual=np.zeros(count),
+            radius=np.zeros(count),
+            determined=np.zeros(count, bool),
+        )
+
 
 def fit_jets(
     surface: Surface,
@@ -95,18 +110,7 @@ def fit_jets(
     """
     if centres is None:
         centres = np.arange(len(surface.vertices))
-    c = len(centres)
-    jets = Jets(
-        k1=np.zeros(c),
-        k2=np.zeros(c),
-        d1=np.empty((c, 3)),
-        d2=np.empty((c, 3)),
-        normal=np.empty((c, 3)),
-        noise=np.empty(c),
-        residual=np.empty(c),
-        radius=np.empty(c),
-        determined=np.zeros(c, bool),
-    )
+    jets = Jets.none(len(centres))
 
     def store(fit: HeightFit, radius: np.ndarray, axes: np.ndarray, slots: np.ndarray) -> None:
         _store(fit, radius, axes, slots, jets)
