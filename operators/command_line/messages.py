@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import time
 from typing import Any, TextIO
@@ -24,7 +25,10 @@ _PAUSE = 0.2
 
 def hold_streams() -> None:
     """Have something behind the three standard streams: a file that is opened next would take the
-    number of one that is closed, and get what is said."""
+    number of one that is closed, and get what is said. What nobody reads is an error to be heeded,
+    not the end of the process, as it is in some builds of Blender."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     for number in range(3):
         try:
             os.fstat(number)

@@ -95,11 +95,17 @@ def _of_screen(screen):
     }
 
 
+# Blender before 5.0 takes one of the selections of a mesh for another once attributes were removed.
+_MIXED_UP = bpy.app.version < (5, 0, 0)
+
+
 def _of_mesh(mesh):
     colours = mesh.color_attributes.active_color
     return {
         "attributes": {
-            one.name: (one.domain, one.data_type, _bytes(one)) for one in mesh.attributes
+            one.name: (one.domain, one.data_type, _bytes(one))
+            for one in mesh.attributes
+            if not (_MIXED_UP and one.name.startswith(".select_"))
         },
         "colours": colours.name if colours else "",
         "tags": {key: str(mesh[key]) for key in mesh.keys() if isinstance(mesh[key], str)},  # noqa: SIM118
