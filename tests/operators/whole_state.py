@@ -95,7 +95,8 @@ def _of_screen(screen):
     }
 
 
-# Blender before 5.0 takes one of the selections of a mesh for another once attributes were removed.
+# In Blender before 5.0 the selected vertices of a mesh that was split read as an attribute of edges
+# after a merge was taken back. Why is not known; the same steps by hand do not show it.
 _MIXED_UP = bpy.app.version < (5, 0, 0)
 
 
