@@ -3,6 +3,7 @@
 import random
 import struct
 import sys
+import zlib
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -261,6 +262,53 @@ def test_an_alembic_file_of_blender_is_whole_and_torn_does_not_end_it(opened, tm
     for length in (20, len(whole) // 2, len(whole) - 1):
         faces, said = opened(tmp_path / "b.abc", whole[:length])
         assert faces == 0 and "is torn" in said[0]
+
+
+def fbx(version):
+    """A binary FBX with nodes in nodes, and properties of every kind."""
+    node = struct.Struct("<QQQB" if version >= 7500 else "<IIIB")
+    packed = zlib.compress(bytes(800))
+    some = b"Y\1\0" + b"C\1" + b"I\1\0\0\0" + b"D" + bytes(8) + b"S\2\0\0\0ab"
+    arrays = b"f" + struct.pack("<III", 2, 0, 8) + bytes(8)
+    arrays += b"d" + struct.pack("<III", 100, 1, len(packed)) + packed
+    data = bytearray(b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<I", version))
+
+    def put(name, count, properties, inner=()):
+        start = len(data)
+        data.extend(bytes(node.size) + name + properties)
+        for one in inner:
+            put(*one)
+        data.extend(bytes(node.size) if inner else b"")
+        node.pack_into(data, start, len(data), count, len(properties), len(name))
+
+    put(b"Head", 5, some, [(b"Inner", 2, arrays, [(b"Leaf", 0, b"")]), (b"More", 5, some)])
+    put(b"Objects", 2, arrays)
+    return bytes(data) + bytes(node.size)
+
+
+@pytest.mark.parametrize("version", [7400, 7500])
+def test_an_fbx_is_whole_only_if_all_of_it_is_there(part, tmp_path, version):
+    is_whole, path = part("files.fbx_check").is_whole, tmp_path / "a.fbx"
+
+    def holds(data):
+        path.write_bytes(data)
+        return is_whole(path)
+
+    whole = fbx(version)
+    assert holds(whole) and holds(whole + b"what some programs write behind it")
+    assert not [size for size in range(30, len(whole)) if holds(whole[:size])]
+    # No number makes it look for ever, or take all memory.
+    for place in range(27, len(whole) - 8):
+        for value in (b"\xff" * 4, b"\xff" * 8, b"\0" * 4):
+            holds(whole[:place] + value + whole[place + len(value) :])
+    middle = whole.rindex(b"\x78\x9c") + 6
+    assert not holds(whole[:middle] + b"\xff\xff" + whole[middle + 2 :])
+
+
+def test_blenders_own_fbx_is_whole(part, tmp_path):
+    add_ellipsoid(subdivisions=3)
+    bpy.ops.export_scene.fbx(filepath=str(tmp_path / "a.fbx"))
+    assert part("files.fbx_check").is_whole(tmp_path / "a.fbx")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
