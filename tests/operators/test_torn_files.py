@@ -327,6 +327,17 @@ def test_bytes_that_mean_nothing_are_one_sentence(part, tmp_path, suffix, capfd,
         assert "console" not in lines[0] and "unknown error" not in lines[0]
 
 
+@pytest.mark.parametrize("name", ["a.stl", "a.off", "a.ply", "a.usda", "a.fbx", "a.glb"])
+def test_a_file_is_called_as_it_was_given(part, tmp_path, monkeypatch, capfd, name):
+    monkeypatch.setattr(part("command").lifetime, "end_with_parent", lambda: None)
+    (tmp_path / "elsewhere").write_bytes(b"0\n")
+    (tmp_path / name).symlink_to(tmp_path / "elsewhere")
+    monkeypatch.chdir(tmp_path)
+    assert part("command").run([name, "--worker"]) == 1
+    said = capfd.readouterr().err
+    assert said.startswith(f"umbilics: {name}: ") and str(tmp_path) not in said
+
+
 @needs_program
 @pytest.mark.parametrize("suffix", [".abc", ".blend", ".usda", ".USDC"])
 def test_a_file_that_ends_blender_ends_it_for_no_other(part, tmp_path, capfd, suffix):

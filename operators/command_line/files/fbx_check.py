@@ -1,5 +1,5 @@
 """Binary FBX looked through before Blender's add-on reads it, which trusts every number in it: one
-that is wrong can take all memory, and an array that cannot be unpacked can keep it waiting for ever.
+that is wrong can take all memory, and an array that cannot be unpacked may have it wait for ever.
 
 The format is described by Alexander Gessler, 2013, as Blender's own developers do:
 https://code.blender.org/2013/08/fbx-binary-file-format-specification/
