@@ -153,11 +153,9 @@ def _fits_at(
         plane = np.where(fit.determined, axes[2], 0.0).T
         fits.there[slots] = np.concatenate([place, plane, own], axis=1)
         if fits.each:
-            parts = expanded(low, third)
+            fits.values[0][slots], fits.values[1][slots] = expanded(low, third)
         else:
-            parts = (np.concatenate([low, third, own, place], axis=1)[:, None],)
-        for values, part in zip(fits.values, parts, strict=True):
-            values[slots] = part
+            fits.values[0][slots, 0] = np.concatenate([low, third, own, place], axis=1)
 
     fit_each(surface, normals, neighbourhood, progress, centres, DEGREE, store)
     return fits
