@@ -11,12 +11,15 @@ from scipy.sparse import csgraph
 
 from ...base.words import counted
 from ..half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
+from .crowded import straight_on
 
 
 def separate(
-    corners: np.ndarray, vertex_count: int, warnings: list[str]
+    corners: np.ndarray, vertices: np.ndarray, warnings: list[str], onward: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Turn windings to agree and take sheets apart at edges that are not manifold.
+    """Turn windings to agree and take sheets apart at edges that are not manifold: all that meet
+    there end, or two of three and all of four go `onward`, see `straight_on`. How many such edges
+    there are is said the first time, which windings were turned the second.
 
     Returns
     -------
@@ -33,27 +36,36 @@ def separate(
             "Loose mend this in the mesh."
         )
     corners = corners[kept]
-    edge, count = _undirected_edges(corners, vertex_count)
-    crowded = int(np.count_nonzero(count > 2))
-    if crowded:
+    edge, count = _undirected_edges(corners, len(vertices))
+    crowded, given_up = int(np.count_nonzero(count > 2)), 0
+    if crowded and not onward:
         warnings.append(
             f"{counted(crowded, 'edge')} with three or more triangles: the sheets that meet "
-            "there were taken apart and end at that edge."
+            "there were taken apart, and end at that edge where they do not go straight on."
         )
-    corners = _oriented(corners, edge, count, warnings)
-    source = np.arange(vertex_count)
+    corners = _oriented(corners, edge, count, warnings if onward else [])
+    pairs = straight_on(corners, vertices, edge, count if onward else count * 0)
+    source = np.arange(len(vertices))
     while True:
-        corners, origin = _split_across(corners, len(source))
-        source = source[origin]
-        extra = _later_copies(corners, len(source))
+        found, origin = _split_across(corners, len(source), pairs)
+        extra = _later_copies(found, len(origin))
+        # Sheets that are one at both ends of an edge end there.
+        again = extra[pairs // 3].any(axis=1)
+        pairs = pairs[~again]
+        if again.any():
+            continue
+        corners, source = found, source[origin]
         if not extra.any():
-            return kept, corners, source
+            break
         # A slit of a single edge cannot be opened: its second triangle is given up.
-        warnings.append(
-            f"{counted(int(extra.sum()), 'triangle')} left out where sheets could not be told "
-            "apart."
-        )
+        given_up += int(np.count_nonzero(extra))
         kept, corners = kept[~extra], corners[~extra]
+        pairs = pairs[:0]
+    if given_up:
+        warnings.append(
+            f"{counted(given_up, 'triangle')} left out where sheets could not be told apart."
+        )
+    return kept, corners, source
 
 
 def _undirected_edges(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -109,13 +121,16 @@ def _oriented(
     return corners
 
 
-def _split_across(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Give each fan of triangles, joined across edges with two consistent ones, its vertex."""
+def _split_across(
+    corners: np.ndarray, vertex_count: int, pairs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Give each fan of triangles its vertex: joined across edges with two consistent ones, and
+    across the `pairs` (p, 2) of half-edges that go on as one sheet where more meet."""
     edge, count = _undirected_edges(corners, vertex_count)
     first, second = _pairs(edge, count == 2)
     tails = corners.ravel()
     agree = tails[first] != tails[second]
-    first, second = first[agree], second[agree]
+    first, second = np.column_stack([np.stack([first[agree], second[agree]]), pairs.T])
 
     # Across a shared edge the tail of one half-edge is the head of the other.
     rows = np.concatenate([first, following(first)])
