@@ -103,40 +103,6 @@ def test_three_sheets_on_an_edge_are_taken_apart():
     assert len(surface.vertices) == 9
 
 
-@pytest.mark.parametrize("turn", [0.3, 1.2, 2.5])
-def test_two_solids_that_touch_along_an_edge_stay_whole(turn):
-    # Wedges of 60 degrees around the z axis.
-    corner = np.array([[0.0, 0, -1], [0, 0, 1], [1, 0, 0], [0.5, np.sqrt(0.75), 0]])
-    rotated = corner.copy()
-    cosine, sine = np.cos(1.1 + turn), np.sin(1.1 + turn)
-    rotated[:, :2] = corner[:, :2] @ [[cosine, sine], [-sine, cosine]]
-    triangles = np.array([[0, 1, 3], [1, 0, 2], [0, 3, 2], [1, 2, 3]])
-    both = np.vstack([triangles, np.array([0, 1, 4, 5])[triangles]])
-    surface, warnings = clean(np.vstack([corner, rotated[2:]]), both)
-    assert_manifold(surface)
-    assert list(surface.euler_characteristic) == [2, 2]
-    assert (surface.volume > 0).all() or (surface.volume < 0).all()
-    assert len(warnings) == 1 and "1 edge with three or more triangles" in warnings[0]
-
-
-def test_sheets_that_cross_at_edges_go_straight_on():
-    across = np.array([-2.0, -1, 0, 1, 2])
-    z, x = np.meshgrid(np.arange(6.0), across, indexing="ij")
-    flat = np.column_stack([x.ravel(), 0 * x.ravel(), z.ravel()])
-    upright = flat[:, [1, 0, 2]]
-    shared = np.flatnonzero(flat[:, 0] == 0)
-    row = np.arange(len(flat)) + len(flat)
-    row[shared] = shared
-    a = (5 * np.arange(5)[:, None] + np.arange(4)).ravel()
-    sheet = np.vstack([np.column_stack([a, a + 1, a + 6]), np.column_stack([a, a + 6, a + 5])])
-    surface, _ = clean(np.vstack([flat, upright]), np.vstack([sheet, row[sheet]]))
-    assert_manifold(surface)
-    assert list(surface.euler_characteristic) == [1, 1]
-    for piece in range(2):
-        mine = surface.vertices[surface.component == piece]
-        assert np.ptp(mine, axis=0)[:2].min() == 0.0
-
-
 def test_a_fin_that_is_left_out_opens_nothing():
     mesh = surfaces.sphere(subdivisions=3)
     edges = [mesh.triangles[7, :2], mesh.triangles[300, :2]]
@@ -149,6 +115,28 @@ def test_a_fin_that_is_left_out_opens_nothing():
     assert len(surface.triangles) == len(mesh.triangles)
     assert any("2 edges with three or more" in text for text in warnings)
     assert any("2 pieces of fewer than" in text for text in warnings)
+
+
+def test_a_fin_that_is_kept_leaves_the_surface_closed():
+    # A fan of six rows stands on a path of edges across a sphere.
+    mesh = surfaces.sphere(subdivisions=3)
+    path = [int(mesh.vertices[:, 0].argmin())]
+    while len(path) < 6:
+        beside = mesh.triangles[(mesh.triangles == path[-1]).any(axis=1)].ravel()
+        path.append(int(beside[mesh.vertices[beside, 0].argmax()]))
+    n, length = len(mesh.vertices), len(path)
+    rows = [mesh.vertices[path] * (1.0 + 0.05 * k) for k in range(1, 7)]
+    grid = np.vstack([path, n + np.arange(6 * length).reshape(6, length)])
+    a, b = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel()
+    c, d = grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
+    fin = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    surface, warnings = clean(
+        np.vstack([mesh.vertices, *rows]), np.vstack([mesh.triangles, fin])
+    )
+    assert_manifold(surface)
+    assert sorted(surface.euler_characteristic.tolist()) == [1, 2]
+    assert surface.closed.sum() == 1
+    assert any("5 edges with three or more" in text for text in warnings)
 
 
 def test_duplicates_and_repeated_corners_are_left_out():

@@ -13,6 +13,7 @@ from ..rings import adjacency
 from ..surface import Surface
 from .joining import corners_in_input, mend_borders
 from .sheets import linked, separate, split_fans
+from .slits import without_slits
 
 
 def clean(
@@ -23,9 +24,8 @@ def clean(
     Triangles with repeated corners or corners that are not finite, and copies of a triangle,
     are left out. Borders that coincide are joined, and vertices on a border edge inserted there.
     Windings are made to agree. Sheets that meet at an edge of three or more triangles or at a
-    pinched vertex are separated; those that go straight on at such an edge stay one. Pieces too
-    small for a fit are left out, unless there are no others. A clean manifold passes through
-    untouched.
+    pinched vertex are separated. Pieces too small for a fit are left out, unless there are no
+    others. A clean manifold passes through untouched.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def clean(
             links = link(corners, len(vertices))
     manifold = links is not None
     together = corners
-    kept, corners, source, links = _apart(corners, vertices, links, warnings, onward=False)
+    kept, corners, source, links = _apart(corners, len(vertices), links, warnings)
     rows, together = rows[kept], together[kept]
     component = _components(links)
     specks = _specks(component)
@@ -68,11 +68,13 @@ def clean(
         )
         large = ~specks[component[corners[:, 0]]]
         rows, together = rows[large], together[large]
-    if specks.any() or not manifold:
-        # What only they have taken apart comes together again.
+        # What only they have taken apart comes together again; all else was said.
         links = link(together, len(vertices))
-        kept, corners, source, links = _apart(together, vertices, links, warnings, onward=True)
+        kept, corners, source, links = _apart(together, len(vertices), links, [])
         rows = rows[kept]
+        component = _components(links)
+    if not manifold:
+        corners, source, links = without_slits(corners, vertices, source, links)
         component = _components(links)
     recut = (np.zeros(0, np.int64), np.zeros((0, 3, 3)))
     if not (as_given and manifold):
@@ -83,20 +85,15 @@ def clean(
 
 
 def _apart(
-    corners: np.ndarray,
-    vertices: np.ndarray,
-    links: HalfEdges | None,
-    warnings: list[str],
-    *,
-    onward: bool,
+    corners: np.ndarray, count: int, links: HalfEdges | None, warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, HalfEdges]:
-    """Triangles as a manifold: the rows that are kept, their corners among its vertices, the old
-    vertex of each of these, and its half-edges; see `separate`."""
-    kept, source = np.arange(len(corners)), np.arange(len(vertices))
+    """Triangles on `count` vertices as a manifold: the rows that are kept, their corners among its
+    vertices, the old vertex of each of these, and its half-edges."""
+    kept, source = np.arange(len(corners)), np.arange(count)
     if links is None:
-        kept, corners, source = separate(corners, vertices, warnings, onward)
+        kept, corners, source = separate(corners, count, warnings)
         links = linked(corners, len(source))
-    return kept, *split_fans(corners, source, links, [] if onward else warnings)
+    return kept, *split_fans(corners, source, links, warnings)
 
 
 def _checked(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

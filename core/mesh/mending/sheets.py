@@ -11,15 +11,12 @@ from scipy.sparse import csgraph
 
 from ...base.words import counted
 from ..half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
-from .crowded import straight_on
 
 
 def separate(
-    corners: np.ndarray, vertices: np.ndarray, warnings: list[str], onward: bool
+    corners: np.ndarray, vertex_count: int, warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Turn windings to agree and take sheets apart at edges that are not manifold: all that meet
-    there end, or two of three and all of four go `onward`, see `straight_on`. How many such edges
-    there are is said the first time, which windings were turned the second.
+    """Turn windings to agree and take sheets apart at edges that are not manifold.
 
     Returns
     -------
@@ -36,36 +33,27 @@ def separate(
             "Loose mend this in the mesh."
         )
     corners = corners[kept]
-    edge, count = _undirected_edges(corners, len(vertices))
-    crowded, given_up = int(np.count_nonzero(count > 2)), 0
-    if crowded and not onward:
+    edge, count = _undirected_edges(corners, vertex_count)
+    crowded = int(np.count_nonzero(count > 2))
+    if crowded:
         warnings.append(
             f"{counted(crowded, 'edge')} with three or more triangles: the sheets that meet "
             "there were taken apart, and end at that edge where they do not go straight on."
         )
-    corners = _oriented(corners, edge, count, warnings if onward else [])
-    pairs = straight_on(corners, vertices, edge, count if onward else count * 0)
-    source = np.arange(len(vertices))
+    corners = _oriented(corners, edge, count, warnings)
+    source = np.arange(vertex_count)
     while True:
-        found, origin = _split_across(corners, len(source), pairs)
-        extra = _later_copies(found, len(origin))
-        # Sheets that are one at both ends of an edge end there.
-        again = extra[pairs // 3].any(axis=1)
-        pairs = pairs[~again]
-        if again.any():
-            continue
-        corners, source = found, source[origin]
+        corners, origin = _split_across(corners, len(source))
+        source = source[origin]
+        extra = _later_copies(corners, len(source))
         if not extra.any():
-            break
+            return kept, corners, source
         # A slit of a single edge cannot be opened: its second triangle is given up.
-        given_up += int(np.count_nonzero(extra))
-        kept, corners = kept[~extra], corners[~extra]
-        pairs = pairs[:0]
-    if given_up:
         warnings.append(
-            f"{counted(given_up, 'triangle')} left out where sheets could not be told apart."
+            f"{counted(int(extra.sum()), 'triangle')} left out where sheets could not be told "
+            "apart."
         )
-    return kept, corners, source
+        kept, corners = kept[~extra], corners[~extra]
 
 
 def _undirected_edges(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -121,16 +109,13 @@ def _oriented(
     return corners
 
 
-def _split_across(
-    corners: np.ndarray, vertex_count: int, pairs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Give each fan of triangles its vertex: joined across edges with two consistent ones, and
-    across the `pairs` (p, 2) of half-edges that go on as one sheet where more meet."""
+def _split_across(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Give each fan of triangles, joined across edges with two consistent ones, its vertex."""
     edge, count = _undirected_edges(corners, vertex_count)
     first, second = _pairs(edge, count == 2)
     tails = corners.ravel()
     agree = tails[first] != tails[second]
-    first, second = np.column_stack([np.stack([first[agree], second[agree]]), pairs.T])
+    first, second = first[agree], second[agree]
 
     # Across a shared edge the tail of one half-edge is the head of the other.
     rows = np.concatenate([first, following(first)])
