@@ -24,8 +24,8 @@ from .height_fit import HeightFit, solve_heights, sum_count, sum_samples
 from .monge import operator_of_heights
 
 DEGREE = 3
-# Vertices whose fits are solved together: their systems take 14 MB in each thread. Of few each thread
-# takes a part, but not fewer than that.
+# Vertices whose fits are solved together: their systems take 14 MB in each thread. Of few each
+# thread takes a part, but not fewer than that.
 CHUNK, FEWEST = 16384, 64
 # Rings that are added, one at a time, where the samples leave a cubic undetermined.
 RETRIES = 2
@@ -149,7 +149,7 @@ def fit_each(
         determined[slots[order]] = fits.determined
         store(fits, radius, axes, slots[order])
 
-    size = min(max(-(-c // threads()), FEWEST), CHUNK)
+    size = CHUNK if c > CHUNK else max(-(-c // threads()), FEWEST)
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + size, c)), neighbourhood)
