@@ -35,9 +35,8 @@ AROUND = 8
 # Turns above this share of half a turn weigh more in the next round, by the square of the excess:
 # least squares become the least largest turn (Lawson 1961).
 EASY = 0.7
-# What is left in a round of the stiffness beside a turn that is too large, and as its root of that
-# one ring on. Chosen by separatrices of an ellipsoid with 5 % noise, confirmed on three others of
-# them; the ring by rounds and error of directions on one of 2 %.
+# What is left in a round of the stiffness beside a turn that is too large. Chosen by separatrices
+# of an ellipsoid with 5 % noise, confirmed on three others of them.
 SOFTER = 0.02
 # Rings around turns that are still too large within which they are made as small as can be.
 SURE_RINGS = (1, 2, 4, 8, 16, 32)
@@ -158,7 +157,6 @@ def _turned(
         weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
         ends = np.unique([turns.tail[bad], turns.head[bad]])
         stiffness[ends] *= SOFTER
-        stiffness[np.setdiff1d(_beside(ring, ends), ends)] *= np.sqrt(SOFTER)
         if number < WIDENING:
             budget[ends] = np.maximum(budget[ends], number + 1)
             _spread(ring, budget, held, ends)

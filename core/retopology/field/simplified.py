@@ -103,7 +103,9 @@ def simplify_field(
         held = np.zeros(len(certainty), bool)
         held[surface.triangles[undirected | ((wanted != 0.0) & (wanted == index))]] = True
         part = progress.part("Simplifying the field", 0.1, 0.6)
-        lines, winding = filled_in(surface, lines, winding, wanted, held, certainty, part)
+        lines, winding = filled_in(
+            surface, lines, winding, changing, held, certainty, part
+        )
         # What is left then turns as readily as an edge.
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
