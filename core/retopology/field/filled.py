@@ -28,7 +28,7 @@ RINGS = 3
 SURE = 0.01
 # Error at which the solver may stop: only which way each direction points is asked. Where nothing
 # is sure what lies far apart matters too; what it does not see of that is left to be moved.
-TOLERANCE = 1e-3
+TOLERANCE = 3e-4
 # A trace of the data everywhere keeps the system definite.
 LEAST = 1e-6
 
