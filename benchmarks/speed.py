@@ -47,9 +47,9 @@ after the other, each in a process of its own that does the work {rounds} times,
 {least} times: "seconds" is the median, "first" the first time, when memory is new to the process.
 Reading the mesh is not counted. "Above the input" is peak memory less that after reading. The
 error is the root mean square angle between the first principal directions and the true ones, where
-the gap of the curvatures is above {clear:.0%} of its median. Umbilics does everything that `core.detect` does with
-its defaults: curvature, the certified index, location, kinds and persistence, in as many threads as
-there are processors; the others use one thread as they come.
+the gap of the curvatures is above {clear:.0%} of its median. Umbilics does everything that
+`core.detect` does with its defaults: curvature, the certified index, location, kinds and
+persistence, in as many threads as there are processors; the others use one thread as they come.
 
 {peers}
 """
