@@ -51,7 +51,7 @@ class Estimate:
         Of the standard errors, as in `Scale`.
     closer, degree:
         What the jets around umbilics were fitted to, and their degree; None and 0 without.
-    rings:
+    rings, degrees:
         As in `Closer`.
     winding:
         Of the field, where it was asked for on the way; else None.
@@ -66,6 +66,7 @@ class Estimate:
     closer: Scale | None = None
     degree: int = 0
     rings: np.ndarray | None = None
+    degrees: np.ndarray | None = None
     winding: Winding | None = None
 
 
@@ -172,6 +173,7 @@ def _from_jets(
         closer=closer.scale,
         degree=closer.degree if closer.scale else 0,
         rings=closer.rings,
+        degrees=closer.degrees,
         winding=closer.winding,
     )
 
