@@ -45,6 +45,11 @@ class FlatFit:
     radius: np.ndarray
     heights: HeightFit
 
+    @property
+    def residual(self) -> np.ndarray:
+        """(b,) standard deviation of the samples about the fit, in the unit of the samples."""
+        return np.asarray(self.heights.residual * self.radius)
+
 
 @dataclass(frozen=True)
 class RoundOperator:
@@ -123,7 +128,20 @@ def fit_flattened(
         None for equal ones. Either are divided by the squared scale of the map, by which it makes
         the errors of the points larger.
     """
-    bend = nearest_spheres(x, y, z)
+    spheres = _fits_over(x, y, z, nearest_spheres(x, y, z), degrees, focus)
+    planes = _fits_over(x, y, z, np.zeros(x.shape[1]), degrees, focus)
+    return [_of_less_left(*pair) for pair in zip(spheres, planes, strict=True)]
+
+
+def _fits_over(
+    x: np.ndarray,
+    y: np.ndarray,
+    z: np.ndarray,
+    bend: np.ndarray,
+    degrees: Sequence[int],
+    focus: float | None,
+) -> list[FlatFit]:
+    """The fits over spheres of curvature `bend` (b,)."""
     x, y, z, shrink = flattened(x, y, z, bend)
     weights = np.where(shrink > HALF, shrink * shrink, 0.0)
     square, total = x * x + y * y, weights.sum(axis=0)
@@ -134,7 +152,8 @@ def fit_flattened(
         weights = weights * (1.0 + square / (focus * radius * radius)) ** -3
     most = max(degrees)
     sums, workspace = np.empty((sum_count(most), x.shape[1])), Workspace()
-    sum_samples(x / radius, y / radius, z / radius, weights, most, sums, workspace)
+    even = weights if focus is not None or bend.any() else None
+    sum_samples(x / radius, y / radius, z / radius, even, most, sums, workspace)
     samples = np.count_nonzero(weights, axis=0)
     return [
         FlatFit(
@@ -144,6 +163,25 @@ def fit_flattened(
         )
         for degree in degrees
     ]
+
+
+def _of_less_left(one: FlatFit, two: FlatFit) -> FlatFit:
+    """Of each pair of fits to the same samples the one that leaves smaller residuals."""
+    left = [np.where(fit.heights.determined, fit.residual, np.inf) for fit in (one, two)]
+    first = left[0] <= left[1]
+    return FlatFit(
+        np.where(first, one.bend, two.bend),
+        np.where(first, one.radius, two.radius),
+        HeightFit(
+            {
+                term: np.where(first, value, two.heights.coefficients[term])
+                for term, value in one.heights.coefficients.items()
+            },
+            np.where(first, one.heights.residual, two.heights.residual),
+            np.where(first, one.heights.covariance, two.heights.covariance),
+            one.heights.determined | two.heights.determined,
+        ),
+    )
 
 
 def nearest_spheres(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
