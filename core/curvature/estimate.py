@@ -55,6 +55,9 @@ class Estimate:
         As in `Closer`.
     winding:
         Of the field, where it was asked for on the way; else None.
+    cubic:
+        Field and radius as jets over one scale gave them, before umbilics were looked at more
+        closely; None where they are those above.
     """
 
     field: CurvatureField
@@ -68,6 +71,7 @@ class Estimate:
     rings: np.ndarray | None = None
     degrees: np.ndarray | None = None
     winding: Winding | None = None
+    cubic: tuple[CurvatureField, np.ndarray] | None = None
 
 
 def estimate(
@@ -175,6 +179,7 @@ def _from_jets(
         rings=closer.rings,
         degrees=closer.degrees,
         winding=closer.winding,
+        cubic=(field, radius),
     )
 
 

@@ -31,7 +31,8 @@ def test_a_sphere_is_flat_and_comes_back(bend):
     assert nearest_spheres(*columns) == pytest.approx(bend, abs=1e-12)
     u, v, height, shrink = flattened(*columns, np.array([bend]))
     assert np.abs(height).max() < 1e-12 and (shrink > 0.5).all()
-    operator = round_operator({(0, 0): np.zeros(200)}, np.ones(200), np.full(200, bend), *(u.T, v.T)[:0], u[:, 0], v[:, 0])
+    level, one = {(0, 0): np.zeros(200)}, np.ones(200)
+    operator = round_operator(level, one, bend * one, u[:, 0], v[:, 0])
     np.testing.assert_allclose(operator.place, [x, y, z], atol=1e-12)
     np.testing.assert_allclose(operator.mean, -bend, atol=1e-12)
     np.testing.assert_allclose(operator.scale * shrink[:, 0], 1.0)
@@ -45,11 +46,15 @@ def test_a_sphere_is_flat_and_comes_back(bend):
 
 def test_the_operator_is_that_of_the_surface():
     """A cubic graph, which is no polynomial once it is flattened: on a small window the fit tells
-    its shape operator away from the middle, frame and all."""
+    its shape operator away from the middle, frame and all. Over a plane it is exact, and chosen."""
     x, y = disc(800, 0.12)
     z = sum(c * x**a * y**b for (a, b), c in CUBIC.items())
     for degree, error in ((4, 3e-2), (5, 3e-3)):
-        (flat,) = fit_flattened(x[:, None], y[:, None], z[:, None], [degree])
+        columns = x[:, None], y[:, None], z[:, None]
+        (chosen,) = fit_flattened(*columns, [degree])
+        assert chosen.bend == 0.0 and chosen.residual < 1e-9
+        (flat,) = fit_flattened(*columns, [degree], planar=np.array([False]))
+        assert flat.bend != 0.0 and flat.residual > 1e-8
         place = np.array([[0.03], [-0.02], [0.0]])
         place[2] = sum(c * place[0] ** a * place[1] ** b for (a, b), c in CUBIC.items())
         u, v, _, _ = flattened(*place, flat.bend)
@@ -81,6 +86,7 @@ def test_wide_windows_on_a_bumpy_sphere_know_the_deviator_better():
     x, y, z = (points[k][:, None] for k in range(3))
     z = z - 1.0
     (flat,) = fit_flattened(x, y, z, [5])
+    assert flat.bend == pytest.approx(-1.0, abs=0.1)
     radius = np.sqrt((x * x + y * y).mean())
     plain = fit_heights(x / radius, y / radius, z / radius, None, 5)
     middle = np.zeros(1)
@@ -112,8 +118,9 @@ def test_what_is_beyond_half_the_sphere_has_no_say():
     x, y, z = (points[:, k][:, None] for k in range(3))
     near = z[:, 0] > 0.0
     moved = z.copy()
-    (whole,) = fit_flattened(x, y, moved - 1.0, [4])
-    (part,) = fit_flattened(x[near], y[near], moved[near] - 1.0, [4])
+    over = {"planar": np.array([False])}
+    (whole,) = fit_flattened(x, y, moved - 1.0, [4], **over)
+    (part,) = fit_flattened(x[near], y[near], moved[near] - 1.0, [4], **over)
     for term, value in part.heights.coefficients.items():
         np.testing.assert_allclose(whole.heights.coefficients[term], value, atol=1e-9)
 

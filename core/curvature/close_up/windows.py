@@ -84,11 +84,16 @@ def best_fits(surface: Surface, scale: Scale, triangles: np.ndarray, progress: P
     centre = surface.vertices[corners].mean(axis=1)
     normal = unit(scale.normals[corners].sum(axis=1))
     axes = np.stack([*frame(normal.T), normal.T])
+    *others, widest = ladder(scale.neighbourhood.rings)
+    # Whether the surface is nearer to a sphere or to a plane shows the most in the widest window.
+    last = _window(surface, scale, corners, centre, axes, widest, None, progress)
+    planar = (last[-1].rings > 0) & (last[-1].bend == 0.0)
     steps = [
         step
-        for rings in ladder(scale.neighbourhood.rings)
-        for step in _window(surface, scale, corners, centre, axes, rings, progress)
+        for rings in others
+        for step in _window(surface, scale, corners, centre, axes, rings, planar, progress)
     ]
+    steps += last
     known = np.stack([np.where(step.rings > 0, step.radius, np.inf) for step in steps])
     narrow = np.where(np.isfinite(known.min(axis=0)), known.min(axis=0), 1.0)
     best, bias = _least_error(steps, narrow)
@@ -121,9 +126,11 @@ def _window(
     centre: np.ndarray,
     axes: np.ndarray,
     rings: int,
+    planar: np.ndarray | None,
     progress: Progress,
 ) -> list[Fits]:
-    """The fits over so many rings, of each degree."""
+    """The fits over so many rings, of each degree, over planes where `planar` (k,) says so; None as
+    for `fit_flattened`."""
     k = len(corners)
     most = max(DEGREES)
     terms = [(total - b, b) for total in range(most + 1) for b in range(total + 1)]
@@ -149,7 +156,8 @@ def _window(
             continue
         offset = surface.vertices[members] - centre[rows]
         x, y, z = np.einsum("sbc,kcb->ksb", offset, axes[:, :, rows])
-        for flat, step in zip(fit_flattened(x, y, z, held), found, strict=False):
+        over = None if planar is None else planar[rows]
+        for flat, step in zip(fit_flattened(x, y, z, held, planar=over), found, strict=False):
             fit = flat.heights
             for term, values in fit.coefficients.items():
                 step.coefficients[term][rows] = values

@@ -117,18 +117,24 @@ def fit_flattened(
     z: np.ndarray,
     degrees: Sequence[int],
     focus: float | None = None,
+    planar: np.ndarray | None = None,
 ) -> list[FlatFit]:
     """Fit heights of each of some degrees to columns of samples (s, b) over the spheres nearest to
-    them.
+    them or over planes.
 
     Parameters
     ----------
+    planar:
+        (b,) bool, those over planes; None for whichever leaves smaller residuals.
     focus:
         Weights are 1 / (1 + d^2 / focus)^3 of the squared distance d^2 (mean 1) from the origin;
         None for equal ones. Either are divided by the squared scale of the map, by which it makes
         the errors of the points larger.
     """
-    spheres = _fits_over(x, y, z, nearest_spheres(x, y, z), degrees, focus)
+    bend = nearest_spheres(x, y, z)
+    if planar is not None:
+        return _fits_over(x, y, z, np.where(planar, 0.0, bend), degrees, focus)
+    spheres = _fits_over(x, y, z, bend, degrees, focus)
     planes = _fits_over(x, y, z, np.zeros(x.shape[1]), degrees, focus)
     return [_of_less_left(*pair) for pair in zip(spheres, planes, strict=True)]
 
