@@ -172,4 +172,4 @@ def scenario():
         }
 
 
-play(report.of(scenario))
+play(report.of(scenario), smooth=True)

@@ -235,4 +235,4 @@ def scan():
     picture("guide/scan_thinned", *VIEW)
 
 
-play(scenario)
+play(scenario, smooth=True)

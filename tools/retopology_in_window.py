@@ -79,4 +79,4 @@ def quads(path):
     shot(FOLDER / "retopology-check.png", *VIEW)
 
 
-play(scenario)
+play(scenario, smooth=True)

@@ -8,6 +8,8 @@ partition of unity implicits", https://doi.org/10.1145/882262.882293).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 
@@ -52,6 +54,30 @@ LOW, THIRD, OWN, CENTRE = slice(0, 9), slice(9, 19), slice(19, 22), slice(22, 25
 COLUMNS = 25
 
 
+@dataclass(frozen=True)
+class _Fits:
+    """Fits at c vertices.
+
+    Attributes
+    ----------
+    there:
+        (c, 9) what pairs are weighed by, in rows, as to gather is most of the work: the place; the
+        normal of the fit's plane, zero where the samples do not determine the fit; noise, residual
+        and radius as in `Jets`.
+    values:
+        (c, k, m) arrays of what is added up: the two of `implicit.expanded` where fits are taken
+        at the vertex itself, each for itself, else one of `COLUMNS`.
+    """
+
+    there: np.ndarray
+    values: tuple[np.ndarray, ...]
+
+    @property
+    def each(self) -> bool:
+        """Whether fits are taken at the vertex itself."""
+        return len(self.values) > 1
+
+
 def worth_spreading(scale: Scale) -> bool:
     """Whether fits at some vertices save time on this mesh, and lose nothing.
 
@@ -82,10 +108,9 @@ def fit_spread(
     if neighbourhood.rings >= WIDE:
         rounds, edges = WIDE_MEAN
     centres, near = spread(graph, rounds, edges, progress.quiet())
-    table, axes, determined = _fits_at(surface, normals, neighbourhood, fitting, centres)
+    fits = _fits_at(surface, normals, neighbourhood, fitting, centres)
     blending = progress.part("Fitting jets", 0.7, 1.0)
-    blend = _Blend(surface.vertices, normals, table, axes, determined, neighbourhood.focused)
-    jets = blend.all(near, blending)
+    jets = _Blend(surface.vertices, normals, fits).all(near, blending)
     alone = np.flatnonzero(~jets.determined)
     if len(alone):
         own = fit_jets(surface, normals, neighbourhood, progress.quiet(), alone)
@@ -115,22 +140,25 @@ def _fits_at(
     neighbourhood: Neighbourhood,
     progress: Progress,
     centres: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The fits at vertices (c,): their table (c, COLUMNS), the normals (c, 3) of their planes, and
-    (c,) whether their samples determine them."""
+) -> _Fits:
+    """The fits at vertices (c,)."""
     c = len(centres)
-    table, planes, determined = np.empty((c, COLUMNS)), np.empty((c, 3)), np.zeros(c, bool)
-    table[:, CENTRE] = surface.vertices[centres]
+    shapes = [(4, 9), (6, 3)] if neighbourhood.focused else [(1, COLUMNS)]
+    fits = _Fits(np.empty((c, 9)), tuple(np.empty((c, *shape)) for shape in shapes))
 
     def store(fit: HeightFit, radius: np.ndarray, axes: np.ndarray, slots: np.ndarray) -> None:
         low, third = derivatives(fit.coefficients, radius, axes)
+        place = surface.vertices[centres[slots]]
         own = np.stack([fit.gap_error / radius, fit.residual * radius, radius], axis=1)
-        table[slots, : CENTRE.start] = np.concatenate([low, third, own], axis=1)
-        planes[slots] = axes[2].T
-        determined[slots] = fit.determined
+        plane = np.where(fit.determined, axes[2], 0.0).T
+        fits.there[slots] = np.concatenate([place, plane, own], axis=1)
+        if fits.each:
+            fits.values[0][slots], fits.values[1][slots] = expanded(low, third)
+        else:
+            fits.values[0][slots, 0] = np.concatenate([low, third, own, place], axis=1)
 
     fit_each(surface, normals, neighbourhood, progress, centres, DEGREE, store)
-    return table, planes, determined
+    return fits
 
 
 class _Blend:
@@ -140,27 +168,12 @@ class _Blend:
     ----------
     points, normals:
         (n, 3) the vertices and their normals.
-    table, planes, determined:
+    fits:
         As from `_fits_at`.
-    each:
-        Whether fits are taken at the vertex itself, each for itself.
     """
 
-    def __init__(
-        self,
-        points: np.ndarray,
-        normals: np.ndarray,
-        table: np.ndarray,
-        planes: np.ndarray,
-        determined: np.ndarray,
-        each: bool,
-    ) -> None:
-        self.table = table
-        self.expanded = expanded(table[:, LOW], table[:, THIRD]) if each else None
-        self.points, self.normals = points, normals
-        # What pairs are weighed by, in rows: to gather is most of the work.
-        planes = np.where(determined[:, None], planes, 0.0)
-        self.there = np.concatenate([table[:, CENTRE], planes, table[:, OWN]], axis=1)
+    def __init__(self, points: np.ndarray, normals: np.ndarray, fits: _Fits) -> None:
+        self.points, self.normals, self.fits = points, normals, fits
 
     def all(self, near: sparse.csr_array, progress: Progress) -> Jets:
         """Jets at n vertices from the fits that are `near` (n, c); not determined without any."""
@@ -186,7 +199,7 @@ class _Blend:
         at: np.ndarray | slice = slice(rows[0], rows[-1] + 1)
         here = np.concatenate([self.points[at], self.normals[at]], axis=1)
         here = _columns(np.repeat(here, count, axis=0))
-        there = _columns(self.there.take(of, axis=0, mode="clip"))
+        there = _columns(self.fits.there.take(of, axis=0, mode="clip"))
         alike = np.einsum("cp,cp->p", here[3:], there[3:6]) > ALIKE
         if not alike.all() or not count.all():
             begin = np.append(0, np.cumsum(alike))[begin]
@@ -197,19 +210,20 @@ class _Blend:
             return
         count = np.diff(begin)
         offset = here[:3] - there[:3]
-        if self.expanded is not None:
+        if self.fits.each:
             weight = np.repeat(1.0 / count, count)
-            first, second = offset_powers(offset)
-            low = _sums(weight * first, of, begin, self.expanded[0])
-            gradient, hessian = low[GRADIENT], low[HESSIAN]
-            gradient += _sums(weight * second, of, begin, self.expanded[1])
+            low, change = (
+                _sums(weight * powers, of, begin, values)
+                for powers, values in zip(offset_powers(offset), self.fits.values, strict=True)
+            )
+            gradient, hessian = low[GRADIENT] + change, low[HESSIAN]
             own = np.add.reduceat(weight * there[6:], begin[:-1], axis=1)
         else:
             noise, _, radius = there[6:]
             square = np.einsum("cp,cp->p", offset, offset) / (radius * radius)
             weight = (np.maximum(1.0 - square, 0.0) ** 2 + LEAST) / np.maximum(noise, TINY) ** 2
             weight /= np.repeat(np.add.reduceat(weight, begin[:-1]), count)
-            mean = _sums(weight[None], of, begin, self.table[:, None])
+            mean = _sums(weight[None], of, begin, self.fits.values[0])
             # All fits are read as far from their middles as their mean is from the vertex.
             away = self.points[at].T - mean[CENTRE]
             gradient, hessian = moved(mean[LOW], mean[THIRD], away)

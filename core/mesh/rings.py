@@ -116,10 +116,10 @@ def grown_rows(
 def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:
     """(r, count) matrix whose rows hold ones at the vertices (r, s) named in each row."""
     rows, size = vertices.shape
-    return sparse.csr_array(
-        (np.ones(vertices.size, np.int32), vertices.ravel(), size * np.arange(rows + 1)),
-        shape=(rows, count),
-    )
+    # Products of matrices whose rows have numbers of different types copy both.
+    columns = vertices.ravel().astype(np.int32)
+    starts = size * np.arange(rows + 1, dtype=np.int32)
+    return sparse.csr_array((np.ones(len(columns), np.int32), columns, starts), (rows, count))
 
 
 def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:

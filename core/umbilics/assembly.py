@@ -21,6 +21,7 @@ from .methods.raw import RawUmbilics
 from .pairing.persistence import importance, trust_ratio
 from .regions.region_map import RegionMap
 from .regions.report import describe_regions
+from .regions.waves import words_on_waves
 from .result import Detection, Umbilics
 
 
@@ -100,6 +101,8 @@ def assemble(
     closed = bool(surface.closed.all())
     characteristic = int(surface.euler_characteristic.sum())
     curvature = _on_input_vertices(field, surface, mesh.vertex_count)
+    jets = analysed.fitted.neighbourhood is not None
+    waves = words_on_waves(candidates, len(surface.vertices)) if jets else ()
     detection = Detection(
         umbilics=candidates,
         candidates=candidates,
@@ -118,7 +121,7 @@ def assemble(
         noise=analysed.fitted.residual * surface.unit,
         scale=float(np.median(analysed.fitted.radius)) * surface.unit,
         borders_joined=mesh.borders_joined,
-        warnings=mesh.warnings,
+        warnings=mesh.warnings + waves,
     )
     return filtered(detection, settings)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -51,8 +52,7 @@ def _done(request: Request) -> int:
             return batch.summarize(*request.summary)
         if request.batch:
             return batch.run(request.batch, blender, request.stop)
-        # As a module Blender has no program to start; then the work itself looks at the clock.
-        if request.limits and bpy.app.binary_path and (base or request.files != (None,)):
+        if _needs_processes(request) and (base or request.files != (None,)):
             code = supervised.run(request, blender)
             return exit_codes.INTERRUPTED if request.stop.asked() else code
     except batch.BusyError as error:
@@ -79,6 +79,17 @@ def _done(request: Request) -> int:
         if request.stop.asked() and (waiting or failed):
             return exit_codes.INTERRUPTED
     return exit_codes.FAILED if failed else exit_codes.DONE
+
+
+def _needs_processes(request: Request) -> bool:
+    """Whether each file is done in a process of its own, which may be ended or end by itself."""
+    # As a module Blender has no program to start; then the work itself looks at the clock.
+    if request.is_worker or not bpy.app.binary_path:
+        return False
+    files = [*request.files, *(request.matching.files if request.matching else ())]
+    return bool(request.limits) or any(
+        file is not None and Path(file).suffix.lower() in importers.UNCHECKED for file in files
+    )
 
 
 def _one_file(

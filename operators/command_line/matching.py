@@ -14,7 +14,7 @@ from ..data.properties import GIVEN_NAMES
 from ..jobs import detect
 from ..jobs.matching import shape_of
 from .arguments import values
-from .files import importers
+from .files import companions, importers
 from .files.guard import shown
 
 
@@ -94,6 +94,12 @@ def worker_arguments(found: argparse.Namespace) -> list[str]:
     arguments = [f"--align-to={file}" for file in found.align_to]
     arguments += ["--align-scaled"] * found.align_scaled
     return arguments + ["--find-symmetry"] * found.find_symmetry
+
+
+def identity_of(found: argparse.Namespace) -> tuple[tuple[str, int, int], ...]:
+    """What tells the files from another state of them."""
+    files = found.align_to
+    return tuple(one for file in files for one in companions.identity_of(file, importers.SUFFIXES))
 
 
 def references(

@@ -82,7 +82,7 @@ def analyse(
             _write(found, opened, outputs)
     if any("error" not in entry for entry in entries) and "json" in outputs:
         # Last: where it is, all the other results are.
-        report.write(outputs["json"], request.settings, source, entries)
+        report.write(outputs["json"], request.every_setting(), source, entries)
     return all("error" not in entry for entry in entries)
 
 
@@ -134,13 +134,14 @@ def _one_object(
             found.compared.append((inputs, results))
         entry = report.success(about, inputs, detection, opened.to_file, request.per_vertex)
         entry |= facts
+        entry["warnings"] = [*opened.warnings, *entry["warnings"]]
         if results:
             entry["comparison"] = report.comparison(results, opened.to_file)
         if request.events:
             news = {key: entry[key] for key in ("counts", "index_sum", "warnings")}
             messages.tell("object", **about, **news)
         else:
-            _say(label, detection, said, results)
+            _say(label, detection, [*opened.warnings, *detection.warnings, *said], results)
         return entry
     complain(f"{label}: {error}")
     if request.events:
@@ -208,7 +209,7 @@ def _say(
     label: str, detection: core.Detection, said: list[str], results: tuple[core.MethodResult, ...]
 ) -> None:
     lines = [f"{label}: {outcome(detection)}."]
-    lines += [f"  {sentence}" for sentence in (*detection.warnings, *said)]
+    lines += [f"  {sentence}" for sentence in said]
     lines += [core.comparison_table(results)] if results else []
     messages.say("\n".join(lines) + "\n")
 

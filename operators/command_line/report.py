@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
@@ -118,7 +117,7 @@ def comparison(results: tuple[core.MethodResult, ...], to_file: np.ndarray) -> l
 
 def write(
     path: Path,
-    settings: core.Settings,
+    settings: dict[str, Any],
     source: dict[str, Any] | None,
     entries: list[dict[str, Any]],
 ) -> None:
@@ -134,7 +133,7 @@ def write(
         "version": version.OURS,
         "blender": bpy.app.version_string,
         "source": source,
-        "settings": dataclasses.asdict(settings),
+        "settings": settings,
         "objects": entries,
     }
     try:

@@ -103,6 +103,42 @@ def test_three_sheets_on_an_edge_are_taken_apart():
     assert len(surface.vertices) == 9
 
 
+def test_a_fin_that_is_left_out_opens_nothing():
+    mesh = surfaces.sphere(subdivisions=3)
+    edges = [mesh.triangles[7, :2], mesh.triangles[300, :2]]
+    tips = [1.2 * mesh.vertices[edge].mean(axis=0) for edge in edges]
+    n = len(mesh.vertices)
+    fins = [[*edges[0], n], [*edges[1], n + 1]]
+    surface, warnings = clean(np.vstack([mesh.vertices, tips]), np.vstack([mesh.triangles, fins]))
+    assert_manifold(surface)
+    assert surface.closed.all() and list(surface.euler_characteristic) == [2]
+    assert len(surface.triangles) == len(mesh.triangles)
+    assert any("2 edges with three or more" in text for text in warnings)
+    assert any("2 pieces of fewer than" in text for text in warnings)
+
+
+def test_a_fin_that_is_kept_leaves_the_surface_closed():
+    # A fan of six rows stands on a path of edges across a sphere.
+    mesh = surfaces.sphere(subdivisions=3)
+    path = [int(mesh.vertices[:, 0].argmin())]
+    while len(path) < 6:
+        beside = mesh.triangles[(mesh.triangles == path[-1]).any(axis=1)].ravel()
+        path.append(int(beside[mesh.vertices[beside, 0].argmax()]))
+    n, length = len(mesh.vertices), len(path)
+    rows = [mesh.vertices[path] * (1.0 + 0.05 * k) for k in range(1, 7)]
+    grid = np.vstack([path, n + np.arange(6 * length).reshape(6, length)])
+    a, b = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel()
+    c, d = grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
+    fin = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    surface, warnings = clean(
+        np.vstack([mesh.vertices, *rows]), np.vstack([mesh.triangles, fin])
+    )
+    assert_manifold(surface)
+    assert sorted(surface.euler_characteristic.tolist()) == [1, 2]
+    assert surface.closed.sum() == 1
+    assert any("5 edges with three or more" in text for text in warnings)
+
+
 def test_duplicates_and_repeated_corners_are_left_out():
     triangles = np.vstack([TETRAHEDRON, TETRAHEDRON[:1], TETRAHEDRON[1:2, ::-1], [[0, 0, 1]]])
     surface, warnings = clean(CORNERS, triangles)

@@ -138,6 +138,7 @@ def test_a_valley_between_umbilics_is_no_curve():
     assert len(detection.umbilics) == 10
 
 
+@pytest.mark.slow
 def test_a_curve_whose_umbilics_a_finer_fit_shows_is_none():
     """Under noise the gap stays within its error all along a valley between two of them."""
     surface = random_harmonics(300)

@@ -99,6 +99,7 @@ def test_poles_that_move_leave_crosses_along_features():
     segments=integers(16, 32),
     quads=integers(300, 600),
 )
+@pytest.mark.slow
 def test_turned_pieces_have_few_poles(stem, bowl, segments, quads):
     vertices, triangles = lathe(goblet(stem, bowl), segments)
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads))
@@ -260,6 +261,7 @@ def test_layouts_begin_anew_without_creases(monkeypatch, marked):
 
 @hypothesis.settings(max_examples=3, deadline=None, derandomize=True, phases=FEW)
 @hypothesis.given(seed=integers(0, 10**6), holes=integers(2, 6), quads=integers(40, 120))
+@pytest.mark.slow
 def test_small_holes_stay_open(seed, holes, quads):
     """Quads larger than the holes: around each there are three edges at least."""
     vertices, triangles = bumpy(seed, level=3)

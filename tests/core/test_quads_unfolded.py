@@ -43,6 +43,7 @@ def as_triangles(vertices, triangles):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("minor", [0.1])
 def test_rods_thinner_than_a_quad(minor):
     """Where there is room for three quads around none is folded, and the rod stays a rod."""

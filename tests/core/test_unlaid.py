@@ -100,6 +100,7 @@ def test_a_piece_far_smaller_than_a_quad_does_not_vanish():
     assert (made.vertices > 8.9).all(axis=1).any()
 
 
+@pytest.mark.slow
 def test_few_folds_do_not_cost_the_layout(monkeypatch):
     """Where quads cannot be unfolded a piece is cut only if many are folded, and that is said."""
     mesh = ellipsoid(subdivisions=3)

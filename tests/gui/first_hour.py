@@ -15,6 +15,7 @@ from hands import (
     PATIENCE,
     View,
     click,
+    draw_smoothly,
     insist,
     insist_on_drag,
     open_tab,
@@ -211,6 +212,12 @@ def reload():
     yield 0.5
     found["reloaded_all"] = shown()
     found["reloaded_pixels"] = yellow(report.picture("reloaded"))
+    draw_smoothly(True)
+    view.area.tag_redraw()
+    yield 1.0
+    found["smooth_pixels"] = yellow(report.picture("smooth"))
+    draw_smoothly(False)
+    yield 0.5
 
 
 def disabled():

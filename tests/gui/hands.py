@@ -33,9 +33,16 @@ class LostEventError(Exception):
     """The mouse or a key had no effect at several tries: a busy virtual screen loses events."""
 
 
-def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
-    """Run the scenario as soon as the window stands, then close Blender."""
+def play(
+    scenario: Callable[[], Iterator[float]], first: float = 1.5, smooth: bool = False
+) -> None:
+    """Run the scenario as soon as the window stands, then close Blender.
+
+    `smooth` has views drawn as Blender draws them by default, in eight samples. Each of these is a
+    drawing of its own, which takes most of a scenario's time where there is no graphics card.
+    """
     bpy.context.preferences.view.show_splash = False
+    draw_smoothly(smooth)
     # A view that glides to its new place would be looked at, or moved again, on its way.
     bpy.context.preferences.view.smooth_view = 0
     # On a busy machine the second click of two comes late.
@@ -74,6 +81,11 @@ def play(scenario: Callable[[], Iterator[float]], first: float = 1.5) -> None:
             os._exit(1)
 
     bpy.app.timers.register(step, first_interval=first, persistent=True)
+
+
+def draw_smoothly(smooth: bool) -> None:
+    """Draw views in Blender's usual number of samples, or in one."""
+    bpy.context.preferences.system.viewport_aa = "8" if smooth else "OFF"
 
 
 class View:

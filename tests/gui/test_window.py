@@ -49,6 +49,10 @@ def test_saved_and_opened_again_it_can_still_be_filtered(found):
     assert found["reloaded_pixels"] > 100
 
 
+def test_the_glyphs_are_drawn_in_a_smooth_view_too(found):
+    assert found["smooth_pixels"] > 100
+
+
 def test_switched_off_nothing_is_left_and_on_again_all_is_back(found):
     assert found["disabled_pixels"] == 0
     assert found["residue"] == []

@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import io
 import json
 import os
 import subprocess
@@ -11,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 
 STAND_IN = [sys.executable, str(Path(__file__).with_name("worker_stand_in.py"))]
 
@@ -116,23 +119,63 @@ def test_every_name_that_a_file_can_have_gets_its_results(do, part, tmp_path, mo
     assert stamps == {place: (tmp_path / "out" / place).stat().st_mtime_ns for place in places}
 
 
-def test_no_cell_is_a_formula(part, tmp_path):
+FORMULA = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
+NUMBERS = ("seconds", "peak_mb")
+
+
+def written_table(part, path, *texts):
+    """A summary with the texts wherever there can be some."""
     entry = {
         "name": "a.obj",
-        "file": "=HYPERLINK(1).obj",
+        "file": texts[0],
         "status": "failed",
-        "results": {},
-        "objects": [{"object": "+x", "error": "-y"}, {"object": "@z", "error": "\t=1"}],
+        "results": {"json": [texts[1]]},
+        "objects": [{"object": texts[2], "error": texts[3]}, {"object": texts[0], "error": ""}],
         "seconds": -1.5,
         "peak_mb": 0,
-        "error": "=bad",
+        "error": texts[1],
     }
-    part("summary").write_report(tmp_path / "r.csv", [entry])
-    with open(tmp_path / "r.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    words = [row[name] for row in rows for name in ("file", "object", "error")]
-    assert not [word for word in words if word.startswith(("=", "+", "-", "@", "\t"))]
-    assert rows[0]["seconds"] == "-1.5"
+    part("summary").write_report(path, [entry])
+    return path.read_text("utf-8")
+
+
+def cells(text, separators):
+    """What programs take for cells that people wrote, by what they hold for their separators; a
+    quote in the middle of a cell means something to some of them and to others not."""
+    lines = text.splitlines()[1:]
+    if separators == ",":
+        return [
+            cell
+            for row in csv.DictReader(io.StringIO(text))
+            for name, cell in row.items()
+            if name not in NUMBERS
+        ]
+    naive = [cell.strip().strip('"').strip() for line in lines for cell in line.split(";")]
+    naive = [cell for cell in naive if not cell.startswith(",")]
+    return naive + [cell for row in csv.reader(lines, delimiter=";") for cell in row]
+
+
+TEXT = st.text("ab;,\"' \t=+-@＝\n", max_size=12)
+
+
+@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(texts=st.tuples(TEXT, TEXT, TEXT, TEXT))
+@example(texts=("=HYPERLINK(1).obj", "-y", "+x", "\t=1"))
+@example(texts=("a;=1+1.obj", 'b; "=1', 'c,;"=1', "d;@1"))
+def test_no_cell_is_a_formula(part, tmp_path, texts):
+    text = written_table(part, tmp_path / "r.csv", *texts)
+    assert len(text.splitlines()) == 3
+    for separators in (",", ";"):
+        for cell in cells(text, separators):
+            assert not cell.lstrip().startswith(FORMULA), (separators, cell)
+    assert ",-1.5,0," in text
+
+
+def test_a_text_that_is_no_formula_stays_as_it_is(part, tmp_path):
+    texts = ("a;b, c.obj", 'say "a-b"; no', "x = 1", "1 - 2")
+    text = written_table(part, tmp_path / "r.csv", *texts)
+    found = cells(text, ",")
+    assert set(texts) <= set(found)
 
 
 BAD = {

@@ -19,11 +19,13 @@ def test_a_fine_ellipsoid_is_trusted(judged):
 
 
 @pytest.mark.parametrize(
-    ("primitive", "levels"), [("cube", 4), ("cone", 4), ("cylinder", 4), ("monkey", 2)]
+    ("primitive", "given", "levels"),
+    [("cube", {}, 4), ("cone", {"vertices": 12}, 4), ("cylinder", {}, 4), ("monkey", {}, 2)],
+    ids=["cube", "cone", "cylinder", "monkey"],
 )
-def test_what_is_too_coarse_gets_a_subdivision(judged, primitive, levels):
+def test_what_is_too_coarse_gets_a_subdivision(judged, primitive, given, levels):
     """One click is enough."""
-    getattr(bpy.ops.mesh, f"primitive_{primitive}_add")()
+    getattr(bpy.ops.mesh, f"primitive_{primitive}_add")(**given)
     obj = bpy.context.object
     bpy.ops.umbilics.detect()
     found = judged(obj)

@@ -186,9 +186,11 @@ def test_a_blender_in_german_speaks_it_everywhere(known):
         ),
         (
             "12 triangles with repeated corners left out. 1 edge with three or more triangles: the "
-            "sheets that meet there were taken apart and end at that edge.",
+            "sheets that meet there were taken apart, and end at that edge where they do not go "
+            "straight on.",
             "12 Dreiecke mit wiederholten Ecken ausgelassen. 1 Kante mit drei oder mehr Dreiecken: "
-            "die Blätter, die sich dort treffen, wurden getrennt und enden an dieser Kante.",
+            "die Blätter, die sich dort treffen, wurden getrennt und enden an dieser Kante, wo sie "
+            "nicht geradeaus weitergehen.",
         ),
         ("Changed since: Method, Crease Angle.", "Seitdem geändert: Verfahren, Knickwinkel."),
         ("What nobody has said", "What nobody has said"),

@@ -20,6 +20,8 @@ from .windows import Fits, growth_of
 # Radius of the disc over which a fit replaces the field, in radii of the narrowest window: as far
 # as the windows were compared. From half of it on it fades into the field.
 DISC = 1.0
+# Parts of the surface's length along each axis by which vertices far from all discs are left out.
+SLABS = 1024
 
 
 @dataclass
@@ -58,12 +60,13 @@ class Blend:
 
     def add(self, surface: Surface, fits: Fits, exact: np.ndarray | None) -> None:
         """Lay fits over the field, each over its disc, weighted by their inverse variances."""
-        tree = cKDTree(surface.vertices)
         reach = DISC * fits.narrow
         known = np.flatnonzero(fits.rings > 0)
+        near = _within_slabs(surface.coordinates, fits.centre[known].T, reach[known])
+        tree = cKDTree(surface.vertices[near])
         balls = tree.query_ball_point(fits.centre[known], reach[known])
         of = np.repeat(known, [len(ball) for ball in balls])
-        row = np.concatenate([np.asarray(ball, np.int64) for ball in balls] or [np.zeros(0, int)])
+        row = np.concatenate([near[ball] for ball in balls] or [np.zeros(0, np.int64)])
         offset = surface.vertices[row] - fits.centre[of]
         x, y, z = np.einsum("bc,kcb->kb", offset, fits.axes[:, :, of])
         distance = np.sqrt(x * x + y * y) / reach[of]
@@ -132,3 +135,21 @@ class Blend:
         ):
             values[name][rows] = value
         return CurvatureField(**values)
+
+
+def _within_slabs(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Ascending numbers of the points (3, n) that lie, axis by axis, as near to some of the
+    centres (3, k) as these reach (k,) or a little farther: all that balls around them can hold."""
+    inside = np.ones(points.shape[1], bool)
+    for along, middle in zip(points, centres, strict=True):
+        low, width = along.min(), max(float(np.ptp(along)), np.finfo(float).tiny) / SLABS
+        first, last = (
+            np.clip((middle + side - low) / width, 0, SLABS - 1).astype(np.intp)
+            for side in (-reach, reach)
+        )
+        # Slabs that centres reach into: as many begin before as end after.
+        begun = np.bincount(first, minlength=SLABS + 1) - np.bincount(last + 1, minlength=SLABS + 1)
+        touched = np.append(np.cumsum(begun)[:SLABS] > 0, False)
+        touched[SLABS] = touched[SLABS - 1]
+        inside &= touched[((along - low) / width).astype(np.intp)]
+    return np.flatnonzero(inside)

@@ -12,7 +12,8 @@ from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
 from ..surface import Surface
 from .joining import corners_in_input, mend_borders
-from .sheets import linked, separate, split_fans, without_unused
+from .sheets import linked, separate, split_fans
+from .slits import without_slits
 
 
 def clean(
@@ -44,8 +45,6 @@ def clean(
     warnings: list[str] = []
     rows = _usable(vertices, triangles, warnings)
     corners = triangles[rows] if len(rows) < len(triangles) else triangles
-    source = np.arange(len(vertices))
-
     links = link(corners, len(vertices))
     joined = np.zeros((0, 2), np.int64)
     as_given = True
@@ -55,12 +54,10 @@ def clean(
             corners, rows, joined = mended
             as_given = False
             links = link(corners, len(vertices))
-    if links is None:
-        kept, corners, source = separate(corners, len(vertices), warnings)
-        rows = rows[kept]
-        as_given = False
-        links = linked(corners, len(source))
-    corners, source, links = split_fans(corners, source, links, warnings)
+    manifold = links is not None
+    together = corners
+    kept, corners, source, links = _apart(corners, len(vertices), links, warnings)
+    rows, together = rows[kept], together[kept]
     component = _components(links)
     specks = _specks(component)
     if specks.any():
@@ -70,15 +67,33 @@ def clean(
             "them."
         )
         large = ~specks[component[corners[:, 0]]]
-        corners, rows = corners[large], rows[large]
-        corners, source, links = without_unused(corners, source, linked(corners, len(source)))
+        rows, together = rows[large], together[large]
+        # What only they have taken apart comes together again; all else was said.
+        links = link(together, len(vertices))
+        kept, corners, source, links = _apart(together, len(vertices), links, [])
+        rows = rows[kept]
+        component = _components(links)
+    if not manifold:
+        corners, source, links = without_slits(corners, vertices, source, links)
         component = _components(links)
     recut = (np.zeros(0, np.int64), np.zeros((0, 3, 3)))
-    if not as_given:
+    if not (as_given and manifold):
         recut = corners_in_input(vertices, triangles, source[corners], rows, joined)
     surface = _assemble(vertices, corners, rows, source, links, component, joined, recut)
     _warn_about_geometry(surface, warnings)
     return surface, warnings
+
+
+def _apart(
+    corners: np.ndarray, count: int, links: HalfEdges | None, warnings: list[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, HalfEdges]:
+    """Triangles on `count` vertices as a manifold: the rows that are kept, their corners among its
+    vertices, the old vertex of each of these, and its half-edges."""
+    kept, source = np.arange(len(corners)), np.arange(count)
+    if links is None:
+        kept, corners, source = separate(corners, count, warnings)
+        links = linked(corners, len(source))
+    return kept, *split_fans(corners, source, links, warnings)
 
 
 def _checked(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

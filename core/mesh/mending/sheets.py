@@ -38,7 +38,7 @@ def separate(
     if crowded:
         warnings.append(
             f"{counted(crowded, 'edge')} with three or more triangles: the sheets that meet "
-            "there were taken apart and end at that edge."
+            "there were taken apart, and end at that edge where they do not go straight on."
         )
     corners = _oriented(corners, edge, count, warnings)
     source = np.arange(vertex_count)

@@ -236,7 +236,7 @@ def _settings(
 def _companions(found: argparse.Namespace) -> tuple[object, ...]:
     """What tells files that go with the meshes from another state of them."""
     checked = companions.identity_of(found.check_topology, SUFFIXES)
-    return checked, steering.identity_of(found)
+    return checked, steering.identity_of(found), matching.identity_of(found)
 
 
 def _base_key() -> tuple[object, ...]:

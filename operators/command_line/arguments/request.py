@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 from .... import core
+from ...data.properties import GIVEN_NAMES
 from .. import guidance, matching, steering
 from ..batch import Plan
 from ..files.guard import Guard
@@ -91,3 +93,27 @@ class Request:
     steering: steering.SteeringRequest | None = None
     batch: Plan | None = None
     summary: tuple[Path, Path | None] | None = None
+
+    def every_setting(self) -> dict[str, Any]:
+        """All settings that count for the results, by their names as options of the command; those
+        of what was not asked for are left out."""
+        found = {
+            **dataclasses.asdict(self.settings),
+            "source": self.source.reading.source.lower(),
+            "scope": self.source.scope.kind.lower(),
+        }
+        if self.source.scope.group:
+            found["scope_group"] = self.source.scope.group
+        if self.settings.curvature == "given":
+            found |= dict(zip(GIVEN_NAMES, self.given_names, strict=True))
+        if self.guidance is not None or self.check is not None:
+            found |= dataclasses.asdict(self.planning)
+        if self.guidance is not None and self.guidance.makes_quads:
+            remeshing = dataclasses.asdict(self.guidance.remeshing)
+            found |= {guidance.quad_setting(name): value for name, value in remeshing.items()}
+        if self.steering is not None:
+            strokes = dataclasses.asdict(self.steering.settings)
+            found |= {steering.setting_name(name): value for name, value in strokes.items()}
+        if self.matching is not None and self.matching.files:
+            found["align_scaled"] = self.matching.scaled
+        return found

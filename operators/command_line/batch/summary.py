@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,11 @@ COLUMNS = (
     *("file", "status", "object", "frame", *NUMBERS, *KINDS, "regions", "warnings", "error"),
     *("seconds", "peak_mb", "json"),
 )
-# A spreadsheet takes a cell that begins so for a formula and would run it.
-_FORMULA = ("=", "+", "-", "@")
+# A spreadsheet takes a cell that begins so for a formula and would run it, blanks and quotes before
+# it or not; where semicolons part cells, as in half of Europe, what follows one begins a cell too.
+# The wide forms count where such letters are usual.
+# https://owasp.org/www-community/attacks/CSV_Injection
+_FORMULA = re.compile(r"""(^|;)(?=[\s"']*[=+\-@＝＋－＠])""")
 
 
 def write_report(path: Path, entries: list[dict[str, Any]]) -> None:
@@ -44,11 +48,8 @@ def write_report(path: Path, entries: list[dict[str, Any]]) -> None:
 
 
 def _cell(value: object) -> object:
-    """Text on one line that is no formula; numbers stay as they are."""
-    if not isinstance(value, str):
-        return value
-    text = shown(value)
-    return f"'{text}" if text.startswith(_FORMULA) else text
+    """Text on one line that is no formula, nor has one in it; numbers stay as they are."""
+    return _FORMULA.sub(r"\1'", shown(value)) if isinstance(value, str) else value
 
 
 def _rows(entry: dict[str, Any]) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Single files within limits: each in a process of its own, which is ended at a limit."""
+"""Single files, each in a process of its own, which is ended at a limit and may end by itself."""
 
 from __future__ import annotations
 
@@ -48,9 +48,8 @@ def _one_file(
     elif code is None:
         error = f"given up after {request.limits.seconds:g} s (--time-limit)."
     else:
-        error = f"Blender ended with {machine.end_in_words(code)}."
-        if request.limits.memory:
-            error += " It may have needed more than --memory-limit."
+        more = ", or need more than --memory-limit" if request.limits.memory else ""
+        error = f"Blender ended with {machine.end_in_words(code)}: the file may be damaged{more}."
     name = None if file is None else shown(file)
     error = error if name is None else f"{name}: {error}"
     complain(error)

@@ -10,8 +10,8 @@ import bpy
 
 from .... import core
 from ...base.errors import FileError
-from . import importers
 from .guard import shown
+from .quiet import quiet
 
 # How a compressed .blend ends: the mark of the table of the parts that can be read by themselves,
 # https://github.com/facebook/zstd/blob/dev/contrib/seekable_format
@@ -28,7 +28,7 @@ def write(path: Path) -> None:
     """
     try:
         with core.whole_file(path) as partial:
-            with importers.quiet():
+            with quiet():
                 place = str(partial.resolve())
                 bpy.ops.wm.save_as_mainfile(filepath=place, copy=True, compress=True)
             # Blender does not say that a disk is full.

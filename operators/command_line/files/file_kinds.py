@@ -17,29 +17,40 @@ import numpy as np
 from .... import core
 from ...base.errors import FileError
 from ...mesh.build import from_polygons
+from . import damage
 from .guard import shown
+from .quiet import overheard
 from .quirks import readable
 
 UPRIGHT = np.eye(3)
 # Of a format with y up: Blender's importers turn (x, y, z) into (x, -z, y).
 _FROM_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+# What Blender prints where it puts the first vertex in the place of one that is not there.
+_WRONG_FACE = re.compile(rb"Invalid PLY vertex index in face (\d+)")
 # Blender's own directions to the right, up and to the front.
 _RIGHT, _UP, _FRONT = np.eye(3)[0], np.eye(3)[2], -np.eye(3)[1]
 
 
 def _obj(path: str) -> np.ndarray:
+    damage.check(Path(path))
     with readable(path) as place:
         bpy.ops.wm.obj_import(filepath=place, forward_axis="Y", up_axis="Z")
     return UPRIGHT
 
 
 def _ply(path: str) -> np.ndarray:
-    with readable(path) as place:
+    damage.check(Path(path))
+    with readable(path) as place, overheard() as said:
         bpy.ops.wm.ply_import(filepath=place, forward_axis="Y", up_axis="Z")
+        wrong = set(_WRONG_FACE.findall(said()))
+    if wrong:
+        faces = "1 face names" if len(wrong) == 1 else f"{len(wrong)} faces name"
+        raise FileError(f"{shown(path)}: {faces} vertices that are not there.")
     return UPRIGHT
 
 
 def _stl(path: str) -> np.ndarray:
+    damage.check(Path(path))
     with readable(path) as place:
         bpy.ops.wm.stl_import(filepath=place, forward_axis="Y", up_axis="Z")
     return UPRIGHT
@@ -86,6 +97,7 @@ def _usd(path: str) -> np.ndarray:
 
 def _alembic(path: str) -> np.ndarray:
     _need(path, "wm.alembic_import", "Alembic")
+    damage.check(Path(path))
     bpy.ops.wm.alembic_import(filepath=path, as_background_job=False, set_frame_range=True)
     return _FROM_Y_UP
 

@@ -15,7 +15,7 @@ from mathutils import Matrix
 from .... import core
 from ...base.errors import FileError
 from ..files.guard import shown
-from ..files.importers import quiet
+from ..files.quiet import quiet
 
 _BACKGROUND = (0.93, 0.935, 0.945)
 # Room around the mesh, as a fraction of its extent.

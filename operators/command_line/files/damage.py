@@ -1,0 +1,200 @@
+"""Files that are torn, or not what their names say: told before an importer of Blender sees them.
+
+Some importers read what is left of a torn file as if it were all, and some end Blender itself.
+"""
+
+from __future__ import annotations
+
+import codecs
+import os
+import re
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ...base.errors import FileError
+from .guard import shown
+
+# Bytes that tell how a file is written, and that hold its last triangle.
+_SOME = 1 << 16
+# Bytes that are searched at a time.
+_PIECE = 1 << 22
+_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+# A binary STL: a title, the number of triangles, and so many bytes for each.
+_STL_TITLE, _STL_TRIANGLE = 80, 50
+# An Alembic file: its mark, whether it was closed, the version and where its root is. A group has
+# the number of its parts and where they are, data the number of its bytes; places of data have the
+# highest bit, and of nothing no other one. Blender has no reader for the older kind.
+# https://github.com/alembic/alembic/tree/master/lib/Alembic/Ogawa
+_ALEMBIC, _OLD_ALEMBIC, _CLOSED = b"Ogawa", b"\x89HDF\r\n\x1a\n", 0xFF
+_ALEMBIC_HEAD = struct.Struct("<5sB2sQ")
+_IS_DATA = np.uint64(1 << 63)
+_STL_FACE = (b"endloop", b"ENDLOOP")
+_OBJ_FACE = (b"\nf ", b"\nf\t", b"\rf ", b"\rf\t")
+_TORN = "It is torn: fetch or save it again"
+
+
+def check(path: Path) -> None:
+    """See whether a file can be what its ending says and is whole, as far as that shows.
+
+    Raises
+    ------
+    FileError
+        It is not; the text says what shows that.
+    """
+    head = _head(path)
+    if head.startswith(_WIDE):
+        raise FileError(f"{shown(path)}: is text in UTF-16; save it in UTF-8 or ASCII.")
+    look = _LOOKS.get(path.suffix.lower())
+    wrong = look(path, head) if look else ""
+    if wrong:
+        raise FileError(f"{shown(path)}: {wrong}.")
+
+
+def doubts(path: Path, faces: int) -> list[str]:
+    """Sentences on what is missing in what was read of a file: so many `faces`."""
+    head = _head(path)
+    found = []
+    if path.suffix.lower() == ".stl" and not is_binary_stl(path, head) and not _is_closed(path):
+        found.append(
+            "The file does not end with endsolid, as an STL in text does: it may have been cut "
+            "off, and triangles may be missing."
+        )
+    named = _faces_named(path, head)
+    if named > faces:
+        found.append(
+            f"{named - faces} of the {named} faces in the file were left out: they are damaged, "
+            "stand there twice, or have fewer than three corners that are there."
+        )
+    return found
+
+
+def size_of_binary_stl(head: bytes) -> int | None:
+    """Bytes that a binary STL has by its number of triangles."""
+    if len(head) < _STL_TITLE + 4:
+        return None
+    (count,) = struct.unpack_from("<I", head, _STL_TITLE)
+    return _STL_TITLE + 4 + _STL_TRIANGLE * count
+
+
+def is_binary_stl(path: Path, head: bytes) -> bool:
+    """Whether an STL is none in text, by its length or what no text holds."""
+    return size_of_binary_stl(head) == path.stat().st_size or b"\0" in head
+
+
+def _stl(path: Path, head: bytes) -> str:
+    if is_binary_stl(path, head):
+        whole = size_of_binary_stl(head)
+        if whole is None or whole > path.stat().st_size:
+            return f"ends before all the triangles that it announces. {_TORN}"
+        return ""
+    if b"facet" not in head.lower():
+        return "Blender cannot read it as STL: there are no triangles in it"
+    _, _, rest = _tail(path).rpartition(b"endfacet")
+    return f"ends within a triangle. {_TORN}" if b"facet" in rest else ""
+
+
+def _is_closed(path: Path) -> bool:
+    """Whether the last solid in an STL in text is closed."""
+    lines = [line.strip() for line in _tail(path).split(b"\n")]
+    solids = [line for line in lines if line.startswith((b"solid", b"endsolid"))]
+    return bool(solids) and solids[-1].startswith(b"endsolid")
+
+
+def _ply(path: Path, head: bytes) -> str:
+    # Each takes a byte at least.
+    if _count_of_ply(head, rb"\S+") > path.stat().st_size:
+        return f"ends before all the elements that its head announces. {_TORN}"
+    return ""
+
+
+def _count_of_ply(head: bytes, element: bytes) -> int:
+    """Elements of that name that a PLY announces."""
+    end = max(head.find(b"end_header"), 0)
+    line = rb"^\s*element\s+" + element + rb"\s+(\d+)\s*$"
+    return sum(map(int, re.findall(line, head[:end], re.MULTILINE)))
+
+
+def _faces_named(path: Path, head: bytes) -> int:
+    """Faces that are in a file before it is read, as far as that is known; else 0."""
+    kind = path.suffix.lower()
+    if kind == ".obj":
+        return _count(path, _OBJ_FACE)
+    if kind == ".ply":
+        return _count_of_ply(head, b"face")
+    if kind != ".stl":
+        return 0
+    if is_binary_stl(path, head):
+        return struct.unpack_from("<I", head, _STL_TITLE)[0]
+    return _count(path, _STL_FACE)
+
+
+def _count(path: Path, words: tuple[bytes, ...]) -> int:
+    """How often words of one length are in a file."""
+    found, last = 0, b"\n"
+    with open(path, "rb") as file:
+        while piece := file.read(_PIECE):
+            piece = last + piece
+            found += sum(map(piece.count, words))
+            # Too short to be counted again.
+            last = piece[1 - len(words[0]) :]
+    return found
+
+
+def _alembic(path: Path, head: bytes) -> str:
+    if head.startswith(_OLD_ALEMBIC):
+        return "is Alembic of the older kind (HDF5), which Blender cannot read; save it as Ogawa"
+    if not head.startswith(_ALEMBIC) or len(head) < _ALEMBIC_HEAD.size:
+        return "is not an Alembic file"
+    _, closed, _, root = _ALEMBIC_HEAD.unpack_from(head)
+    if closed != _CLOSED:
+        return f"was never closed by the program that wrote it. {_TORN}"
+    return "" if _alembic_is_whole(path, root) else f"ends before all that it announces. {_TORN}"
+
+
+def _alembic_is_whole(path: Path, root: int) -> bool:
+    """Whether all groups and data that a file names are in it."""
+    data = np.memmap(path, np.uint8, "r")
+    size = len(data)
+    waiting, seen, used = [root], {0}, 0
+    while waiting:
+        place = waiting.pop()
+        if place in seen:
+            continue
+        seen.add(place)
+        if place > size - 8:
+            return False
+        count = int(data[place : place + 8].view(np.uint64)[0])
+        # No two groups share bytes, so that all of them together are no longer than the file.
+        used += count
+        if count > (size - place - 8) // 8 or 8 * used > size:
+            return False
+        parts = np.frombuffer(data[place + 8 : place + 8 + 8 * count].tobytes(), np.uint64)
+        is_data = parts >= _IS_DATA
+        waiting += parts[~is_data].tolist()
+        places = parts[is_data] ^ _IS_DATA
+        places = places[places > 0]
+        if (places > size - 8).any():
+            return False
+        places = places.astype(np.int64)
+        lengths = data[places[:, None] + np.arange(8)].view(np.uint64)[:, 0]
+        if (lengths > size - places - 8).any():
+            return False
+    return True
+
+
+_LOOKS: dict[str, Callable[[Path, bytes], str]] = {".stl": _stl, ".ply": _ply, ".abc": _alembic}
+
+
+def _head(path: Path) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(_SOME)
+
+
+def _tail(path: Path) -> bytes:
+    """The last bytes of a text, in small letters with one kind of line ends."""
+    with open(path, "rb") as file:
+        file.seek(-min(_SOME, path.stat().st_size), os.SEEK_END)
+        return file.read().lower().replace(b"\r", b"\n")

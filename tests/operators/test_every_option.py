@@ -1,0 +1,133 @@
+"""No option gets lost: not on the way to a batch's processes, for --resume, or in reports."""
+
+import argparse
+from importlib import import_module
+
+import pytest
+
+CANDIDATES = ("1", "2", "0.5", "0.25", "30", "3", "50", "NAME", "1-3", "csv", "more.obj")
+# What says where results go and how the work is shared out, and changes nothing in a result.
+ELSEWHERE = {
+    *("help", "json", "blend", "png", "ply", "usda", "out", "also", "guide", "jobs", "report"),
+    *("resume", "part", "tolerant", "summary", "time_limit", "memory_limit", "progress", "options"),
+    *("worker", "final"),
+}
+# What asks for more in a report and is no setting of what is there.
+NO_SETTING = {
+    *("object", "frames", "per_vertex", "compare", "guide_files", "ridges", "check_topology"),
+    *("strokes", "align_to", "find_symmetry"),
+}
+# What a request says of the results.
+FACTS = (
+    *("objects", "frames", "source", "settings", "given_names", "per_vertex", "compare"),
+    *("planning", "matching", "check", "steering"),
+)
+
+
+@pytest.fixture
+def arguments(addon):
+    return import_module(f"{addon.__name__}.operators.command_line.arguments.parser")
+
+
+@pytest.fixture
+def base(tmp_path):
+    """Arguments with which every option counts for something."""
+    for name in ("x.obj", "more.obj", "strokes.obj"):
+        (tmp_path / name).write_text("v 0 0 0\n")
+    return [
+        *(tmp_path / "x.obj", "--out", tmp_path / "o", "--guide", tmp_path / "g"),
+        *("--quads", 100, "--check-topology", tmp_path / "more.obj"),
+        *("--strokes", tmp_path / "strokes.obj", "--align-to", tmp_path / "more.obj"),
+    ]
+
+
+def changes(action):
+    """What may be said of an option, some of it wrong."""
+    name = action.option_strings[0]
+    if action.dest == "scope_group":
+        yield ["--scope", "group", name, "NAME"]
+    elif isinstance(action, argparse.BooleanOptionalAction):
+        yield [action.option_strings[1] if action.default else name]
+    elif action.nargs == 0:
+        yield [name]
+    elif action.choices and action.dest != "guide_files":
+        yield from ([name, choice] for choice in action.choices if choice != action.default)
+    else:
+        # That one counts with given curvature alone.
+        before = ["--curvature", "given"] if action.dest in ("k1", "k2", "d1", "d2") else []
+        yield from ([*before, name, value] for value in CANDIDATES)
+
+
+def options(arguments):
+    found = [action for action in arguments._parser()._actions if action.option_strings]
+    return [action for action in found if action.dest not in ELSEWHERE]
+
+
+def facts(request):
+    found = {name: getattr(request, name) for name in FACTS}
+    return found | {"files": request.guidance.kinds, "quads": request.guidance.remeshing}
+
+
+@pytest.fixture
+def requests(arguments, base, tmp_path, monkeypatch, capsys):
+    """What is asked for, without and with each option: its action and the two requests."""
+    monkeypatch.chdir(tmp_path)
+
+    def parsed(*more):
+        return arguments.parse([str(argument) for argument in (*base, *more)])
+
+    plain = parsed()
+    found = []
+    for action in options(arguments):
+        for change in changes(action):
+            try:
+                request = parsed(*change)
+            except SystemExit:
+                continue
+            if facts(request) != facts(plain):
+                found.append((action, request))
+                break
+        else:
+            pytest.fail(f"{action.option_strings[0]} changes nothing")
+    assert len(found) > 40
+    return plain, found
+
+
+def test_a_process_of_a_batch_is_asked_for_the_same(arguments, requests):
+    _, found = requests
+    for action, request in found:
+        given = request.batch.worker_arguments
+        again = arguments.parse([*given, "--worker", "--json=j", "--guide=g2", "--", "x.obj"])
+        assert facts(again) == facts(request), action.dest
+
+
+def test_what_was_done_with_another_setting_is_done_again(requests):
+    plain, found = requests
+    for action, request in found:
+        keys = [(one.batch.worker_arguments, one.batch.key) for one in (plain, request)]
+        assert keys[0] != keys[1], action.dest
+
+
+def test_every_setting_is_in_the_report(requests):
+    plain, found = requests
+    before = plain.every_setting()
+    for action, request in found:
+        if action.dest not in NO_SETTING:
+            after = request.every_setting()
+            assert after.get(action.dest) != before.get(action.dest), action.dest
+    assert all(isinstance(value, str | int | float | bool) for value in before.values())
+
+
+def test_what_was_not_asked_for_is_not_said_to_be_set(arguments, base):
+    detection = arguments.parse([str(base[0]), "--json", "o.json"]).every_setting()
+    assert {"method", "source", "scope", "at_most"} <= detection.keys()
+    assert not {"plan", "k1", "scope_group", "quads", "stroke_influence"} & detection.keys()
+
+
+@pytest.mark.parametrize("option", ["--check-topology", "--strokes", "--align-to"])
+def test_what_was_done_with_another_file_beside_it_is_done_again(arguments, base, option):
+    given = [str(argument) for argument in base]
+    before = arguments.parse(given).batch.key
+    with open(given[given.index(option) + 1], "a") as file:
+        file.write("v 1 0 0\n")
+    assert arguments.parse(given).batch.key != before
