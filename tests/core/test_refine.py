@@ -243,7 +243,8 @@ def test_windows_are_compared_where_noise_is_even(monkeypatch, change, factor, a
 
 
 def test_a_place_is_refined_over_the_narrowest_window_around_it():
-    """And by its degree; where cubics stayed over theirs, wider by as much as the degree asks for."""
+    """And by its degree; where cubics stayed, over their rings and as many more as the degree asks
+    for."""
     surface, fit = fitted(*graph(LEMON, 0.05))
     triangle, _ = beginning(surface, (0.0, 0.0))
     rings = np.zeros(len(surface.vertices), np.int64)
