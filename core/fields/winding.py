@@ -262,7 +262,11 @@ def _intrinsic_turns(
     # Walk each fan anticlockwise from its first half-edge, adding up the angles.
     following = local[surface.twin[previous(half_edges)]]
     angle = np.zeros(len(half_edges))
-    _, first = np.unique(tails, return_index=True)
+    # What is written last stays: of each vertex its first half-edge.
+    leaving = np.full(len(d1), -1)
+    leaving[tails[::-1]] = np.arange(len(tails))[::-1]
+    vertex = np.flatnonzero(leaving >= 0)
+    first = start = leaving[vertex]
     current, turned = first, np.zeros(len(first))
     while len(current):
         turned = turned + scaled[current]
@@ -271,10 +275,8 @@ def _intrinsic_turns(
         first, current, turned = first[going], current[going], turned[going]
         angle[current] = turned
     # Angle of d1 in the same unfolding, by the first half-edge of each fan.
-    _, first = np.unique(tails, return_index=True)
-    heads = surface.triangles[:, [1, 2, 0]].ravel()[half_edges]
-    edge = surface.vertices[heads[first]] - surface.vertices[tails[first]]
-    vertex = tails[first]
+    heads = surface.triangles[:, [1, 2, 0]].ravel()[half_edges[start]]
+    edge = surface.vertices[heads] - surface.vertices[vertex]
     direction = np.zeros(len(d1))
     direction[vertex] = -np.arctan2(
         np.einsum("ij,ij->i", edge, d2[vertex]), np.einsum("ij,ij->i", edge, d1[vertex])
@@ -292,8 +294,8 @@ def _intrinsic_turns(
 
 def _corner_angles(surface: Surface, rows: np.ndarray) -> np.ndarray:
     """(3 r,) interior angle at each corner of the triangles `rows`, 0 where undefined."""
-    corner = surface.vertices[surface.triangles[rows]]
-    out = np.roll(corner, -1, axis=1) - corner
-    back = np.roll(corner, 1, axis=1) - corner
-    cross = np.linalg.norm(np.cross(out, back), axis=2)
-    return np.arctan2(cross, np.einsum("ijk,ijk->ij", out, back)).ravel()
+    sides = surface.side_squares[:, rows]
+    following, before = sides, sides[[2, 0, 1]]
+    # The product of two sides from a corner by the law of cosines, and their cross product.
+    product = 0.5 * (following + before - sides[[1, 2, 0]])
+    return np.arctan2(2.0 * surface.face_normal_area[1][rows], product).T.ravel()
