@@ -12,6 +12,7 @@ from .jobs import detect, refusals
 from .jobs.modal import BackgroundOperator, Message, possible
 from .mesh.scope import Scope
 from .scene import selection
+from .scene.transaction import Transaction
 
 
 class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
@@ -52,9 +53,13 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         return jobs, refused
 
     def put(
-        self, context: bpy.types.Context, job: detect.Inputs, found: detect.Results
+        self,
+        context: bpy.types.Context,
+        job: detect.Inputs,
+        found: detect.Results,
+        whole: Transaction | None,
     ) -> list[Message]:
-        lost = detect.write(context, job, found)
+        lost = detect.write(context, job, found, whole)
         detection = found.detection
         level = "WARNING" if detection.warnings else "INFO"
         messages = [(level, " ".join((f"{outcome(detection)}.", *detection.warnings)))]

@@ -133,7 +133,7 @@ def _from_jets(
     choosing = progress.part("Choosing the scale", 0, 0.1)
     automatic = settings.scale == AUTO
     if automatic:
-        scale = choose(surface, normals, neighbourhood, choosing)
+        scale = choose(surface, normals, neighbourhood, choosing.quiet())
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
         start = starting_normals(surface, normals, neighbourhood, choosing)

@@ -8,6 +8,7 @@ import core
 from core.base.progress import Progress
 from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity, scaled_jacobian
+from core.retopology.quads.finishing import finished
 from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
 from core.retopology.quads.finishing.parting import without_folds
 from core.retopology.quads.finishing.unfolding import own_quality
@@ -124,3 +125,19 @@ def test_parting_does_not_fold():
     found = without_folds(moved, position, quads)
     assert own_quality(moved, quads).min() <= 0.0 < own_quality(found, quads).min()
     assert np.array_equal(found[20], moved[20]) and np.array_equal(found[60], position[60])
+
+
+def test_the_last_bad_quads_are_opened_on_the_surface(monkeypatch):
+    relaxed = finished.relaxed
+
+    def with_a_skewed_quad(start, quads, guides, steps, progress):
+        position, triangle = relaxed(start, quads, guides, steps, progress)
+        one, across = quads[7, 0], quads[7, 2]
+        position[one] = guides.surface(position[[one]] * 0.55 + position[[across]] * 0.45)[1][0]
+        assert scaled_jacobian(position, quads).min() < 0.3
+        return position, triangle
+
+    mesh = torus(24, 12)
+    monkeypatch.setattr(finished, "relaxed", with_a_skewed_quad)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=150))
+    assert scaled_jacobian(made.vertices, made.quads).min() > 0.5

@@ -29,6 +29,7 @@ class Blend:
     """A field and what is laid over it, vertex by vertex; see `add`."""
 
     under: CurvatureField
+    upper: CurvatureField
     share: np.ndarray
     weight: np.ndarray
     spread: np.ndarray
@@ -45,6 +46,7 @@ class Blend:
         n = len(radius)
         return cls(
             under=field,
+            upper=CurvatureField(**{name: value.copy() for name, value in vars(field).items()}),
             share=np.zeros(n),
             weight=np.zeros(n),
             spread=np.zeros(n),
@@ -104,7 +106,7 @@ class Blend:
         self.rings[row[order]] = fits.rings[of[order]]
 
     def field(self) -> CurvatureField:
-        """What lies uppermost."""
+        """What lies uppermost, of which a later `field` is the same one, brought up to date."""
         rows = np.flatnonzero(self.weight > 0)
         field, share, weight = self.under, self.share[rows], self.weight[rows]
         under = field.normal[rows]
@@ -116,7 +118,6 @@ class Blend:
         mean = 0.5 * (1 - share) * (field.k1 + field.k2)[rows] + share / weight * self.mean[rows]
         noise = np.sqrt((1 - share) * field.noise[rows] ** 2 + share * self.spread[rows] / weight)
         flat = field_from_deviators(mean, deviator, under, noise)
-        values = {name: value.copy() for name, value in vars(field).items()}
         d1 = carried(flat.d1, under, normal)
         for name, value in (
             ("k1", flat.k1),
@@ -126,8 +127,8 @@ class Blend:
             ("normal", normal),
             ("noise", noise),
         ):
-            values[name][rows] = value
-        return CurvatureField(**values)
+            getattr(self.upper, name)[rows] = value
+        return self.upper
 
 
 def _within_slabs(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:

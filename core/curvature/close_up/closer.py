@@ -131,15 +131,16 @@ def _at_one_scale(
     seen, fits = np.zeros(len(radius), bool) if exact is None else exact.copy(), 0
     most = max(MOST_ANYWAY, round(MOST_SHARE * len(radius)))
     closer: Scale | None = None
+    ask = progress.quiet()
     field = CurvatureField(**{name: value.copy() for name, value in vars(field).items()})
     radius = radius.copy()
-    winding = Winding.of(surface, field.d1, field.d2, progress.quiet())
+    winding = Winding.of(surface, field.d1, field.d2, ask)
     for _ in range(ROUNDS):
         vertices = _around_umbilics(surface, winding, seen)
         if closer is None:
             if len(vertices) == 0:
                 break
-            closer = _closer_scale(surface, scale, vertices, progress.quiet())
+            closer = _closer_scale(surface, scale, vertices, ask)
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
             vertices = vertices[~seen[vertices]]
@@ -147,7 +148,7 @@ def _at_one_scale(
         if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        jets = fit_jets(surface, closer.normals, closer.neighbourhood, progress, vertices, degree)
+        jets = fit_jets(surface, closer.normals, closer.neighbourhood, ask, vertices, degree)
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]

@@ -23,6 +23,7 @@ from .projection import ClosestPoints
 from .relaxation import relaxed
 from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
+from .worst import worst_opened
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
@@ -130,9 +131,13 @@ def _evened(
     """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
+    mapped = guides.surface
     position, triangle = relaxed(placed.position, quads, guides, steps, progress)
     if laid.working.fine is not None:
         position, guides = _on_fine(position, quads, guides, laid.working.fine, progress)
+    moved = worst_opened(position, quads, guides, progress)
+    normals = vertex_normals(position, quads)[moved]
+    triangle[moved] = mapped(position[moved], normals)[0]
     quality = oriented_quality(position, quads, guides)
     folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
     return Finished(laid, grid, placed, position, triangle, folded, bad), quality
