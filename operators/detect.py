@@ -32,10 +32,7 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        modified = _with_modifiers(context)
-        wanted = selection.wanted(context)
-        whys = [refusals.why_not(obj, with_modifiers=modified) for obj in wanted]
-        return possible(cls, "" if "" in whys else whys[0])
+        return possible(cls, why_not(context))
 
     def jobs(
         self, context: bpy.types.Context
@@ -72,6 +69,14 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
 def _was_of(obj: bpy.types.Object | None, scope: Scope) -> bool:
     """Whether the object's last detection had that scope, too."""
     return obj is not None and obj.type == "MESH" and obj.umbilics.scope == scope.kind
+
+
+def why_not(context: bpy.types.Context) -> str:
+    """Why nothing can be detected, in words for the user; empty if something can."""
+    modified = _with_modifiers(context)
+    wanted = selection.wanted(context)
+    whys = [refusals.why_not(obj, with_modifiers=modified) for obj in wanted]
+    return "" if "" in whys else whys[0]
 
 
 def _with_modifiers(context: bpy.types.Context) -> bool:
