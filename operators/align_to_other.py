@@ -8,6 +8,7 @@ from bpy.props import BoolProperty
 
 from .jobs import matching
 from .jobs.modal import BackgroundOperator, Message, NeedsMesh
+from .scene.transaction import Transaction
 
 
 class UMBILICS_OT_align_to_other(NeedsMesh, BackgroundOperator, bpy.types.Operator):
@@ -28,7 +29,11 @@ class UMBILICS_OT_align_to_other(NeedsMesh, BackgroundOperator, bpy.types.Operat
         return [matching.gather(context, self.scaled)], []
 
     def put(
-        self, context: bpy.types.Context, job: matching.Job, found: matching.BestAlignment
+        self,
+        context: bpy.types.Context,
+        job: matching.Job,
+        found: matching.BestAlignment,
+        whole: Transaction | None,
     ) -> list[Message]:
         best = found.alignment
         size = float(np.linalg.norm(np.ptp(job.inputs.arrays.vertices, axis=0))) * best.scale

@@ -5,8 +5,9 @@ import bpy
 from .base.translation import reported
 from .jobs import detect, refusals
 from .jobs.modal import possible
-from .scene import orphans, selection
-from .scene.modes import finished
+from .scene import homes, orphans, selection
+from .scene.modes import finished, objects_mode
+from .scene.transaction import all_or_nothing
 
 
 class UMBILICS_OT_clear(bpy.types.Operator):
@@ -25,9 +26,11 @@ class UMBILICS_OT_clear(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         wanted = selection.wanted(context)
-        allowed = (obj for obj in wanted if not refusals.why_not(obj, to_clear=True))
-        cleared = [detect.remove(context, obj) for obj in allowed]
-        if not (orphans.remove() or any(cleared)):
+        allowed = [obj for obj in wanted if not refusals.why_not(obj, to_clear=True)]
+        with objects_mode(context, map(homes.owner_of, allowed)), all_or_nothing() as transaction:
+            left = orphans.remove(transaction, but=allowed)
+            cleared = [detect.remove(context, obj, transaction) for obj in allowed]
+        if not (left or any(cleared)):
             name = wanted[0].name if len(wanted) == 1 and wanted[0] else "The selection"
             self.report({"INFO"}, reported(f"{name} has no umbilics to clear."))
             return {"CANCELLED"}

@@ -5,9 +5,10 @@ import bpy
 from .base.translation import reported
 from .jobs import detect, refusals
 from .jobs.modal import possible
-from .scene import orphans
+from .scene import homes, orphans
 from .scene.display_objects import source_of
-from .scene.modes import finished
+from .scene.modes import finished, objects_mode
+from .scene.transaction import all_or_nothing
 
 
 class UMBILICS_OT_clear_file(bpy.types.Operator):
@@ -28,9 +29,10 @@ class UMBILICS_OT_clear_file(bpy.types.Operator):
         ours = [*orphans.with_results(), *orphans.checked()]
         found = list(dict.fromkeys(map(source_of, ours)))
         refused = [why for obj in found if (why := refusals.why_not(obj, to_clear=True))]
-        allowed = (obj for obj in found if not refusals.why_not(obj, to_clear=True))
-        cleared = [detect.remove(context, obj) for obj in allowed]
-        left = orphans.remove()
+        allowed = [obj for obj in found if not refusals.why_not(obj, to_clear=True)]
+        with objects_mode(context, map(homes.owner_of, allowed)), all_or_nothing() as transaction:
+            left = orphans.remove(transaction, but=allowed)
+            cleared = [detect.remove(context, obj, transaction) for obj in allowed]
         for why in refused:
             self.report({"WARNING"}, reported(why))
         if not (any(cleared) or left):

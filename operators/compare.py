@@ -11,6 +11,7 @@ from .data import properties, reading
 from .jobs import detect
 from .jobs.modal import BackgroundOperator, Message, NeedsMesh
 from .scene import selection
+from .scene.transaction import Transaction
 
 _NUMBERS = ("points", "index sum", "missed", "elsewhere", "edges away", "seconds")
 
@@ -54,7 +55,11 @@ class UMBILICS_OT_compare(NeedsMesh, BackgroundOperator, bpy.types.Operator):
         return [_Comparison(inputs)], []
 
     def put(
-        self, context: bpy.types.Context, job: _Comparison, found: tuple[core.MethodResult, ...]
+        self,
+        context: bpy.types.Context,
+        job: _Comparison,
+        found: tuple[core.MethodResult, ...],
+        whole: Transaction | None,
     ) -> list[Message]:
         if not bpy.app.background:
             title = translated(f"{job.object_name}: what each method finds")

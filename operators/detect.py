@@ -12,6 +12,7 @@ from .jobs import detect, refusals
 from .jobs.modal import BackgroundOperator, Message, possible
 from .mesh.scope import Scope
 from .scene import selection
+from .scene.transaction import Transaction
 
 
 class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
@@ -31,10 +32,7 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        modified = _with_modifiers(context)
-        wanted = selection.wanted(context)
-        whys = [refusals.why_not(obj, with_modifiers=modified) for obj in wanted]
-        return possible(cls, "" if "" in whys else whys[0])
+        return possible(cls, why_not(context))
 
     def jobs(
         self, context: bpy.types.Context
@@ -55,9 +53,13 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
         return jobs, refused
 
     def put(
-        self, context: bpy.types.Context, job: detect.Inputs, found: detect.Results
+        self,
+        context: bpy.types.Context,
+        job: detect.Inputs,
+        found: detect.Results,
+        whole: Transaction | None,
     ) -> list[Message]:
-        lost = detect.write(context, job, found)
+        lost = detect.write(context, job, found, whole)
         detection = found.detection
         level = "WARNING" if detection.warnings else "INFO"
         messages = [(level, " ".join((f"{outcome(detection)}.", *detection.warnings)))]
@@ -67,6 +69,14 @@ class UMBILICS_OT_detect(BackgroundOperator, bpy.types.Operator):
 def _was_of(obj: bpy.types.Object | None, scope: Scope) -> bool:
     """Whether the object's last detection had that scope, too."""
     return obj is not None and obj.type == "MESH" and obj.umbilics.scope == scope.kind
+
+
+def why_not(context: bpy.types.Context) -> str:
+    """Why nothing can be detected, in words for the user; empty if something can."""
+    modified = _with_modifiers(context)
+    wanted = selection.wanted(context)
+    whys = [refusals.why_not(obj, with_modifiers=modified) for obj in wanted]
+    return "" if "" in whys else whys[0]
 
 
 def _with_modifiers(context: bpy.types.Context) -> bool:

@@ -13,6 +13,7 @@ from .base.translation import reported
 from .data import record
 from .jobs import refusals
 from .jobs.modal import possible
+from .mesh.fetch import fetch
 from .mesh.read import positions
 from .scene import homes, selection, targets
 from .scene.modes import object_mode
@@ -105,7 +106,8 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Trans
         work = bmesh.new()
         work.from_mesh(obj.data)
         before = work.copy()
-        transaction.on_failure(_put_back, context, obj, before)
+        selected = [fetch(part, "select", 1, bool) for part in _parts(obj.data)]
+        transaction.on_failure(_put_back, context, obj, before, selected)
         transaction.at_end(before.free)
         try:
             reach = _SAME * float(abs(positions(obj.data)).max(initial=0.0))
@@ -116,11 +118,24 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Trans
         obj.data.update()
 
 
-def _put_back(context: bpy.types.Context, obj: bpy.types.Object, before: bmesh.types.BMesh) -> None:
+def _put_back(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    before: bmesh.types.BMesh,
+    selected: list[np.ndarray],
+) -> None:
     with object_mode(context, obj, push=False):
         before.to_mesh(obj.data)
         before.free()
+        # Before Blender 5.0 a BMesh also selects all corners of faces that are selected.
+        for part, wanted in zip(_parts(obj.data), selected, strict=True):
+            if not np.array_equal(fetch(part, "select", 1, bool), wanted):
+                part.foreach_set("select", wanted)
         obj.data.update()
+
+
+def _parts(mesh: bpy.types.Mesh) -> tuple[bpy.types.bpy_prop_collection, ...]:
+    return mesh.vertices, mesh.edges, mesh.polygons
 
 
 def _widen(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> None:

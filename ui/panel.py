@@ -12,7 +12,7 @@ from ..operators.clear import UMBILICS_OT_clear
 from ..operators.clear_file import UMBILICS_OT_clear_file
 from ..operators.compare import UMBILICS_OT_compare
 from ..operators.data.properties import GIVEN_NAMES
-from ..operators.detect import UMBILICS_OT_detect
+from ..operators.detect import UMBILICS_OT_detect, why_not
 from ..operators.jobs import worker
 from ..operators.mend import UMBILICS_OT_mend
 from ..operators.scene import filters, selection, staleness
@@ -41,6 +41,10 @@ class UMBILICS_PT_main(Tab, bpy.types.Panel):
         clearing = actions.row(align=True)
         clearing.operator(UMBILICS_OT_clear.bl_idname, text="Clear", icon="TRASH")
         clearing.operator(UMBILICS_OT_clear_file.bl_idname, text="All in File")
+        reason = why_not(context)
+        if reason:
+            # The button alone is grey without a word.
+            paragraph(layout, context, reason)
         obj = selection.shown(context)
         if obj is not None and obj.umbilics.detected:
             _verdict(layout, context, obj.umbilics)

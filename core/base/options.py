@@ -94,6 +94,8 @@ def _check(name: str, value: Any, option: Option) -> None:
         auto = " or 'auto'" if option.automatic else ""
         raise InvalidSettingsError(f"{name} must be {wanted}{auto}, not {value!r}.")
     if not option.minimum <= float(value) <= option.maximum:
+        if math.isinf(option.maximum):
+            raise InvalidSettingsError(f"{name} must be {option.minimum:g} or more, not {value:g}.")
         raise InvalidSettingsError(
             f"{name} must lie between {option.minimum:g} and {option.maximum:g}, not {value:g}."
         )

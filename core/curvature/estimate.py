@@ -51,10 +51,13 @@ class Estimate:
         Of the standard errors, as in `Scale`.
     closer, degree:
         What the jets around umbilics were fitted to, and their degree; None and 0 without.
-    rings:
+    rings, degrees:
         As in `Closer`.
     winding:
         Of the field, where it was asked for on the way; else None.
+    cubic:
+        Field and radius as jets over one scale gave them, before umbilics were looked at more
+        closely; None where they are those above.
     """
 
     field: CurvatureField
@@ -66,7 +69,9 @@ class Estimate:
     closer: Scale | None = None
     degree: int = 0
     rings: np.ndarray | None = None
+    degrees: np.ndarray | None = None
     winding: Winding | None = None
+    cubic: tuple[CurvatureField, np.ndarray] | None = None
 
 
 def estimate(
@@ -133,7 +138,7 @@ def _from_jets(
     choosing = progress.part("Choosing the scale", 0, 0.1)
     automatic = settings.scale == AUTO
     if automatic:
-        scale = choose(surface, normals, neighbourhood, choosing)
+        scale = choose(surface, normals, neighbourhood, choosing.quiet())
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
         start = starting_normals(surface, normals, neighbourhood, choosing)
@@ -172,7 +177,9 @@ def _from_jets(
         closer=closer.scale,
         degree=closer.degree if closer.scale else 0,
         rings=closer.rings,
+        degrees=closer.degrees,
         winding=closer.winding,
+        cubic=(field, radius),
     )
 
 

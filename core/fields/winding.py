@@ -15,7 +15,7 @@ from ..base.parallel import run
 from ..base.progress import Progress
 from ..base.subsets import places_in
 from ..base.unit import phase
-from ..mesh.half_edges import previous
+from ..mesh.half_edges import following, previous
 from ..mesh.surface import Surface
 
 # Triangles per block: long enough that handing over the interpreter lock costs little.
@@ -36,27 +36,63 @@ class Winding:
         (m,) float64 as from `certified_index`.
     by_normals:
         (m,) float64 before the sums over closed components are seen to.
+    symmetry:
+        As `certified_index` takes it.
     """
 
     index: np.ndarray
     by_normals: np.ndarray
+    symmetry: int = 2
 
     @classmethod
-    def of(cls, surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress) -> Winding:
+    def of(
+        cls, surface: Surface, d1: np.ndarray, d2: np.ndarray, progress: Progress, symmetry: int = 2
+    ) -> Winding:
         """That of a field as `certified_index` takes it."""
-        by_normals = _by_vertex_normals(surface, d1, d2, progress, 2)
-        return cls(_with_exact_sums(surface, by_normals, d1, d2, 2), by_normals)
+        by_normals = _by_vertex_normals(surface, d1, d2, progress, symmetry)
+        return cls(_with_exact_sums(surface, by_normals, d1, d2, symmetry), by_normals, symmetry)
 
     def after(
         self, surface: Surface, vertices: np.ndarray, d1: np.ndarray, d2: np.ndarray
     ) -> Winding:
         """That of the field d1, d2, which differs from the one before at some vertices (k,)."""
+        if 2 * len(vertices) > len(d1):
+            return Winding.of(surface, d1, d2, Progress(), self.symmetry)
         changed = np.zeros(len(d1), bool)
         changed[vertices] = True
         rows = surface.touching(changed)
         by_normals = self.by_normals.copy()
-        by_normals[rows] = _by_vertex_normals(surface, d1, d2, Progress(), 2, rows)
-        return Winding(_with_exact_sums(surface, by_normals, d1, d2, 2), by_normals)
+        by_normals[rows] = _by_vertex_normals(surface, d1, d2, Progress(), self.symmetry, rows)
+        index = _with_exact_sums(surface, by_normals, d1, d2, self.symmetry)
+        return Winding(index, by_normals, self.symmetry)
+
+    def turns(
+        self, surface: Surface, half_edges: np.ndarray, d1: np.ndarray, d2: np.ndarray
+    ) -> np.ndarray:
+        """(e,) float64 in (-pi, pi]: the turns of `symmetry` times the angle of d1 along half-edges
+        (e,), by the transport that the index is counted with.
+
+        Where a direction turns by phi within its tangent plane, the turns along the half-edges that
+        come to it grow by `symmetry` phi; as long as none leaves (-pi, pi), every index stays.
+        """
+        turns = np.empty(len(half_edges))
+        frames = np.ascontiguousarray((d1 + 1j * d2).T)
+        corners = surface.triangles.ravel()
+
+        def block(first: int) -> None:
+            some = half_edges[first : first + BLOCK]
+            one, two = (frames.take(corners[end], axis=1) for end in (some, following(some)))
+            rotation = phase(np.einsum("ce,ce->e", one.conj(), two))
+            turns[first : first + BLOCK] = _turn(rotation, self.symmetry)
+
+        run(block, range(0, len(half_edges), BLOCK), Progress())
+        wild = _wild(surface, self.by_normals)
+        if len(wild):
+            intrinsic, _ = _intrinsic_turns(surface, wild, d1, d2, self.symmetry)
+            place = places_in(wild, len(surface.triangles))[half_edges // 3]
+            inside = place >= 0
+            turns[inside] = intrinsic[place[inside], half_edges[inside] % 3]
+        return turns
 
 
 def certified_index(
@@ -84,8 +120,7 @@ def certified_index(
     symmetry:
         How many directions of the field a full turn holds, all of them equal: 2 or 4.
     """
-    index = _by_vertex_normals(surface, d1, d2, progress, symmetry)
-    return _with_exact_sums(surface, index, d1, d2, symmetry)
+    return Winding.of(surface, d1, d2, progress, symmetry).index
 
 
 def _by_vertex_normals(
@@ -184,33 +219,6 @@ def _turn(rotation: np.ndarray, symmetry: int) -> np.ndarray:
     return np.angle(np.conj(rotation) ** symmetry)
 
 
-def edge_turns(
-    surface: Surface, rows: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int = 2
-) -> np.ndarray:
-    """(r, 3) float64 in (-pi, pi]: the turns of `symmetry` times the angle of d1 along the sides
-    of the triangles `rows` (r,), by the transport that `certified_index` counts with.
-
-    Where a direction turns by phi within its tangent plane, the turns along the half-edges that
-    come to it grow by `symmetry` phi; as long as none leaves (-pi, pi), every index stays.
-    """
-    turns = np.empty((len(rows), 3))
-    frames = np.ascontiguousarray((d1 + 1j * d2).T)
-
-    def block(first: int) -> None:
-        some = rows[first : first + BLOCK]
-        edges = phase(_rotations(np.take(frames, surface.triangles[some].T, axis=1)))
-        turns[first : first + BLOCK] = _turn(edges, symmetry).T
-
-    run(block, range(0, len(rows), BLOCK), Progress())
-    wild = _wild(surface, _by_vertex_normals(surface, d1, d2, Progress(), symmetry))
-    if len(wild):
-        intrinsic, _ = _intrinsic_turns(surface, wild, d1, d2, symmetry)
-        place = np.minimum(np.searchsorted(wild, rows), len(wild) - 1)
-        inside = wild[place] == rows
-        turns[inside] = intrinsic[place[inside]]
-    return turns
-
-
 def _with_exact_sums(
     surface: Surface, index: np.ndarray, d1: np.ndarray, d2: np.ndarray, symmetry: int
 ) -> np.ndarray:
@@ -254,7 +262,11 @@ def _intrinsic_turns(
     # Walk each fan anticlockwise from its first half-edge, adding up the angles.
     following = local[surface.twin[previous(half_edges)]]
     angle = np.zeros(len(half_edges))
-    _, first = np.unique(tails, return_index=True)
+    # What is written last stays: of each vertex its first half-edge.
+    leaving = np.full(len(d1), -1)
+    leaving[tails[::-1]] = np.arange(len(tails))[::-1]
+    vertex = np.flatnonzero(leaving >= 0)
+    first = start = leaving[vertex]
     current, turned = first, np.zeros(len(first))
     while len(current):
         turned = turned + scaled[current]
@@ -263,10 +275,8 @@ def _intrinsic_turns(
         first, current, turned = first[going], current[going], turned[going]
         angle[current] = turned
     # Angle of d1 in the same unfolding, by the first half-edge of each fan.
-    _, first = np.unique(tails, return_index=True)
-    heads = surface.triangles[:, [1, 2, 0]].ravel()[half_edges]
-    edge = surface.vertices[heads[first]] - surface.vertices[tails[first]]
-    vertex = tails[first]
+    heads = surface.triangles[:, [1, 2, 0]].ravel()[half_edges[start]]
+    edge = surface.vertices[heads] - surface.vertices[vertex]
     direction = np.zeros(len(d1))
     direction[vertex] = -np.arctan2(
         np.einsum("ij,ij->i", edge, d2[vertex]), np.einsum("ij,ij->i", edge, d1[vertex])
@@ -284,8 +294,8 @@ def _intrinsic_turns(
 
 def _corner_angles(surface: Surface, rows: np.ndarray) -> np.ndarray:
     """(3 r,) interior angle at each corner of the triangles `rows`, 0 where undefined."""
-    corner = surface.vertices[surface.triangles[rows]]
-    out = np.roll(corner, -1, axis=1) - corner
-    back = np.roll(corner, 1, axis=1) - corner
-    cross = np.linalg.norm(np.cross(out, back), axis=2)
-    return np.arctan2(cross, np.einsum("ijk,ijk->ij", out, back)).ravel()
+    sides = surface.side_squares[:, rows]
+    following, before = sides, sides[[2, 0, 1]]
+    # The product of two sides from a corner by the law of cosines, and their cross product.
+    product = 0.5 * (following + before - sides[[1, 2, 0]])
+    return np.arctan2(2.0 * surface.face_normal_area[1][rows], product).T.ravel()

@@ -23,14 +23,17 @@ ON_SHAPE, ON_AXIS = 1e-2, 1e-2
 ON_SPHERE = 0.35
 
 
-def shape_of(surface: Surface, rows: np.ndarray) -> tuple[str, float, np.ndarray] | None:
-    """Kind, mean curvature and axis of the exact face that triangles make up, if they do."""
+def shape_of(
+    surface: Surface, rows: np.ndarray, rounding: np.ndarray
+) -> tuple[str, float, np.ndarray] | None:
+    """Kind, mean curvature and axis of the exact face that triangles `rows` (t,) with the
+    `normal_rounding` (t,) make up, if they do."""
     normal, area = surface.face_normal_area
     n, weight = normal[rows], area[rows]
     known = weight > 0
     if not known.any():
         return PLANAR, 0.0, np.zeros(3)
-    n, weight, rounding = n[known], weight[known], normal_rounding(surface, rows[known])
+    n, weight, rounding = n[known], weight[known], rounding[known]
     mean = weight @ n
     length = np.linalg.norm(mean)
     if length > 0:
@@ -96,23 +99,27 @@ def _of_revolution(
         axis = unit(np.cross(normals[far], v))
         u = np.cross(v, axis)
     along = normals @ axis
-    if np.abs(along - np.median(along)).max() > ON_AXIS + 2.0 * rounding:
-        return None
     slope = float(np.median(along))
-    plane = np.column_stack([points @ u, points @ v])
-    height = points @ axis
+    if np.abs(along - slope).max() > ON_AXIS + 2.0 * rounding:
+        return None
+    sides = np.stack([u, v], axis=1)
+    plane, height = points @ sides, points @ axis
+    middle = plane.mean(axis=0)
+    local = plane - middle
+    scale = float(np.abs(local).max())
+    local, up = local / scale, (height - height.mean()) / scale
+    square = (local**2).sum(axis=1)
     # Circles about one axis whose radius changes evenly: |p - c| = r + k h, and the slope of the
     # normals says k.
     change = 0.0 if abs(slope) < ON_AXIS else -slope / np.sqrt(max(1.0 - slope**2, 1e-12))
     for sign in (1.0, -1.0):
         k = sign * change
-        scale = float(np.abs(plane - plane.mean(axis=0)).max())
-        local, up = (plane - plane.mean(axis=0)) / scale, (height - height.mean()) / scale
         # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
-        system = np.column_stack([2.0 * local, 2.0 * k * up, np.ones(len(up))])
-        if k == 0.0:
-            system = np.delete(system, 2, axis=1)
-        wanted = (local**2).sum(axis=1) - k**2 * up**2
+        system = np.ones((len(up), 3 if k == 0.0 else 4))
+        system[:, :2] = 2.0 * local
+        if k != 0.0:
+            system[:, 2] = 2.0 * k * up
+        wanted = square - k**2 * up**2
         solution, _, rank, _ = np.linalg.lstsq(system, wanted, rcond=1e-9)
         if rank < system.shape[1]:
             continue
@@ -121,10 +128,8 @@ def _of_revolution(
         if np.abs(far - np.abs(radius + k * up)).max() > ON_SHAPE * max(far.max(), 1e-300):
             continue
         typical = float(np.median(far)) * scale
-        centre = solution[:2] * scale + plane.mean(axis=0)
-        across = np.column_stack([middles @ u, middles @ v]) - centre
-        side = np.einsum("tc,tc->t", across, np.column_stack([normals @ u, normals @ v]))
-        outward = float(np.sign(weight @ side))
+        across = middles @ sides - (solution[:2] * scale + middle)
+        outward = float(np.sign(weight @ np.einsum("tc,tc->t", across, normals @ sides)))
         kind = CYLINDRICAL if abs(slope) < ON_AXIS else CONICAL
         return kind, 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical, axis
     return None

@@ -158,16 +158,25 @@ def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
     rank = np.random.default_rng(0).permutation(n).astype(np.int32) + 1
     taken = np.diff(graph.indptr) == 0
     rank[taken] = 0
-    rest, rows = np.flatnonzero(~taken), graph
+    rest = np.flatnonzero(~taken)
     while len(rest):
-        progress.ask()
-        rows = graph[rest]
-        # A rank of zero is that of a node that is decided.
-        first = rank[rest] > np.maximum.reduceat(rank[rows.indices], rows.indptr[:-1])
-        new = rest[first]
-        taken[new] = True
-        rank[new] = 0
-        rank[rows[np.flatnonzero(first)].indices] = 0
+        beside: dict[int, np.ndarray] = {}
+
+        def block(
+            first: int, rest: np.ndarray = rest, beside: dict[int, np.ndarray] = beside
+        ) -> None:
+            some = rest[first : first + NEAR_BLOCK]
+            rows = graph[some]
+            # A rank of zero is that of a node that is decided.
+            highest = np.maximum.reduceat(rank.take(rows.indices), rows.indptr[:-1])
+            new = np.flatnonzero(rank[some] > highest)
+            taken[some[new]] = True
+            beside[first] = rows[new].indices
+
+        run(block, range(0, len(rest), NEAR_BLOCK), progress.quiet())
+        for nodes in beside.values():
+            rank[nodes] = 0
+        rank[taken] = 0
         rest = rest[rank[rest] > 0]
     return np.flatnonzero(taken)
 

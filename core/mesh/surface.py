@@ -12,6 +12,8 @@ from ..base.progress import Progress
 
 # Triangles per block: long enough that handing over the interpreter lock costs little.
 BLOCK = 32768
+# Likewise where their corners are only gathered.
+GATHERED = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,15 @@ class Surface:
     def at_corners(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Values (n,) at the corners a, b, c of the triangles, (m,) each: several times faster than
         as (m, 3), and to reduce as well."""
-        a, b, c = (values[corner] for corner in self.triangles.T)
+        m = len(self.triangles)
+        a, b, c = found = np.empty((3, m), values.dtype)
+
+        def block(first: int) -> None:
+            rows = slice(first, first + GATHERED)
+            for corner, at in zip(self.triangles[rows].T, found[:, rows], strict=True):
+                np.take(values, corner, out=at, mode="clip")
+
+        run(block, range(0, m, GATHERED), Progress())
         return a, b, c
 
     def touching(self, vertices: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ a gap between those by which round faces turn from facet to facet and those of t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -203,8 +204,11 @@ class _Faces:
         the asked ones that are none."""
         rows = np.flatnonzero(asked)
         rows = rows[np.argsort(piece[rows], kind="stable")]
-        for some in np.split(rows, np.flatnonzero(np.diff(piece[rows])) + 1) if len(rows) else ():
-            shape = shape_of(self.surface, some)
+        cuts = np.append(np.flatnonzero(np.diff(piece[rows])) + 1, len(rows))
+        rounding = normal_rounding(self.surface, rows)
+        for begin, end in pairwise([0, *cuts.tolist()]) if len(rows) else ():
+            some = rows[begin:end]
+            shape = shape_of(self.surface, some, rounding[begin:end])
             if shape is not None:
                 self.face[some] = len(self.kinds)
                 self.kinds.append(shape[0])

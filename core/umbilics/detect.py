@@ -31,7 +31,7 @@ from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
 from .regions.round_shapes import resolved_by_wider_fits, standing_off
-from .regions.unresolved import low_vertices, unresolved_sets
+from .regions.unresolved import UnresolvedSets, low_vertices, unresolved_sets
 from .result import Detection
 from .shown_curves import without_shown
 
@@ -119,8 +119,7 @@ def detect(
         rings = _rings(fitted)
         regions = _regions(surface, fitted, noise, radius, rings, settings, cad, progress.quiet())
         if settings.regions and settings.certified and cad is None:
-            low = low_vertices(surface, shape.gap)
-            sets = unresolved_sets(surface, shape, noise, radius, CURVE, low, progress.quiet())
+            sets = _curves(surface, fitted, noise, radius, progress.quiet())
             regions = with_curves(surface, regions, sets, found.triangle_index)
             regions = without_shown(surface, fitted, found.raw, regions, progress.quiet())
             if regions.curves:
@@ -220,6 +219,19 @@ def _regions(
         dropped |= standing_off(surface, rows, rings, _scatter(fitted, noise, radius))
         regions = without(regions, dropped)
     return regions if cad is None else with_faces(cad, regions)
+
+
+def _curves(
+    surface: Surface, fitted: Estimate, noise: np.ndarray, radius: np.ndarray, progress: Progress
+) -> UnresolvedSets:
+    """What could be curves of umbilics, in the field of one scale: a curve is as long and as narrow
+    everywhere, where windows of their own make its field patchy."""
+    shape = fitted.field
+    if fitted.cubic is not None:
+        shape, radius = fitted.cubic
+        noise = shape.noise
+    low = low_vertices(surface, shape.gap)
+    return unresolved_sets(surface, shape, noise, radius, CURVE, low, progress)
 
 
 def _scatter(fitted: Estimate, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:

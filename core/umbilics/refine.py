@@ -13,8 +13,7 @@ import numpy as np
 from ..base.parallel import run
 from ..base.progress import Progress
 from ..curvature.estimate import Estimate
-from ..curvature.fits.height_fit import fit_heights
-from ..curvature.fits.monge import operator_at
+from ..curvature.fits.flattened import fit_flattened, round_operator
 from ..fields.frames import frame
 from ..mesh.surface import Surface
 from .fitted_zero import clear_of_zero, slope_change, slopes, zero
@@ -36,11 +35,12 @@ SAMPLES_PER_TERM = 1.5
 FARTHEST = 1.5
 BLOCK = 4096
 # Standard error of p and q over that of the deviator and the root mean square distance of the
-# samples, by degree, for samples spread evenly over a disc. Degree five would have 3.1 for
-# independent residuals; those of clean meshes are smooth, and on coarse ones (640 and 1,500
-# vertices of the surfaces of benchmarks.people, seeds 0 to 2) it called nine right kinds uncertain
-# for two wrong ones.
-SLOPE_ERROR = {3: 2.6, 4: 0.6, 5: 0.6}
+# samples, by degree, for samples spread evenly over a disc.
+SLOPE_ERROR = {3: 2.6, 4: 0.6, 5: 3.1}
+# That is for independent residuals; those of clean meshes are smooth, and on coarse ones (640 and
+# 1,500 vertices of the surfaces of benchmarks.people, seeds 0 to 2) it called nine right kinds
+# uncertain for two wrong ones.
+SMOOTH_ERROR = 0.6
 # Triangles that the walk to the refined place may cross before it is given up.
 WALK = 16
 # Among long thin triangles there are as many more in the way.
@@ -134,31 +134,40 @@ def refine(
     else:
         neighbourhood, factor = fitted.closer.neighbourhood, fitted.closer.factor
         degree, rings = fitted.degree, neighbourhood.rings
-    each = np.full(k, rings) if fitted.rings is None else _rings(surface, triangle, fitted)
+    windows = np.tile([[rings], [degree]], k)
+    if fitted.rings is not None:
+        windows = _windows(surface, triangle, fitted)
+    focused = neighbourhood.focused
     ask = progress.quiet()
     walk = WALK if neighbourhood.thinned is None else THIN_WALK
 
     def block(first: int) -> None:
         rows = np.arange(first, min(first + BLOCK, k))
-        for so_many in np.unique(each[rows]):
-            same = rows[each[rows] == so_many]
+        for window in np.unique(windows[:, rows], axis=1).T:
+            same = rows[(window == windows[:, rows].T).all(axis=1)]
             corners = surface.triangles[triangle[same]]
-            around = neighbourhood.around_triangles(corners, int(so_many), 1 << 15, ask)
+            so_many, degree = map(int, window)
+            around = neighbourhood.around_triangles(corners, so_many, 1 << 15, ask)
             for some, members in around:
-                _refine_block(surface, normals, same[some], members, degree, factor, walk, places)
+                own = same[some]
+                _refine_block(
+                    surface, normals, own, members, degree, focused, factor, walk, places
+                )
 
     run(block, range(0, k, BLOCK), progress)
     return places
 
 
-def _rings(surface: Surface, triangle: np.ndarray, fitted: Estimate) -> np.ndarray:
-    """(k,) rings of the fits around triangles: the narrowest at their corners, or those of
-    cubics and as many more as the degree asks for."""
-    assert fitted.rings is not None and fitted.closer is not None
-    rings = fitted.rings[surface.triangles[triangle]]
-    known = np.where(rings > 0, rings, np.iinfo(np.int64).max).min(axis=1)
-    others = fitted.closer.neighbourhood.rings + NOISY[1]
-    return np.where((rings > 0).any(axis=1), known, others)
+def _windows(surface: Surface, triangle: np.ndarray, fitted: Estimate) -> np.ndarray:
+    """(2, k) rings and degree of the fits around triangles: the narrowest at their corners, or the
+    rings of cubics and as many more as the degree asks for."""
+    assert fitted.rings is not None and fitted.degrees is not None and fitted.closer is not None
+    corners = surface.triangles[triangle]
+    rings = np.where(fitted.rings > 0, fitted.rings, np.iinfo(np.int64).max)[corners]
+    narrowest = corners[np.arange(len(corners)), rings.argmin(axis=1)]
+    known = np.stack([fitted.rings[narrowest], fitted.degrees[narrowest]])
+    others = np.array([[fitted.closer.neighbourhood.rings + NOISY[1]], [NOISY[0]]])
+    return np.where(known[0] > 0, known, others)
 
 
 def _refine_block(
@@ -167,6 +176,7 @@ def _refine_block(
     rows: np.ndarray,
     members: np.ndarray,
     degree: int,
+    focused: bool,
     factor: float,
     walk: int,
     places: Refined,
@@ -182,27 +192,27 @@ def _refine_block(
     e1, e2 = (axis.T for axis in frame(normal.T))
     offset = surface.vertices[members] - centre
     x, y, z = (np.einsum("sbc,bc->sb", offset, axis) for axis in (e1, e2, normal))
-    radius = np.sqrt((x * x + y * y).mean(axis=0))
-    radius = np.maximum(radius, np.finfo(float).tiny)
-    x, y, z = x / radius, y / radius, z / radius
     # Where a small piece or a border leaves few samples, the degree that they can hold.
     while degree > 3 and len(members) < SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2:
         degree -= 1
-    weights = (1.0 + (x * x + y * y) / FOCUS) ** -3 if degree == CLEAN[0] else None
-    fit = fit_heights(x, y, z, weights, degree)
+    focused &= degree == CLEAN[0]
+    (flat,) = fit_flattened(x, y, z, [degree], FOCUS if focused else None)
+    fit, radius = flat.heights, flat.radius
 
     edge = surface.mean_sides(places.triangle[rows])
     # Edges of the triangle itself or, where that is a small one, of as many vertices spread
     # evenly over the disc of the samples.
     spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))
     u, v, settled = zero(fit, FARTHEST * np.maximum(edge / radius, spread))
-    operator = operator_at(fit.coefficients, u, v)
+    operator = round_operator(fit.coefficients, radius, flat.bend, u, v)
     along_u, along_v = slopes(fit, u, v)
     # From the parameters u, v to lengths along the tangents x, y of the fitted surface.
     a, b, d = operator.root
     p, q = from_gradient(a * along_u + b * along_v, b * along_u + d * along_v)
+    # Lengths of the surface are `unit` times those of the fit.
+    unit = radius / operator.scale
 
-    target = np.stack([u * radius, v * radius], axis=1)
+    target = operator.place[:2].T
     start = places.triangle[rows]
     around, inside, landed = _landing(surface, start, target, centre, e1, e2, walk)
     found = settled & fit.determined & landed
@@ -212,15 +222,15 @@ def _refine_block(
     places.normal[chosen] = operator.normal(axes)[found]
     places.x[chosen] = operator.tangent(1.0, 0.0, axes)[found]
     places.y[chosen] = operator.tangent(0.0, 1.0, axes)[found]
-    places.curvature[chosen] = (operator.mean / radius)[found]
-    places.p[chosen], places.q[chosen] = (p / radius**2)[found], (q / radius**2)[found]
-    places.error[chosen] = (factor * fit.gap_error / radius)[found]
+    places.curvature[chosen] = operator.mean[found]
+    places.p[chosen], places.q[chosen] = (p / unit**2)[found], (q / unit**2)[found]
+    places.error[chosen] = (factor * fit.gap_error / unit)[found]
     error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
-    slope_error = SLOPE_ERROR[degree] * error
-    if weights is None:
+    slope_error = (SMOOTH_ERROR if focused else SLOPE_ERROR[degree]) * error
+    if not focused:
         # On clean meshes the error is bias, which moves the place and the form read there alike.
         slope_error = np.hypot(slope_error, slope_change(fit, u, v, error))
-    places.slope_error[chosen] = (slope_error / radius**2)[found]
+    places.slope_error[chosen] = (slope_error / unit**2)[found]
     places.clarity[chosen] = (clear_of_zero(fit, u, v, p, q) / error)[found]
     places.found[chosen] = True
 

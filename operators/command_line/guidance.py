@@ -130,10 +130,7 @@ def settings_of(
 ) -> core.GuidanceSettings:
     """How to plan, whatever the plan is for."""
     given = {name: getattr(found, name) for name in core.options(core.GuidanceSettings)}
-    try:
-        return core.GuidanceSettings(**given)
-    except core.InvalidSettingsError as error:
-        parser.error(str(error))
+    return values.settings(parser, core.GuidanceSettings, given)
 
 
 def request_of(
@@ -154,10 +151,7 @@ def request_of(
         for name in core.options(core.RemeshSettings)
         if name != "quads" or found.quads is not None
     }
-    try:
-        remeshing = core.RemeshSettings(**quads)
-    except core.InvalidSettingsError as error:
-        parser.error(str(error))
+    remeshing = values.settings(parser, core.RemeshSettings, quads, quad_setting)
     kinds = list(found.guide_files or (_USUAL if found.guide else ()))
     kinds += _RIDGES if found.ridges else ()
     if found.quads is not None and not any(kind in core.QUAD_KINDS for kind in kinds):

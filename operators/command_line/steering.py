@@ -64,10 +64,7 @@ def request_of(
 ) -> SteeringRequest | None:
     """What the arguments ask for; None without --strokes."""
     given = {name: getattr(found, setting_name(name)) for name in core.options(core.StrokeSettings)}
-    try:
-        settings = core.StrokeSettings(**given)
-    except core.InvalidSettingsError as error:
-        parser.error(str(error))
+    settings = values.settings(parser, core.StrokeSettings, given, setting_name)
     if found.strokes is None:
         return None
     if found.guide is None and found.quads is None and found.check_topology is None:

@@ -11,6 +11,7 @@ from ... import core
 from ..base import layouts
 from ..data import plans
 from ..data.properties import annotations_of
+from ..scene.transaction import Transaction
 from . import retopology
 from .modal import GuidanceOperator, Message
 
@@ -45,14 +46,20 @@ class Adjustable(GuidanceOperator):
         """Names of settings that change nothing as the others are."""
         return frozenset()
 
-    def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
+    def put(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: Any,
+        whole: Transaction | None,
+    ) -> list[Message]:
         group = getattr(context.scene, self.panel)
         changed = [name for name in self.adjusted if getattr(group, name) != getattr(self, name)]
         with ExitStack() as back:
             for name in changed:
                 back.callback(setattr, group, name, getattr(group, name))
                 setattr(group, name, getattr(self, name))
-            told = super().put(context, job, found)
+            told = super().put(context, job, found, whole)
             back.pop_all()
         return told
 

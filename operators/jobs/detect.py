@@ -26,7 +26,7 @@ from ..mesh.scope import KEPT, WHOLE, Scope
 from ..scene import display_objects, empties, filters, homes, old_copies, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import checks, guidance_objects
-from ..scene.transaction import Transaction, all_or_nothing
+from ..scene.transaction import Transaction, part_of
 from ..scene.view import dashed_lines, maps
 from . import refusals
 
@@ -148,10 +148,16 @@ def _extra(arrays: MeshArrays) -> dict[str, Any]:
     return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
 
 
-def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
+def write(
+    context: bpy.types.Context,
+    inputs: Inputs,
+    results: Results,
+    whole: Transaction | None = None,
+) -> int:
     """Store attributes, empties and summary, in place of those of an earlier detection.
 
-    Pins and deletions stay with their umbilics; how many have none any more is the answer.
+    With a `whole` they are a part of it, which must be taken back in Object Mode. Pins and
+    deletions stay with their umbilics; how many have none any more is the answer.
 
     Raises
     ------
@@ -163,7 +169,7 @@ def write(context: bpy.types.Context, inputs: Inputs, results: Results) -> int:
         raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
     refusals.check_object(obj, inputs.evaluated)
     check_result_names(obj)
-    with object_mode(context, obj), all_or_nothing() as transaction:
+    with object_mode(context, obj), part_of(whole) as transaction:
         depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
         check_unchanged(obj, inputs.arrays, depsgraph)
         home = homes.home_for(context, obj, depsgraph, transaction)
@@ -203,10 +209,11 @@ def _describe(
     return pins.carry_over(obj, chosen, before, results.record.record)
 
 
-def remove(context: bpy.types.Context, analysed: bpy.types.Object) -> bool:
-    """Remove everything a detection left on the object; says whether there was anything."""
+def remove(context: bpy.types.Context, analysed: bpy.types.Object, whole: Transaction) -> bool:
+    """Remove everything a detection left on the object, which is in Object Mode; says whether
+    there was anything."""
     obj = homes.owner_of(analysed)
-    with object_mode(context, obj), all_or_nothing() as transaction:
+    with whole.part() as transaction:
         maps.hide(context, obj, transaction)
         values = homes.leave(obj, RESULTS, homes.DETECTION, transaction)
         emptied = empties.remove(obj, transaction)

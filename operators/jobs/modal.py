@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from typing import Any
 
 import bpy
 
 from ... import core
 from ..base.translation import reported
-from ..scene import selection
-from ..scene.modes import Place, finished, in_place, place_of
+from ..scene import selection, targets
+from ..scene.modes import Place, finished, in_place, objects_mode, place_of
+from ..scene.transaction import Transaction, all_or_nothing
 from . import refusals, retopology, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
@@ -56,8 +58,12 @@ class BackgroundOperator:
         """
 
     @abstractmethod
-    def put(self, context: bpy.types.Context, job: Any, found: Any) -> list[Message]:
+    def put(
+        self, context: bpy.types.Context, job: Any, found: Any, whole: Transaction | None
+    ) -> list[Message]:
         """Write what a job, one of `jobs`, has found; what to tell the user.
+
+        Of several jobs each is a part of the `whole`, and their objects are in Object Mode.
 
         Raises
         ------
@@ -133,22 +139,29 @@ class BackgroundOperator:
         refused: Sequence[core.UmbilicsError],
         place: Place,
     ) -> set[str]:
-        errors, written = list(refused), 0
-        for job, found in zip(jobs, outcomes, strict=True):
-            try:
-                if isinstance(found, core.UmbilicsError):
-                    raise found
-                with in_place(context, place):
-                    messages = self.put(context, job, found)
-            except core.UmbilicsError as error:
-                errors.append(error)
-                continue
-            written += 1
-            name = f"{job.object_name}: " if len(jobs) + len(refused) > 1 else ""
-            for level, sentence in messages:
-                self.report({level}, reported(f"{name}{sentence}"))
+        errors, written = list(refused), []
+        several = len(jobs) > 1
+        try:
+            with (
+                in_place(context, place),
+                objects_mode(context, _objects_of(jobs) if several else ()),
+                all_or_nothing() if several else nullcontext() as whole,
+            ):
+                for job, found in zip(jobs, outcomes, strict=True):
+                    try:
+                        if isinstance(found, core.UmbilicsError):
+                            raise found
+                        written.append((job.object_name, self.put(context, job, found, whole)))
+                    except core.UmbilicsError as error:
+                        errors.append(error)
+        except core.UmbilicsError as error:
+            errors.append(error)
         if not written:
             return self._fail(errors)
+        for name, messages in written:
+            whose = f"{name}: " if len(jobs) + len(refused) > 1 else ""
+            for level, sentence in messages:
+                self.report({level}, reported(f"{whose}{sentence}"))
         for reason in errors:
             self.report({"WARNING"}, reported(str(reason)))
         return {"FINISHED"}
@@ -156,6 +169,11 @@ class BackgroundOperator:
     def _fail(self, errors: Sequence[core.UmbilicsError]) -> set[str]:
         self.report({"ERROR"}, reported(" ".join(str(error) for error in errors)))
         return {"CANCELLED"}
+
+
+def _objects_of(jobs: Sequence[worker.Job]) -> list[bpy.types.Object]:
+    found = [targets.named(job.object_name) for job in jobs]
+    return [obj for obj in found if obj is not None]
 
 
 class NeedsMesh:
@@ -183,7 +201,13 @@ class GuidanceOperator(NeedsMesh, BackgroundOperator):
     def jobs(self, context: bpy.types.Context) -> tuple[list[retopology.Job], list[Any]]:
         return [self.job(context)], []
 
-    def put(self, context: bpy.types.Context, job: retopology.Job, found: Any) -> list[Message]:
+    def put(
+        self,
+        context: bpy.types.Context,
+        job: retopology.Job,
+        found: Any,
+        whole: Transaction | None,
+    ) -> list[Message]:
         # Nothing is left to fail when all is written.
         warnings = (*self.warnings(found), *job.notes)
         sentence = self.done(context, job, found)

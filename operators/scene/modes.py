@@ -1,6 +1,6 @@
 """Leave the user's modes and selection as they were found, and write where was read."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 
 import bpy
@@ -69,7 +69,7 @@ def object_mode(
 
 
 @contextmanager
-def objects_mode(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> Iterator[None]:
+def objects_mode(context: bpy.types.Context, objects: Iterable[bpy.types.Object]) -> Iterator[None]:
     """As `object_mode`, if one of several objects is in Edit Mode."""
     edited = next((obj for obj in objects if obj.mode == "EDIT"), None)
     with nullcontext() if edited is None else object_mode(context, edited):

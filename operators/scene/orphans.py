@@ -16,7 +16,7 @@ from ..mesh.attributes import RESULTS, remove_results
 from . import display_objects, empties, homes
 from .retopology import guidance_objects, marked_edges
 from .targets import is_local
-from .transaction import Transaction, all_or_nothing, empty_without
+from .transaction import Transaction, empty_without
 from .view import glyph_images
 
 # What a detection and a plan may leave on a mesh, and how it is laid out.
@@ -47,19 +47,24 @@ def checked() -> list[bpy.types.Object]:
     return [obj for obj in bpy.data.objects if obj.umbilics_check.checked and is_local(obj)]
 
 
-def remove() -> int:
-    """Remove what belongs to no object with results any more; how much there was."""
+def remove(whole: Transaction, but: Collection[bpy.types.Object] = ()) -> int:
+    """Remove what belongs to no object with results any more, `but` what belongs to these; how
+    much there was."""
     names = {obj.name_full for obj in bpy.data.objects}
-    alone = [obj for obj in bpy.data.objects if _is_tagged(obj) and _is_alone(obj, names)]
+    alone = [
+        obj
+        for obj in bpy.data.objects
+        if _is_tagged(obj) and _is_alone(obj, names) and obj.parent not in but
+    ]
     # Those too that were left empty when the user deleted what was in them.
     collections = [one for one in bpy.data.collections if _is_ours(one) and is_local(one)]
     empty = empty_without(collections, set())
-    with all_or_nothing() as transaction:
+    with whole.part() as transaction:
         for obj in alone:
             guidance_objects.discard(obj, transaction)
         transaction.sweep(partial(empty_without, collections))
         transaction.sweep(glyph_images.unused_without)
-        return len(alone) + len(empty) + _clean_meshes(transaction)
+        return len(alone) + len(empty) + _clean_meshes(transaction, but)
 
 
 def _has_results(obj: bpy.types.Object) -> bool:
@@ -100,14 +105,15 @@ def _is_marked(mesh: bpy.types.Mesh) -> bool:
     return is_local(mesh) and bool(names)
 
 
-def _clean_meshes(transaction: Transaction) -> int:
-    """Take our values from meshes none of whose objects has results; how many there were.
+def _clean_meshes(transaction: Transaction, but: Collection[bpy.types.Object]) -> int:
+    """Take our values from meshes none of whose objects has results, `but` those of these; how
+    many there were.
 
     Only where results are: a mesh with a stamp. Attributes of the same name may be the user's.
     """
     in_use = set()
     for obj in bpy.data.objects:
-        if obj.type == "MESH" and _has_results(obj):
+        if obj.type == "MESH" and (_has_results(obj) or obj in but):
             in_use |= {obj.data, obj.umbilics.mesh, obj.umbilics_plan.mesh}
     cleaned = 0
     for mesh in bpy.data.meshes:

@@ -8,7 +8,7 @@ go: until then everything can be taken back.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
 import bpy
@@ -62,6 +62,21 @@ class Transaction:
         """At the end ask which data-blocks nothing needs without those that go; they go too."""
         self._sweeps.append(find)
 
+    @contextmanager
+    def part(self) -> Iterator[Transaction]:
+        """A transaction within this one: what fails in it is taken back alone, and what it leaves
+        to the end waits for the end of all."""
+        with ExitStack() as back:
+            part = Transaction(back)
+            part.going = self.going
+            yield part
+            self._back.callback(back.pop_all().close)
+        # What it does at the end is taken back with the rest.
+        part._back = self._back
+        self._unwanted += part._unwanted
+        self._last += part._last
+        self._sweeps += part._sweeps
+
     def take_back(self) -> None:
         """Take everything back here and now, though nothing has failed."""
         self._back.close()
@@ -112,7 +127,7 @@ class Transaction:
         going = set(self._unwanted)
         for find in self._sweeps:
             going |= set(find(going))
-        self.going = going
+        self.going |= going
         if going:
             self._leave()
         for work in self._last:
@@ -150,6 +165,11 @@ def all_or_nothing() -> Iterator[Transaction]:
         yield transaction
         transaction.finish()
         back.pop_all()
+
+
+def part_of(whole: Transaction | None) -> AbstractContextManager[Transaction]:
+    """A part of the whole if there is one, else `all_or_nothing`."""
+    return all_or_nothing() if whole is None else whole.part()
 
 
 def _remove_if_there(data: bpy.types.ID) -> None:

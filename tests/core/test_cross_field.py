@@ -11,7 +11,7 @@ from surfaces import cylinder, ellipsoid, icosphere, noisy, plane, quartic, sphe
 import core
 from core.base.progress import Progress
 from core.fields.face_index import face_field_singularities
-from core.fields.multigrid import solve
+from core.fields.multigrid import solve, solve_diagonal
 from core.fields.planes import lay_out
 from core.mesh.creases import is_convex
 from core.mesh.mending.repair import clean
@@ -203,3 +203,18 @@ def test_cancelling_stops_the_solver():
     field = exact_field(ellipsoid(subdivisions=4), surface)
     with pytest.raises(core.CancelledError):
         cross_field(surface, field, GuidanceSettings(), Progress(cancelled=lambda: True))
+
+
+@pytest.mark.parametrize("kind", [float, complex])
+@pytest.mark.parametrize("most", [100, 2])
+def test_the_diagonal_alone_solves_where_it_weighs_enough(kind, most):
+    """What has not settled after so many steps is solved by levels."""
+    matrix, degree = turning_laplacian(np.random.default_rng(2))
+    matrix = matrix + sparse.diags_array(0.1 * degree.astype(complex))
+    matrix = matrix.tocsr() if kind is complex else abs(matrix.tocsr())
+    if kind is float:
+        matrix = (2.0 * sparse.diags_array(matrix.diagonal()) - matrix).tocsr()
+    exact = np.random.default_rng(3).normal(size=len(degree)).astype(kind)
+    found = solve_diagonal(matrix, matrix @ exact, Progress(), 1e-4, most)
+    assert found.dtype == kind
+    assert np.linalg.norm(found - exact) < 2e-3 * np.linalg.norm(exact)

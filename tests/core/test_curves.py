@@ -168,3 +168,19 @@ def test_errors_as_large_as_the_bend_of_the_surface_decide_nothing():
     assert np.array_equal(wild.label, none.label)
     some = unresolved_sets(surface, field, 0.3 * ones, 0.01 * ones, CURVE, every, Progress())
     assert (some.label >= 0).sum() > (none.label >= 0).sum()
+    assert len(some.length) > 1
+    area = surface.face_normal_area[1]
+    covered = [area[some.label == number].sum() for number in range(len(some.length))]
+    assert np.allclose(some.width * some.length, covered)
+
+
+def test_a_deviator_of_zero_without_error_is_zero_everywhere():
+    points, triangles = icosphere(2)
+    surface = clean(points, triangles)[0]
+    ones = np.ones(len(points))
+    field = core.detect(points, triangles).curvature
+    field = core.CurvatureField(**(vars(field) | {"k1": ones, "k2": ones}))
+    every = np.arange(len(points))
+    found = unresolved_sets(surface, field, 0.0 * ones, ones, CURVE, every, Progress())
+    assert (found.label == 0).all()
+    assert found.missed.tolist() == [0.0]

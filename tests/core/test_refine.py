@@ -11,7 +11,7 @@ from core.base.progress import Progress
 from core.curvature.close_up import closer
 from core.curvature.close_up.closer import look_closer
 from core.curvature.estimate import estimate
-from core.curvature.fits.height_fit import fit_heights
+from core.curvature.fits.flattened import fit_flattened
 from core.curvature.scale import Scale
 from core.mesh.borders import distance_to_border
 from core.mesh.mending.repair import clean
@@ -243,15 +243,18 @@ def test_windows_are_compared_where_noise_is_even(monkeypatch, change, factor, a
 
 
 def test_a_place_is_refined_over_the_narrowest_window_around_it():
-    """And where cubics stayed over theirs, wider by as much as the degree asks for."""
+    """And by its degree; where cubics stayed, over their rings and as many more as the degree asks
+    for."""
     surface, fit = fitted(*graph(LEMON, 0.05))
     triangle, _ = beginning(surface, (0.0, 0.0))
     rings = np.zeros(len(surface.vertices), np.int64)
     scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4), fit.field.normal, 1.0)
-    fit = dataclasses.replace(fit, closer=scale, degree=4, rings=rings)
-    assert refining._rings(surface, triangle, fit).tolist() == [4 + refining.NOISY[1]]
+    degrees = rings.copy()
+    fit = dataclasses.replace(fit, closer=scale, degree=4, rings=rings, degrees=degrees)
+    assert refining._windows(surface, triangle, fit).tolist() == [[4 + refining.NOISY[1]], [4]]
     rings[surface.triangles[triangle[0], :2]] = 7, 3
-    assert refining._rings(surface, triangle, fit).tolist() == [3]
+    degrees[surface.triangles[triangle[0], :2]] = 4, 5
+    assert refining._windows(surface, triangle, fit).tolist() == [[3], [5]]
 
 
 @pytest.mark.parametrize("cells, degree", [(24, 5), (5, 4), (4, 4), (3, 3)])
@@ -259,11 +262,11 @@ def test_the_degree_is_what_the_samples_can_hold(monkeypatch, cells, degree):
     """One and a half samples for each of (d + 1)(d + 2) / 2 terms, but no less than a cubic."""
     seen = []
 
-    def recorded(x, y, z, weights, asked):
-        seen.append((len(x), asked, weights is not None))
-        return fit_heights(x, y, z, weights, asked)
+    def recorded(x, y, z, asked, focus):
+        seen.append((len(x), *asked, focus is not None))
+        return fit_flattened(x, y, z, asked, focus)
 
-    monkeypatch.setattr(refining, "fit_heights", recorded)
+    monkeypatch.setattr(refining, "fit_flattened", recorded)
     vertices, triangles = graph(LEMON, cells=cells)
     if cells == 5:
         # Without a row of cells: 30 vertices, a little less than degree five takes.

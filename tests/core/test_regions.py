@@ -421,6 +421,9 @@ def test_a_region_has_the_places_of_its_shape(monkeypatch):
     shift = 0.01 * random.normal(size=points.shape)
     assert not off(points + shift, triangles, 0.01)
     assert not off(points, triangles, 0.0)
+    # The median of noise is 0.67 of its deviation: 1.0 and 1.5 of these.
+    assert not off(points + shift, triangles, 0.0067)
+    assert off(points + shift, triangles, 0.0045)
     barrel = points * (1.0, 1.0, 0.9)
     assert off(barrel + shift, triangles, 0.01)
     # Where the noise is that large, or unknown, a barrel is not told from a sphere.

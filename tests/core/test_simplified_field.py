@@ -16,7 +16,7 @@ from surfaces.parts import divided, plate
 import core
 from core.base.progress import Progress
 from core.fields.directions import DirectionField
-from core.fields.winding import certified_index, edge_turns
+from core.fields.winding import Winding, certified_index
 from core.retopology.crosses.cross_field import cross_field
 from core.retopology.field import simplified
 from core.retopology.field.agreement import with_index
@@ -199,8 +199,13 @@ def test_every_index_is_the_wanted_one_or_said(seed, symmetry, wild, share):
 def test_turns_along_edges_are_those_that_the_index_counts(symmetry, wild):
     surface = surface_of(sphere(subdivisions=3))
     field = random_field(surface, 3, symmetry, wild)
-    rows = np.arange(len(surface.triangles))
-    before = edge_turns(surface, rows, field.direction, field.across, symmetry).ravel()
+    sides = np.arange(3 * len(surface.triangles))
+
+    def turns(direction, across):
+        winding = Winding.of(surface, direction, across, Progress(), symmetry)
+        return winding.turns(surface, sides, direction, across)
+
+    before = turns(field.direction, field.across)
     twin = surface.twin
     apart = np.abs(np.abs(before) - np.pi) > 1e-9
     assert np.abs(before + before[twin])[apart].max() < 1e-9
@@ -208,7 +213,7 @@ def test_turns_along_edges_are_those_that_the_index_counts(symmetry, wild):
     angle = 0.3 * np.random.default_rng(1).random(len(surface.vertices))
     turned = np.cos(angle)[:, None] * field.direction + np.sin(angle)[:, None] * field.across
     across = np.cross(field.normal, turned)
-    after = edge_turns(surface, rows, turned, across, symmetry).ravel()
+    after = turns(turned, across)
     tail, head = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
     change = np.exp(1j * (after - before - symmetry * (angle[head] - angle[tail])))
     assert np.abs(change - 1.0).max() < 1e-9

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from core.base.progress import Progress
 from core.curvature.from_normals import curvature_from_normals
-from core.fields.winding import Winding, _by_vertex_normals, certified_index, edge_turns
+from core.fields.winding import Winding, _by_vertex_normals, certified_index
 from core.mesh.normals import vertex_normals
 
 
@@ -75,18 +75,23 @@ def test_exact_half_turns_are_shared_by_both_triangles(seed):
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     d1 = np.cross(normal, random.standard_normal(normal.shape))
     d1 /= np.linalg.norm(d1, axis=1)[:, None]
-    rows = np.arange(len(surface.triangles))
     free = np.ones(len(normal), bool)
     angle = np.zeros(len(normal))
-    turns = edge_turns(surface, rows, d1, np.cross(normal, d1))
-    for (tail, head), turn in zip(sides(surface), turns.ravel(), strict=True):
+    turns = turns_of(surface, d1, np.cross(normal, d1))
+    for (tail, head), turn in zip(sides(surface), turns, strict=True):
         if free[tail] and free[head]:
             free[[tail, head]] = False
             angle[head] = 0.5 * (np.pi - turn)
     d1 = np.cos(angle)[:, None] * d1 + np.sin(angle)[:, None] * np.cross(normal, d1)
-    turns = edge_turns(surface, rows, d1, np.cross(normal, d1))
+    turns = turns_of(surface, d1, np.cross(normal, d1))
     assert (np.abs(np.abs(turns) - np.pi) < 1e-12).sum() > 50
     assert certified_index(surface, d1, np.cross(normal, d1), Progress()).sum() == 2
+
+
+def turns_of(surface, d1, d2):
+    """The turn of a line field along each side of each triangle."""
+    half_edges = np.arange(3 * len(surface.triangles))
+    return Winding.of(surface, d1, d2, Progress()).turns(surface, half_edges, d1, d2)
 
 
 def sides(surface):

@@ -169,7 +169,7 @@ def files(obj):
     # folder that does not exist for another one.
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    monkey(view, 4)
+    monkey(view, 3)
     ticks = []
 
     def tick():

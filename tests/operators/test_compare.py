@@ -26,14 +26,14 @@ def size_of(path) -> tuple[int, int]:
     return size
 
 
-def test_a_table_a_picture_and_json(run, tmp_path, capsys):
+def test_a_table_a_picture_and_json(run, tmp_path, capfd):
     mesh = seed_patch(3000)
     add_mesh(mesh.vertices, mesh.triangles, name="Patch")
     file = save(tmp_path / "patch.blend")
     target, picture = tmp_path / "out.json", tmp_path / "out.png"
     arguments = [file, "--compare", "--method", "C", "--persistence", "0"]
     assert run([*arguments, "--json", str(target), "--png", str(picture)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = capfd.readouterr().out.splitlines()
     first_words = [line.split()[0] for line in lines if line.strip()]
     assert [word for word in first_words if word in ("S", "I", "C")] == ["S", "I", "C"]
     (entry,) = json.loads(target.read_text())["objects"]
@@ -51,7 +51,7 @@ def test_a_table_a_picture_and_json(run, tmp_path, capsys):
     assert width == 3 * height
 
 
-def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capsys):
+def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capfd):
     add_ellipsoid(subdivisions=3, name="Egg")
     file = save(tmp_path / "egg.blend")
     target = tmp_path / "out.json"
@@ -59,10 +59,10 @@ def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capsys):
     (entry,) = json.loads(target.read_text())["objects"]
     refused = [row["method"] for row in entry["comparison"] if row["refusal"]]
     assert refused == ["C"]
-    assert "seams" in capsys.readouterr().out
+    assert "seams" in capfd.readouterr().out
     alone = [file, "--method", "C", "--json", str(target)]
     assert run([*alone, "--charts", "seams"]) == 1
-    assert "seams" in capsys.readouterr().err
+    assert "seams" in capfd.readouterr().err
     # By default it cuts the mesh open itself.
     assert run(alone) == 0
     (entry,) = json.loads(target.read_text())["objects"]

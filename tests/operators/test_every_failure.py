@@ -162,12 +162,31 @@ def turned():
     bpy.context.view_layer.update()
 
 
+def several():
+    turned()
+    bpy.data.objects["Other"].select_set(True)
+
+
+def several_detected():
+    several()
+    bpy.ops.umbilics.detect()
+    bpy.context.scene.umbilics.scale_auto = False
+
+
+def several_edited():
+    several_detected()
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
 # What is there, the operator, and what it is given. Of those that write by the same functions
-# there is one; with several objects each is whole or as it was.
+# there is one; several objects are one whole.
 OPERATORS = [
     (lambda: add_ellipsoid(subdivisions=2), "detect", {}),
     (other_settings, "detect", {}),
     (edited, "detect", {}),
+    (several, "detect", {}),
+    (several_detected, "detect", {}),
+    (several_edited, "detect", {}),
     (turned, "align_to_other", {}),
     (detected, "add_arrows", {}),
     (planned, "add_pole", {"valence": "5"}),
@@ -175,6 +194,8 @@ OPERATORS = [
     (filtered, "apply_filters", {}),
     (chosen, "pin", {}),
     (with_all, "clear", {}),
+    (several_detected, "clear", {}),
+    (several_detected, "clear_file", {}),
     (checked, "check_topology", {}),
     (angled, "show_check", {}),
     (detected, "show_map", {}),

@@ -124,6 +124,47 @@ def test_what_was_not_asked_for_is_not_said_to_be_set(arguments, base):
     assert not {"plan", "k1", "scope_group", "quads", "stroke_influence"} & detection.keys()
 
 
+def test_an_option_that_counts_for_nothing_is_refused(arguments, base, capsys):
+    """Alone, without what it belongs to."""
+
+    def parsed(*more):
+        return arguments.parse([str(base[0]), *more])
+
+    plain = parsed()
+    counting = {name: getattr(plain, name) for name in FACTS} | plain.every_setting()
+    refused = set()
+    for action in options(arguments):
+        for change in changes(action):
+            try:
+                request = parsed(*change)
+            except SystemExit as stop:
+                assert stop.code == 2
+                if f"error: {action.option_strings[0]} needs " in capsys.readouterr().err:
+                    refused.add(action.dest)
+                continue
+            found = {name: getattr(request, name) for name in FACTS} | request.every_setting()
+            is_usual = action.type is not None and action.type(change[-1]) == action.default
+            assert found != counting or is_usual, change
+    expected = {"edge_length", "spacing", "stroke_influence", "guide_files", "ridges"}
+    assert expected <= refused and not {"opening", "frames", "object"} & refused
+    with pytest.raises(SystemExit):
+        parsed("--k1", "NAME")
+    assert "error: --k1 needs --curvature given." in capsys.readouterr().err
+
+
+def test_a_wrong_setting_is_called_as_its_option(arguments, base, capsys):
+    for option, value, words in (
+        ("--stroke-influence", "3", "--stroke-influence must lie between 0 and 1, not 3."),
+        ("--line-smoothness", "3", "--line-smoothness must lie between 0 and 1, not 3."),
+        ("--spacing", "-1", "--spacing must be 0 or more, not -1."),
+        ("--quad-smoothness", "7", "--quad-smoothness must lie between 0 and 1, not 7."),
+        ("--opening", "-1", "--opening must "),
+    ):
+        with pytest.raises(SystemExit):
+            arguments.parse([*map(str, base), option, value])
+        assert f"error: {words}" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("option", ["--check-topology", "--strokes", "--align-to"])
 def test_what_was_done_with_another_file_beside_it_is_done_again(arguments, base, option):
     given = [str(argument) for argument in base]

@@ -82,7 +82,7 @@ def test_the_axis_stands_in_the_scene_and_goes_with_clear():
     assert not obj.umbilics_plan.axis
 
 
-def test_the_command_says_which_mesh_it_is(addon, tmp_path, capsys):
+def test_the_command_says_which_mesh_it_is(addon, tmp_path, capfd):
     run = addon.operators.command_line.command.run
     for seed in (3, 4):
         bpy.ops.wm.read_homefile(use_empty=True)
@@ -96,7 +96,7 @@ def test_the_command_says_which_mesh_it_is(addon, tmp_path, capsys):
     references = [f"--align-to={tmp_path / f'{seed}.blend'}" for seed in (4, 3)]
     arguments = [str(tmp_path / "scan.blend"), *references, "--align-scaled"]
     assert run([*arguments, "--json", str(target)]) == 0
-    assert "It is Blob3" in capsys.readouterr().out
+    assert "It is Blob3" in capfd.readouterr().out
     (entry,) = json.loads(target.read_text())["objects"]
     four, three = entry["alignment"]
     assert four["object"] == "Blob4"

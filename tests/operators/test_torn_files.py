@@ -3,6 +3,7 @@
 import random
 import struct
 import sys
+import zlib
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -263,6 +264,53 @@ def test_an_alembic_file_of_blender_is_whole_and_torn_does_not_end_it(opened, tm
         assert faces == 0 and "is torn" in said[0]
 
 
+def fbx(version):
+    """A binary FBX with nodes in nodes, and properties of every kind."""
+    node = struct.Struct("<QQQB" if version >= 7500 else "<IIIB")
+    packed = zlib.compress(bytes(800))
+    some = b"Y\1\0" + b"C\1" + b"I\1\0\0\0" + b"D" + bytes(8) + b"S\2\0\0\0ab"
+    arrays = b"f" + struct.pack("<III", 2, 0, 8) + bytes(8)
+    arrays += b"d" + struct.pack("<III", 100, 1, len(packed)) + packed
+    data = bytearray(b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<I", version))
+
+    def put(name, count, properties, inner=()):
+        start = len(data)
+        data.extend(bytes(node.size) + name + properties)
+        for one in inner:
+            put(*one)
+        data.extend(bytes(node.size) if inner else b"")
+        node.pack_into(data, start, len(data), count, len(properties), len(name))
+
+    put(b"Head", 5, some, [(b"Inner", 2, arrays, [(b"Leaf", 0, b"")]), (b"More", 5, some)])
+    put(b"Objects", 2, arrays)
+    return bytes(data) + bytes(node.size)
+
+
+@pytest.mark.parametrize("version", [7400, 7500])
+def test_an_fbx_is_whole_only_if_all_of_it_is_there(part, tmp_path, version):
+    is_whole, path = part("files.fbx_check").is_whole, tmp_path / "a.fbx"
+
+    def holds(data):
+        path.write_bytes(data)
+        return is_whole(path)
+
+    whole = fbx(version)
+    assert holds(whole) and holds(whole + b"what some programs write behind it")
+    assert not [size for size in range(30, len(whole)) if holds(whole[:size])]
+    # No number makes it look for ever, or take all memory.
+    for place in range(27, len(whole) - 8):
+        for value in (b"\xff" * 4, b"\xff" * 8, b"\0" * 4):
+            holds(whole[:place] + value + whole[place + len(value) :])
+    middle = whole.rindex(b"\x78\x9c") + 6
+    assert not holds(whole[:middle] + b"\xff\xff" + whole[middle + 2 :])
+
+
+def test_blenders_own_fbx_is_whole(part, tmp_path):
+    add_ellipsoid(subdivisions=3)
+    bpy.ops.export_scene.fbx(filepath=str(tmp_path / "a.fbx"))
+    assert part("files.fbx_check").is_whole(tmp_path / "a.fbx")
+
+
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_bytes_that_mean_nothing_are_one_sentence(part, tmp_path, suffix, capfd, monkeypatch):
     # This process as its own worker.
@@ -277,6 +325,17 @@ def test_bytes_that_mean_nothing_are_one_sentence(part, tmp_path, suffix, capfd,
         assert len(lines) == 1 and str(path) in lines[0], said
         assert "fault of this program" not in lines[0]
         assert "console" not in lines[0] and "unknown error" not in lines[0]
+
+
+@pytest.mark.parametrize("name", ["a.stl", "a.off", "a.ply", "a.usda", "a.fbx", "a.glb"])
+def test_a_file_is_called_as_it_was_given(part, tmp_path, monkeypatch, capfd, name):
+    monkeypatch.setattr(part("command").lifetime, "end_with_parent", lambda: None)
+    (tmp_path / "elsewhere").write_bytes(b"0\n")
+    (tmp_path / name).symlink_to(tmp_path / "elsewhere")
+    monkeypatch.chdir(tmp_path)
+    assert part("command").run([name, "--worker"]) == 1
+    said = capfd.readouterr().err
+    assert said.startswith(f"umbilics: {name}: ") and str(tmp_path) not in said
 
 
 @needs_program

@@ -95,18 +95,11 @@ def _of_screen(screen):
     }
 
 
-# In Blender before 5.0 the selected vertices of a mesh that was split read as an attribute of edges
-# after a merge was taken back. Why is not known; the same steps by hand do not show it.
-_MIXED_UP = bpy.app.version < (5, 0, 0)
-
-
 def _of_mesh(mesh):
     colours = mesh.color_attributes.active_color
     return {
         "attributes": {
-            one.name: (one.domain, one.data_type, _bytes(one))
-            for one in mesh.attributes
-            if not (_MIXED_UP and one.name.startswith(".select_"))
+            one.name: (one.domain, one.data_type, _bytes(one)) for one in mesh.attributes
         },
         "colours": colours.name if colours else "",
         "tags": {key: str(mesh[key]) for key in mesh.keys() if isinstance(mesh[key], str)},  # noqa: SIM118

@@ -237,6 +237,27 @@ def test_running_detection_can_be_watched_and_cancelled(addon, draw):
     assert paper.names("operator") != draw().names("operator")
 
 
+def test_why_nothing_can_be_detected_stands_below_the_button(addon, draw):
+    def said():
+        return " ".join(draw().names("label"))
+
+    assert "There is no active object. Click a mesh first." in said()
+    bpy.ops.object.text_add()
+    assert "convert it: Object > Convert > Mesh." in said()
+    bpy.ops.object.armature_add()
+    assert "Choose the mesh that the armature moves" in said()
+    obj = add_ellipsoid(subdivisions=2)
+    before = said()
+    bpy.ops.object.mode_set(mode="SCULPT")
+    assert addon.operators.jobs.refusals.SCULPTED in said()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert said() == before and obj.name not in before
+    # What can be detected of several is: then nothing is in the way.
+    bpy.ops.object.text_add()
+    obj.select_set(True)
+    assert not bpy.ops.umbilics.detect.poll() or "convert it" not in said()
+
+
 def test_what_is_too_much_for_list_and_empties_is_said(addon, draw, monkeypatch):
     obj = add_ellipsoid(subdivisions=4)
     preferences = bpy.context.preferences.addons["bl_ext.user_default.umbilics"].preferences

@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 from ...fields.transport import carried, doubled_angle, tangents
 from ...mesh.surface import Surface
 from ..field import CurvatureField, field_from_deviators
-from ..fits.monge import operator_at
-from .windows import Fits
+from ..fits.flattened import flattened, round_operator
+from .windows import Fits, growth_of
 
 # Radius of the disc over which a fit replaces the field, in radii of the narrowest window: as far
 # as the windows were compared. From half of it on it fades into the field.
@@ -29,6 +29,7 @@ class Blend:
     """A field and what is laid over it, vertex by vertex; see `add`."""
 
     under: CurvatureField
+    upper: CurvatureField
     share: np.ndarray
     weight: np.ndarray
     spread: np.ndarray
@@ -37,6 +38,7 @@ class Blend:
     normal: np.ndarray
     radius: np.ndarray
     rings: np.ndarray
+    degrees: np.ndarray
     best: np.ndarray
 
     @classmethod
@@ -45,6 +47,7 @@ class Blend:
         n = len(radius)
         return cls(
             under=field,
+            upper=CurvatureField(**{name: value.copy() for name, value in vars(field).items()}),
             share=np.zeros(n),
             weight=np.zeros(n),
             spread=np.zeros(n),
@@ -53,6 +56,7 @@ class Blend:
             normal=np.zeros((n, 3)),
             radius=radius.copy(),
             rings=np.zeros(n, np.int64),
+            degrees=np.zeros(n, np.int64),
             best=np.zeros(n),
         )
 
@@ -71,13 +75,17 @@ class Blend:
         # Not what lies on another sheet of the surface, nor where the cubics know better.
         inside = (distance < 1.0) & (np.abs(z) < reach[of])
         inside &= np.einsum("bc,cb->b", self.under.normal[row], fits.axes[2][:, of]) > 0.5
-        inside &= fits.error[of] < self.under.noise[row]
+        away = distance * reach[of] / fits.radius[of]
+        square = fits.error[of] ** 2 * growth_of(fits.degree[of], away) + fits.bias[of] ** 2
+        inside &= square < self.under.noise[row] ** 2
         if exact is not None:
             inside &= ~exact[row]
-        of, row, x, y, distance = (a[inside] for a in (of, row, x, y, distance))
-        unit = fits.radius[of]
+        of, row, x, y, z = (a[inside] for a in (of, row, x, y, z))
+        distance, square = distance[inside], square[inside]
+        unit, bend = fits.radius[of], fits.bend[of]
         coefficients = {term: values[of] for term, values in fits.coefficients.items()}
-        operator = operator_at(coefficients, x / unit, y / unit)
+        u, v, _, _ = flattened(x, y, z, bend)
+        operator = round_operator(coefficients, unit, bend, u / unit, v / unit)
         axes = fits.axes[:, :, of]
         normal = operator.normal(axes)
         under = self.under.normal[row]
@@ -86,13 +94,13 @@ class Blend:
         turned = doubled_angle(first, e1, e2)
         turned /= np.abs(turned)
         taper = np.clip(2.0 - 2.0 * distance, 0.0, 1.0)
-        weight = taper / fits.error[of] ** 2
-        value = turned * (operator.real + 1j * operator.imaginary) / unit
+        weight = taper / square
+        value = turned * operator.deviator
         np.maximum.at(self.share, row, taper)
         for whole, part in (
             (self.weight, weight),
             (self.spread, taper),
-            (self.mean, weight * operator.mean / unit),
+            (self.mean, weight * operator.mean),
             (self.deviator, weight * value),
             (self.normal, weight[:, None] * normal),
         ):
@@ -102,9 +110,10 @@ class Blend:
         self.best[row[order]] = weight[order]
         self.radius[row[order]] = unit[order]
         self.rings[row[order]] = fits.rings[of[order]]
+        self.degrees[row[order]] = fits.degree[of[order]]
 
     def field(self) -> CurvatureField:
-        """What lies uppermost."""
+        """What lies uppermost, of which a later `field` is the same one, brought up to date."""
         rows = np.flatnonzero(self.weight > 0)
         field, share, weight = self.under, self.share[rows], self.weight[rows]
         under = field.normal[rows]
@@ -116,7 +125,6 @@ class Blend:
         mean = 0.5 * (1 - share) * (field.k1 + field.k2)[rows] + share / weight * self.mean[rows]
         noise = np.sqrt((1 - share) * field.noise[rows] ** 2 + share * self.spread[rows] / weight)
         flat = field_from_deviators(mean, deviator, under, noise)
-        values = {name: value.copy() for name, value in vars(field).items()}
         d1 = carried(flat.d1, under, normal)
         for name, value in (
             ("k1", flat.k1),
@@ -126,8 +134,8 @@ class Blend:
             ("normal", normal),
             ("noise", noise),
         ):
-            values[name][rows] = value
-        return CurvatureField(**values)
+            getattr(self.upper, name)[rows] = value
+        return self.upper
 
 
 def _within_slabs(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
 """A closer look where the field turns: fits of higher degree around its umbilics.
 
 A cubic over the rings that serve the whole mesh leaves an error in the deviator that matters
-only where the deviator is small. There degree four over some hundred samples, or five on clean
-meshes, leaves a half to a fifth of it. What it finds elsewhere than the cubic is looked at in
+only where the deviator is small. There degree four or five over some hundred samples, or five on
+clean meshes, leaves a half to a fifth of it. What it finds elsewhere than the cubic is looked at in
 turn, until every umbilic of the field stands on the better fit.
 
 Where the errors of the points are independent each place has a window of its own, chosen by
@@ -25,7 +25,7 @@ from ..field import CurvatureField
 from ..fits.jets import fit_jets
 from ..scale import Scale, grow_while_it_falls
 from .blend import Blend
-from .windows import DEGREE, best_fits
+from .windows import best_fits
 
 # Degree and, on clean meshes, rings.
 CLEAN = (5, 3)
@@ -60,10 +60,10 @@ class Closer:
     scale:
         Of the fits of higher degree; None where none was made.
     degree:
-        Their degree.
-    rings:
-        (n,) int64 rings of the fit at each vertex, 0 where the cubic stayed; None where all are
-        those of `scale`.
+        Their degree; where it differs from place to place, that of `degrees`.
+    rings, degrees:
+        (n,) int64 rings and degree of the fit at each vertex, 0 where the cubic stayed; None where
+        all are those of `scale`.
     winding:
         Of the field.
     """
@@ -74,6 +74,7 @@ class Closer:
     degree: int
     winding: Winding
     rings: np.ndarray | None = None
+    degrees: np.ndarray | None = None
 
 
 def look_closer(
@@ -116,7 +117,7 @@ def look_closer(
         winding = winding.after(surface, np.flatnonzero(blend.weight), now.d1, now.d2)
     if not blend.rings.any():
         return Closer(field, radius, None, 0, winding)
-    return Closer(now, blend.radius, scale, DEGREE, winding, blend.rings)
+    return Closer(now, blend.radius, scale, NOISY, winding, blend.rings, blend.degrees)
 
 
 def _at_one_scale(
@@ -131,15 +132,16 @@ def _at_one_scale(
     seen, fits = np.zeros(len(radius), bool) if exact is None else exact.copy(), 0
     most = max(MOST_ANYWAY, round(MOST_SHARE * len(radius)))
     closer: Scale | None = None
+    ask = progress.quiet()
     field = CurvatureField(**{name: value.copy() for name, value in vars(field).items()})
     radius = radius.copy()
-    winding = Winding.of(surface, field.d1, field.d2, progress.quiet())
+    winding = Winding.of(surface, field.d1, field.d2, ask)
     for _ in range(ROUNDS):
         vertices = _around_umbilics(surface, winding, seen)
         if closer is None:
             if len(vertices) == 0:
                 break
-            closer = _closer_scale(surface, scale, vertices, progress.quiet())
+            closer = _closer_scale(surface, scale, vertices, ask)
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
             vertices = vertices[~seen[vertices]]
@@ -147,7 +149,7 @@ def _at_one_scale(
         if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        jets = fit_jets(surface, closer.normals, closer.neighbourhood, progress, vertices, degree)
+        jets = fit_jets(surface, closer.normals, closer.neighbourhood, ask, vertices, degree)
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]

@@ -83,6 +83,21 @@ def sum_degrees(degree: int) -> np.ndarray:
     return np.array([a + b for a, b in _moments(degree) + lifted] + [2])
 
 
+def lower_sums(sums: np.ndarray, degree: int, lower: int) -> np.ndarray:
+    """The sums (r, b) of a lower degree of those of a degree, see `sum_samples`."""
+    return sums[_lower_rows(degree, lower)]
+
+
+@cache
+def _lower_rows(degree: int, lower: int) -> np.ndarray:
+    lifted = len(_moments(degree))
+    row = {exponents: number for number, exponents in enumerate(_moments(degree))}
+    moments = [row[exponents] for exponents in _moments(lower)]
+    # Heights times x^a y^b are in the order of the degrees, their squares last.
+    heights = list(range(lifted, lifted + len(_monomials(lower))))
+    return np.array([*moments, *heights, sum_count(degree) - 1])
+
+
 @cache
 def _system_rows(degree: int, last: Terms) -> np.ndarray:
     """(t, t + 1) rows of the sums that make up the normal equations of the t terms."""

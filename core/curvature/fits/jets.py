@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.buffers import Workspace
-from ...base.parallel import run
+from ...base.parallel import run, threads
 from ...base.progress import Progress
 from ...fields.frames import frame, principal_directions
 from ...mesh.neighbourhoods import Neighbourhood
@@ -24,8 +24,9 @@ from .height_fit import HeightFit, solve_heights, sum_count, sum_samples
 from .monge import operator_of_heights
 
 DEGREE = 3
-# Vertices whose fits are solved together: their systems take 14 MB in each thread.
-CHUNK = 16384
+# Vertices whose fits are solved together: their systems take 14 MB in each thread. Of few each
+# thread takes a part, but not fewer than that.
+CHUNK, FEWEST = 16384, 64
 # Rings that are added, one at a time, where the samples leave a cubic undetermined.
 RETRIES = 2
 # Samples that are summed together. Smaller blocks would stay in the second cache, but in short
@@ -148,10 +149,12 @@ def fit_each(
         determined[slots[order]] = fits.determined
         store(fits, radius, axes, slots[order])
 
-    def chunk(first: int) -> None:
-        fit(np.arange(first, min(first + CHUNK, c)), neighbourhood)
+    size = CHUNK if c > CHUNK else max(-(-c // threads()), FEWEST)
 
-    run(chunk, range(0, c, CHUNK), progress)
+    def chunk(first: int) -> None:
+        fit(np.arange(first, min(first + size, c)), neighbourhood)
+
+    run(chunk, range(0, c, size), progress)
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
         undetermined = np.flatnonzero(~determined)

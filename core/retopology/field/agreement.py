@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.progress import Progress
 from ...fields.directions import DirectionField
-from ...fields.winding import certified_index
+from ...fields.winding import Winding
 from ...mesh.surface import Surface
 from .settling import balances, settle
 from .turns import Patch, turns_at_vertices
@@ -46,6 +46,7 @@ def with_index(
     stiffness: np.ndarray,
     progress: Progress,
     held: np.ndarray | None = None,
+    winding: Winding | None = None,
 ) -> Agreement:
     """Turn the directions of a field so that its index is the wanted one.
 
@@ -60,9 +61,13 @@ def with_index(
         (n,) float64 by which directions resist to turning, in the resistance of an edge.
     held:
         (n,) bool vertices whose directions must not turn.
+    winding:
+        That of the field, where it is known.
     """
-    part = progress.part("Counting", 0.0, 0.1)
-    index = certified_index(surface, field.direction, field.across, part, field.symmetry)
+    if winding is None:
+        part = progress.part("Counting", 0.0, 0.1)
+        winding = Winding.of(surface, field.direction, field.across, part, field.symmetry)
+    index = winding.index
     charge = np.rint(field.symmetry * (index - wanted)).astype(np.int64)
     changing = np.flatnonzero(charge)
     before = Agreement(field, index, changing)
@@ -74,7 +79,7 @@ def with_index(
     if len(nearby.triangles) < MOST * len(index):
         patches.insert(0, nearby)
     for number, patch in enumerate(patches):
-        turns = turns_at_vertices(surface, patch, field)
+        turns = turns_at_vertices(surface, patch, field, winding)
         mine, rim = charge[patch.triangles], patch.rim(surface)
         if held is not None:
             rim |= held[patch.vertices]
@@ -91,8 +96,8 @@ def with_index(
     turned = replace(
         field, direction=rotated(field.direction, field.across, angle / field.symmetry)
     )
-    part = progress.part("Counting", 0.9, 1.0)
-    after = certified_index(surface, turned.direction, turned.across, part, field.symmetry)
+    changed = np.flatnonzero(angle)
+    after = winding.after(surface, changed, turned.direction, turned.across).index
     stayed = np.flatnonzero(after != wanted)
     # Where normals turn wildly, rather as it was than worse.
     return Agreement(turned, after, stayed) if len(stayed) <= len(changing) else before

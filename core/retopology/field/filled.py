@@ -13,19 +13,22 @@ import numpy as np
 from scipy import sparse
 
 from ...base.progress import Progress
+from ...base.subsets import places_in
 from ...fields.directions import DirectionField
-from ...fields.multigrid import solve
+from ...fields.multigrid import solve_diagonal
+from ...fields.winding import Winding
 from ...mesh.surface import Surface
 from .agreement import rotated
-from .turns import Patch, turns_at_vertices
+from .turns import Patch, ends_of
 
 # Rings around the triangles whose index is to change in which directions turn.
 RINGS = 3
 # Weight of a sure direction in that of the edges around it: it is smoothed over about five edges,
 # within which the errors of fits are the same.
 SURE = 0.01
-# Error at which the solver may stop: only which way each direction points is asked.
-TOLERANCE = 1e-2
+# Error at which the solver may stop: only which way each direction points is asked. Where nothing
+# is sure what lies far apart matters too; what it does not see of that is left to be moved.
+TOLERANCE = 3e-4
 # A trace of the data everywhere keeps the system definite.
 LEAST = 1e-6
 
@@ -33,15 +36,18 @@ LEAST = 1e-6
 def filled_in(
     surface: Surface,
     field: DirectionField,
+    winding: Winding,
     changing: np.ndarray,
     held: np.ndarray,
     certainty: np.ndarray,
     progress: Progress,
-) -> DirectionField:
-    """The field, smooth around triangles; elsewhere it stays as it is.
+) -> tuple[DirectionField, Winding]:
+    """The field, smooth around triangles, with its winding; elsewhere it stays as it is.
 
     Parameters
     ----------
+    winding:
+        That of the field.
     changing:
         (c,) int64 triangles whose index is to change.
     held:
@@ -50,22 +56,30 @@ def filled_in(
         (n,) float64 how sure the directions are, 0 to 1.
     """
     patch = Patch.around(surface, surface.triangles[changing], RINGS)
-    turns = turns_at_vertices(surface, patch, field)
     free = ~(held[patch.vertices] | patch.rim(surface))
     rows = np.flatnonzero(free)
     if not len(rows):
-        return field
+        return field, winding
+    half, twin = patch.edges(surface)
+    weight = patch.weights(surface, half, twin)
+    turn = winding.turns(surface, half, field.direction, field.across)
+    row = places_in(patch.vertices, len(surface.vertices))
+    tail, head = (row[end] for end in ends_of(surface, half))
     # The unknowns are factors of the powers of the directions, 1 where nothing turns.
-    count = turns.directions
-    carried = turns.weight * np.exp(1j * turns.turn)
-    off = sparse.coo_array((-carried, (turns.tail, turns.head)), shape=(count, count)).tocsr()
-    total = np.bincount(turns.tail, turns.weight, count)
-    total += np.bincount(turns.head, turns.weight, count)
+    count = len(patch.vertices)
+    carried = weight * np.exp(1j * turn)
+    off = sparse.coo_array((-carried, (tail, head)), shape=(count, count)).tocsr()
+    total = np.bincount(tail, weight, count) + np.bincount(head, weight, count)
     pull = np.maximum(SURE * certainty[patch.vertices], LEAST) * total
-    matrix = (off + off.conj().T + sparse.diags_array((total + pull).astype(complex))).tocsr()[rows]
-    right = pull[rows] - matrix @ (~free).astype(complex)
+    matrix = (off + off.conj().T + sparse.diags_array((total + pull).astype(complex))).tocsr()
+    right = pull.astype(complex)
+    if len(rows) < count:
+        matrix = matrix[rows]
+        right = pull[rows] - matrix @ (~free).astype(complex)
+        matrix = matrix[:, rows].tocsr()
     factor = np.ones(count, complex)
-    factor[rows] = solve(matrix[:, rows].tocsr(), right, progress, TOLERANCE)
+    factor[rows] = solve_diagonal(matrix, right, progress, TOLERANCE)
     angle = np.zeros(len(surface.vertices))
     angle[patch.vertices] = np.angle(factor) / field.symmetry
-    return replace(field, direction=rotated(field.direction, field.across, angle))
+    found = replace(field, direction=rotated(field.direction, field.across, angle))
+    return found, winding.after(surface, patch.vertices, found.direction, found.across)

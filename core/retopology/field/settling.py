@@ -16,7 +16,7 @@ from scipy import sparse
 
 from ...base.progress import Progress
 from ...base.subsets import places_in
-from ...fields.multigrid import solve_part
+from ...fields.multigrid import FACTORIZED, solve_diagonal, solve_part
 from ..lines.polylines import spans
 from .charge_paths import Paths, charge_paths, joined_places
 from .least_excess import with_least_excess
@@ -142,10 +142,10 @@ def _turned(
     weight, stiffness = turns.weight.copy(), stiffness.copy()
     angle = np.zeros(turns.directions)
     moving = free
+    some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
     fewest, idle = len(turns.turn) + 1, 0
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
-        some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
         _least_squares(turns, some, weight, stiffness, wanted, moving, angle, progress.quiet())
         tail, head = turns.tail[some], turns.head[some]
         turn = np.abs(wanted[some] + angle[head] - angle[tail])
@@ -155,12 +155,13 @@ def _turned(
         if not len(bad) or idle >= PATIENCE:
             break
         weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
-        ends = np.concatenate([turns.tail[bad], turns.head[bad]])
+        ends = np.unique([turns.tail[bad], turns.head[bad]])
         stiffness[ends] *= SOFTER
         if number < WIDENING:
             budget[ends] = np.maximum(budget[ends], number + 1)
-            _spread(ring, budget, held)
+            _spread(ring, budget, held, ends)
             free = budget >= 0
+            some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
         # Only what lies around is done again.
         around = np.full(turns.directions, -1)
         around[ends] = AROUND
@@ -195,16 +196,33 @@ def _zones(turns: Turns, ring: sparse.csr_array, paths: Paths, held: np.ndarray)
     return budget
 
 
-def _spread(ring: sparse.csr_array, budget: np.ndarray, held: np.ndarray) -> None:
-    """Hand budgets on to the neighbours, one less with every edge, up to what is held."""
+def _spread(
+    ring: sparse.csr_array,
+    budget: np.ndarray,
+    held: np.ndarray,
+    changed: np.ndarray | None = None,
+) -> None:
+    """Hand budgets on to the neighbours, one less with every edge, up to what is held; from the
+    changed ones (k,) alone where all others have been."""
     budget[held] = -1
-    level = int(budget.max(initial=-1))
-    while level > 0:
-        rows = np.flatnonzero(budget == level)
-        to = ring.indices[spans(ring.indptr[rows], np.diff(ring.indptr)[rows])]
-        budget[to[(budget[to] < level - 1) & ~held[to]]] = level - 1
-        # Beside many charges the first levels are far above those that all others come to.
-        level = level - 1 if len(rows) else int(budget[budget < level].max(initial=-1))
+    first = np.flatnonzero(budget > 0) if changed is None else changed[budget[changed] > 0]
+    first = first[np.argsort(budget[first], kind="stable")]
+    start = np.searchsorted(budget[first], np.arange(budget[first].max(initial=-1) + 2))
+    handed = first[:0]
+    for level in range(len(start) - 2, 0, -1):
+        if not len(handed) and start[level] == start[level + 1]:
+            # Beside many charges the first levels are far above those that all others come to.
+            continue
+        rows = np.concatenate([handed, first[start[level] : start[level + 1]]])
+        rows = rows[budget[rows] == level]
+        to = _beside(ring, rows)
+        handed = to[(budget[to] < level - 1) & ~held[to]]
+        budget[handed] = level - 1
+
+
+def _beside(ring: sparse.csr_array, rows: np.ndarray) -> np.ndarray:
+    """Ascending directions with an edge to some of the rows (k,)."""
+    return np.unique(ring.indices[spans(ring.indptr[rows], np.diff(ring.indptr)[rows])])
 
 
 def _least_squares(
@@ -222,9 +240,8 @@ def _least_squares(
     rows = np.flatnonzero(moving)
     number = places_in(rows, turns.directions)
     angle[rows] = 0.0
+    some = some[moving[turns.tail[some]] | moving[turns.head[some]]]
     tail, head = number[turns.tail[some]], number[turns.head[some]]
-    touching = (tail >= 0) | (head >= 0)
-    some, tail, head = some[touching], tail[touching], head[touching]
     w = weight[some]
     pull = w * (wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
     right, diagonal = np.zeros(len(rows)), stiffness[rows].copy()
@@ -235,4 +252,6 @@ def _least_squares(
     both = (tail >= 0) & (head >= 0)
     off = sparse.coo_array((-w[both], (tail[both], head[both])), shape=(len(rows), len(rows)))
     matrix = off + off.T + sparse.diags_array(diagonal * (1.0 + FLOATING))
-    angle[rows] = solve_part(matrix.tocsr(), right, progress)
+    # What is too exact for a few small systems at once is soon good enough for many.
+    solver = solve_diagonal if matrix.nnz > FACTORIZED else solve_part
+    angle[rows] = solver(matrix.tocsr(), right, progress)

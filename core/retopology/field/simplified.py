@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...curvature.noise import field_noise
-from ...fields.winding import certified_index
+from ...fields.winding import Winding
 from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
@@ -77,7 +77,8 @@ def simplify_field(
         (m,) bool triangles of those without directions, where every index stays; of the others the
         sum does.
     """
-    index = certified_index(surface, field.d1, field.d2, progress.part("Counting", 0.0, 0.1))
+    winding = Winding.of(surface, field.d1, field.d2, progress.part("Counting", 0.0, 0.1))
+    index = winding.index
     # Methods that pair nothing find other points than these.
     if len(candidates) and np.isnan(candidates.persistence).all():
         return SimplifiedField(field, index, np.zeros(0, np.int64))
@@ -102,12 +103,16 @@ def simplify_field(
         held = np.zeros(len(certainty), bool)
         held[surface.triangles[undirected | ((wanted != 0.0) & (wanted == index))]] = True
         part = progress.part("Simplifying the field", 0.1, 0.6)
-        lines = filled_in(surface, lines, changing, held, certainty, part)
+        lines, winding = filled_in(
+            surface, lines, winding, changing, held, certainty, part
+        )
         # What is left then turns as readily as an edge.
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
     part = progress.part("Simplifying the field", 0.6, 1.0)
-    found = with_index(surface, lines, wanted, priority, stiffness, part)
+    found = with_index(
+        surface, lines, wanted, priority, stiffness, part, winding=winding
+    )
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
 

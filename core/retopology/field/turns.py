@@ -14,7 +14,8 @@ import numpy as np
 from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.planes import FaceFrames, in_plane
-from ...fields.winding import edge_turns
+from ...fields.winding import Winding
+from ...mesh.half_edges import following
 from ...mesh.rings import with_rings
 from ...mesh.surface import Surface
 
@@ -94,6 +95,24 @@ class Patch:
         inside[self.triangles] = True
         return half, twin, (twin >= 0) & inside[twin // 3]
 
+    def edges(self, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+        """(e,) a half-edge of each of its edges but those beyond which the surface goes on and the
+        patch does not, and the twin of each."""
+        half, twin, inner = self.sides(surface)
+        chosen = np.flatnonzero((twin < 0) | (inner & (half < twin)))
+        return half[chosen], twin[chosen]
+
+    def weights(self, surface: Surface, half: np.ndarray, twin: np.ndarray) -> np.ndarray:
+        """(e,) half the sum of the cotangents across from each of its `edges`, within bounds."""
+        squares = surface.side_squares[:, self.triangles]
+        area = np.maximum(surface.face_normal_area[1][self.triangles], np.finfo(float).tiny)
+        # Across from a side the cotangent is that of the angle between the two others.
+        quarter = (squares.sum(axis=0) - 2.0 * squares) / (8.0 * area)
+        across = np.zeros(surface.triangles.size)
+        across.reshape(-1, 3)[self.triangles] = quarter.T
+        both = across[half] + np.where(twin >= 0, across[twin], 0.0)
+        return np.clip(both, LEAST_WEIGHT, LARGEST_WEIGHT)
+
     def rim(self, surface: Surface) -> np.ndarray:
         """(v,) bool, its vertices that have triangles beyond."""
         count = np.bincount(surface.triangles.ravel(), minlength=len(surface.vertices))
@@ -103,14 +122,25 @@ class Patch:
         return (mine < count)[self.vertices]
 
 
-def turns_at_vertices(surface: Surface, patch: Patch, field: DirectionField) -> Turns:
+def ends_of(surface: Surface, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(e,) the vertices that half-edges (e,) come from and go to."""
+    corners = surface.triangles.ravel()
+    return corners[half], corners[following(half)]
+
+
+def turns_at_vertices(
+    surface: Surface, patch: Patch, field: DirectionField, winding: Winding
+) -> Turns:
     """The turns of a field at the vertices of a patch; its charges, the index times the symmetry,
-    in triangles. Charges go rather where the magnitude is small."""
-    half, twin, inner = patch.sides(surface)
-    chosen = np.flatnonzero((twin < 0) | (inner & (half < twin)))
-    half, twin = half[chosen], twin[chosen]
-    tail = surface.triangles.ravel()[half]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    in triangles. Charges go rather where the magnitude is small.
+
+    Parameters
+    ----------
+    winding:
+        That of the field.
+    """
+    half, twin = patch.edges(surface)
+    tail, head = ends_of(surface, half)
     here, there = half // 3, twin // 3
     # From the middle of one triangle to that of the other, by a third of their heights.
     area = surface.face_normal_area[1]
@@ -121,12 +151,11 @@ def turns_at_vertices(surface: Surface, patch: Patch, field: DirectionField) -> 
     typical = max(float(np.median(size)), np.finfo(float).tiny)
     place = places_in(patch.triangles, len(surface.triangles))
     row = places_in(patch.vertices, len(surface.vertices))
-    turn = edge_turns(surface, patch.triangles, field.direction, field.across, field.symmetry)
     return Turns(
         tail=row[tail],
         head=row[head],
-        turn=turn.ravel()[chosen],
-        weight=_cotangents(surface, half),
+        turn=winding.turns(surface, half, field.direction, field.across),
+        weight=patch.weights(surface, half, twin),
         left=place[here],
         right=np.where(twin >= 0, place[there], -1),
         cost=way * (0.5 * (size[tail] + size[head]) / typical + LEAST_COST),
@@ -170,17 +199,3 @@ def turns_in_triangles(
         directions=len(patch.triangles),
         places=len(patch.vertices),
     )
-
-
-def _cotangents(surface: Surface, half: np.ndarray) -> np.ndarray:
-    """(e,) half the sum of the cotangents across from each edge, within bounds."""
-    twin = surface.twin[half]
-    total = np.zeros(len(half))
-    for sides, there in ((half, np.ones(len(half), bool)), (twin, twin >= 0)):
-        triangle = sides[there] // 3
-        squares = surface.side_squares[:, triangle]
-        area = np.maximum(surface.face_normal_area[1][triangle], np.finfo(float).tiny)
-        # Across from a side the cotangent is that of the angle between the two others.
-        mine = squares[sides[there] % 3, np.arange(len(triangle))]
-        total[there] += (squares.sum(axis=0) - 2.0 * mine) / (4.0 * area)
-    return np.clip(0.5 * total, LEAST_WEIGHT, LARGEST_WEIGHT)

@@ -129,8 +129,17 @@ def unresolved_sets(
 def low_vertices(surface: Surface, gap: np.ndarray) -> np.ndarray:
     """Vertices none of whose neighbours has a smaller gap (n,): every curve along which it
     vanishes passes close to some, also where the deviator has no zero in any triangle."""
-    lowest = np.minimum.reduceat(gap[surface.neighbours], surface.neighbour_start[:-1])
-    return np.flatnonzero(gap <= lowest)
+    start, neighbours = surface.neighbour_start, surface.neighbours
+    low = np.empty(len(gap), bool)
+
+    def block(first: int) -> None:
+        begin = start[first : first + BLOCK + 1]
+        around = gap.take(neighbours[begin[0] : begin[-1]])
+        lowest = np.minimum.reduceat(around, begin[:-1] - begin[0])
+        np.less_equal(gap[first : first + BLOCK], lowest, out=low[first : first + BLOCK])
+
+    run(block, range(0, len(gap), BLOCK), Progress())
+    return np.flatnonzero(low)
 
 
 @dataclass(frozen=True)

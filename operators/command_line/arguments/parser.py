@@ -18,8 +18,8 @@ from ..files import companions
 from ..files.guard import Guard, OverwriteError
 from ..files.importers import SUFFIXES
 from . import batch as batch_arguments
+from . import idle, values
 from . import source as source_arguments
-from . import values
 from .batch import OUTPUTS
 from .request import Limits, Request
 
@@ -47,17 +47,15 @@ def parse(arguments: list[str]) -> Request:
         parser.error(f"--options: {error}")
     found = parser.parse_args(arguments)
     setting_values = {name: getattr(found, name) for name in core.options()}
-    try:
-        if found.compare:
-            setting_values["method"] = "S"
-        settings = core.Settings(**setting_values)
-    except core.InvalidSettingsError as error:
-        parser.error(str(error))
+    if found.compare:
+        setting_values["method"] = "S"
+    settings = values.settings(parser, core.Settings, setting_values)
     files = tuple(found.files) or (None,)
     guard = Guard()
     try:
         planning = guidance.settings_of(parser, found)
         guide = guidance.request_of(parser, found, planning)
+        idle.refuse(parser, found, guide)
         steered = steering.request_of(parser, found)
         steering.claim(steered, guard)
         match = matching.request_of(parser, found)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from .... import core
 
@@ -66,6 +66,24 @@ def part(text: str) -> tuple[int, int]:
     if not 1 <= found[0] <= found[1]:
         raise ArgumentTypeError(f"'{text}' is not like 3/16")
     return found
+
+
+def settings(
+    parser: ArgumentParser,
+    kind: Callable[..., T],
+    given: dict[str, Any],
+    called: Callable[[str], str] = str,
+) -> T:
+    """Settings of a kind; wrong ones end the command with the name of their option, which `called`
+    tells."""
+    try:
+        return kind(**given)
+    except core.InvalidSettingsError as error:
+        words = str(error)
+        name = words.partition(" ")[0]
+        if name in given:
+            words = f"--{called(name).replace('_', '-')}{words.removeprefix(name)}"
+        parser.error(words)
 
 
 def or_automatic(read: Callable[[str], T]) -> Callable[[str], T | str]:

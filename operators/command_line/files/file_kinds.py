@@ -17,7 +17,7 @@ import numpy as np
 from .... import core
 from ...base.errors import FileError
 from ...mesh.build import from_polygons
-from . import damage
+from . import damage, fbx_check
 from .guard import shown
 from .quiet import overheard
 from .quirks import readable
@@ -74,6 +74,8 @@ def _fbx(path: str) -> np.ndarray:
     if has_operator("wm.fbx_import"):
         bpy.ops.wm.fbx_import(filepath=path, global_scale=100.0)
         return _turn_of_fbx(Path(path).read_bytes())
+    if not fbx_check.is_whole(Path(path)):
+        raise FileError(f"{shown(path)}: is damaged: its parts do not fit into each other.")
     bpy.ops.import_scene.fbx(
         filepath=path,
         use_manual_orientation=True,

@@ -11,6 +11,7 @@ import bmesh
 import bpy
 import numpy as np
 
+from .... import core
 from ...base.errors import FileError
 from ...mesh.read import positions
 from . import damage
@@ -69,14 +70,18 @@ def open_file(path: str | None, base: str) -> Opened:
         raise FileError(f"{name}: the file is empty.")
     load, file_up = LOADERS[suffix]
     before = set() if suffix == ".blend" else _start(base)
+    real = str(file.resolve())
     try:
         with quiet():
-            to_file = load(str(file.resolve()))
+            to_file = load(real)
+    except (FileError, core.FormatError) as error:
+        raise FileError(_by_name(str(error), real, name)) from error
     except OSError as error:
         raise FileError(f"{name}: cannot be read ({error.strerror}).") from error
     except RuntimeError as error:
         words = str(error).strip().splitlines() or ["it does not say why"]
-        raise FileError(f"{name}: Blender cannot read it ({_reason(words)})") from error
+        reason = _by_name(_reason(words), real, name)
+        raise FileError(f"{name}: Blender cannot read it ({reason})") from error
     objects = _meshes(before)
     if not objects:
         raise FileError(f"{name}: no mesh was found in it.")
@@ -105,6 +110,11 @@ def files_read(path: str | None) -> list[str]:
             raise FileError(f"{shown(path)}: its list of files cannot be read.") from error
         files += [str(Path(path).parent / unquote(uri)) for uri in uris if "data:" not in uri[:5]]
     return files
+
+
+def _by_name(words: str, real: str, name: str) -> str:
+    """What is said of a file with the name that was given, by which the user knows it."""
+    return words.replace(real, name).replace(shown(real), name)
 
 
 def _reason(words: list[str]) -> str:
