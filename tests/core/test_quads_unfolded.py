@@ -8,7 +8,7 @@ import core
 from core.base.progress import Progress
 from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity, scaled_jacobian
-from core.retopology.quads.finishing import finished
+from core.retopology.quads.finishing import finished, unlaid
 from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
 from core.retopology.quads.finishing.parting import without_folds
 from core.retopology.quads.finishing.unfolding import own_quality
@@ -141,3 +141,24 @@ def test_the_last_bad_quads_are_opened_on_the_surface(monkeypatch):
     monkeypatch.setattr(finished, "relaxed", with_a_skewed_quad)
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=150))
     assert scaled_jacobian(made.vertices, made.quads).min() > 0.5
+
+
+def test_a_fold_of_cut_pieces_takes_back_only_what_is_around_it(monkeypatch):
+    mend, means = unlaid.mend, []
+
+    def nothing(position, quads, guides, progress):
+        pass
+
+    def with_a_fold(position, quads, guides, progress):
+        mend(position, quads, guides, progress)
+        inner = int(np.flatnonzero(~guides.fixed)[0])
+        position[inner] = 2.0 * position.mean(axis=0) - position[inner]
+        assert (own_quality(position, quads) <= 0.0).any()
+
+    monkeypatch.setattr(preparation, "laid_out", lambda *_: None)
+    for mending in (nothing, with_a_fold):
+        monkeypatch.setattr(unlaid, "mend", mending)
+        made = core.remesh(*torn(1, 0.1), core.RemeshSettings(quads=150))
+        unfolded(made)
+        means.append(scaled_jacobian(made.vertices, made.quads).mean())
+    assert means[1] > means[0] + 0.05

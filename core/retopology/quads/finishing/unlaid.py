@@ -23,9 +23,10 @@ from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
 from .guides import Guides, vertex_normals
 from .mending import mend
+from .parting import without_folds
 from .projection import ClosestPoints
 from .reporting import angle_to_curvature
-from .unfolding import fewer, laid_on, own_quality, unfolded
+from .unfolding import laid_on, own_quality, unfolded
 
 # Quads that a triangle is cut into.
 EACH = 3
@@ -77,8 +78,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
     position = laid_on(position, ~held, quads, guides)
     better = position.copy()
     mend(better, quads, guides, progress)
-    if not fewer(position, better, quads):
-        position = better
+    position = without_folds(better, position, quads)
     position = unfolded(position, quads, guides, progress)
     folded = int(np.count_nonzero(own_quality(position, quads) <= 0.0))
     triangle, _ = closest(position, vertex_normals(position, quads))
