@@ -209,22 +209,22 @@ def settled(
     places = found.position(surface)
     component = surface.component[surface.triangles[found.triangle, 0]]
     reach = radius[surface.triangles[found.triangle[kept]]].mean(axis=1)
-    tree = cKDTree(places[others])
+    near = cKDTree(places[others]).query_ball_point(places[kept], reach)
+    one = np.repeat(kept, [len(rows) for rows in near])
+    two = others[np.concatenate([np.zeros(0, np.int64), *near]).astype(np.int64)]
+    apart = np.linalg.norm(places[one] - places[two], axis=1)
+    errors = significant(1.0, PRESENT) * np.hypot(found.uncertainty[one], found.uncertainty[two])
+    same = (found.index[one] == found.index[two]) & (component[one] == component[two])
+    same &= apart <= errors
+    one, two, apart = one[same], two[same], apart[same]
+    order = np.lexsort((apart, one))
+    _, first = np.unique(one[order], return_index=True)
     triangle, barycentric = found.triangle.copy(), found.barycentric.copy()
-    errors = significant(1.0, PRESENT)
-    for row, near in zip(kept, tree.query_ball_point(places[kept], reach), strict=True):
-        rows = others[np.asarray(near, np.int64)]
-        rows = rows[(found.index[rows] == found.index[row]) & (component[rows] == component[row])]
-        apart = np.linalg.norm(places[rows] - places[row], axis=1)
-        rows = rows[apart <= errors * np.hypot(found.uncertainty[rows], found.uncertainty[row])]
-        if not len(rows):
-            continue
-        nearest = rows[np.linalg.norm(places[rows] - places[row], axis=1).argmin()]
-        both = np.array([row, nearest])
+    for both in np.stack([one, two], axis=1)[order[first]]:
         weight = np.maximum(found.uncertainty[both], np.finfo(float).eps) ** -2.0
         place = weight @ places[both] / weight.sum()
         start = found.triangle[both], found.barycentric[both]
-        triangle[row], barycentric[row] = _nearest_place(surface, *start, place)
+        triangle[both[0]], barycentric[both[0]] = _nearest_place(surface, *start, place)
     return dataclasses.replace(found, triangle=triangle, barycentric=barycentric)
 
 
