@@ -51,6 +51,19 @@ def test_quads_are_well_shaped_and_on_the_surface(without_layout):
     assert (np.einsum("qc,qc->q", normal, sides.mean(axis=1)) > 0).all()
 
 
+def test_borders_stay_where_they_are(without_layout):
+    """A coarse edge of a round border has its middle elsewhere."""
+    mesh = cylinder(columns=64)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=200))
+    x, y, z = made.vertices[made.border].T
+    assert len(x) < 2 * 64
+    np.testing.assert_allclose(np.abs(z), 1.5, atol=1e-9)
+    # Sides of the 64-gon, which the input's border is.
+    half = np.pi / 64.0
+    within = np.mod(np.arctan2(y, x), 2.0 * half) - half
+    np.testing.assert_allclose(np.hypot(x, y) * np.cos(within), np.cos(half), atol=1e-9)
+
+
 @pytest.mark.slow
 def test_creases_stay(without_layout):
     vertices, triangles = plate(1, 24, radius=0.2)

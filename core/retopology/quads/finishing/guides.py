@@ -12,6 +12,8 @@ from .projection import ClosestPoints
 # Cosine to the surface down to which a quad's own plane is taken for the surface's under it: on
 # coarse and sharp surfaces it is the better one, folded quads have none.
 OWN_PLANE = 0.5
+# Points times segments that are looked at together.
+BLOCK = 1 << 18
 # A vertex on a curve goes this part of the way to the next at most.
 NEAREST = 0.4
 
@@ -55,10 +57,15 @@ def on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarr
     """Closest points (p, 3) of a polyline with the given segments."""
     along = end - start
     square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip(((points[:, None] - start) * along).sum(axis=2) / square, 0.0, 1.0)
-    place = start + share[:, :, None] * along
-    nearest = ((place - points[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-    return place[np.arange(len(points)), nearest]
+    found = np.empty_like(points)
+    size = max(BLOCK // len(start), 1)
+    for first in range(0, len(points), size):
+        some = points[first : first + size]
+        share = np.clip(((some[:, None] - start) * along).sum(axis=2) / square, 0.0, 1.0)
+        place = start + share[:, :, None] * along
+        nearest = ((place - some[:, None]) ** 2).sum(axis=2).argmin(axis=1)
+        found[first : first + size] = place[np.arange(len(some)), nearest]
+    return found
 
 
 def vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
-from .guides import Guides, vertex_normals
+from .guides import Guides, on_curve, vertex_normals
 from .mending import mend
 from .parting import without_folds
 from .projection import ClosestPoints
@@ -75,7 +75,9 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         curves={},
         thin=True,
     )
-    position = laid_on(position, ~held, quads, guides)
+    places = _on_lines(position, held, on_feature, piece.working)
+    moving = ~held | np.isfinite(places[:, 0])
+    position = laid_on(position, moving, quads, guides, places)
     better = position.copy()
     mend(better, quads, guides, progress)
     position = without_folds(better, position, quads)
@@ -98,6 +100,24 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         source_triangle=surface.source_triangle[triangle],
     )
     return made, folded
+
+
+def _on_lines(
+    position: np.ndarray, held: np.ndarray, on_feature: np.ndarray, working: WorkingSurface
+) -> np.ndarray:
+    """(n, 3) places on borders and features nearest to the vertices that are held on them; the
+    middles of coarse edges are not there. NaN for others."""
+    surface = working.surface
+    tail, head = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
+    places = np.full_like(position, np.nan)
+    for rows, edges in (
+        (held & ~on_feature, surface.twin < 0),
+        (on_feature, working.feature > 0),
+    ):
+        if rows.any():
+            start, end = surface.vertices[tail[edges]], surface.vertices[head[edges]]
+            places[rows] = on_curve(position[rows], start, end)
+    return places
 
 
 def _coarse(mesh: Triangles, most: int, progress: Progress) -> Triangles:
