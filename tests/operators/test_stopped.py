@@ -60,6 +60,9 @@ def test_a_file_that_is_stopped_leaves_nothing_and_the_next_is_not_begun(
 ):
     number = getattr(signal, name)
     before = signal.getsignal(number)
+    if before == signal.SIG_IGN:
+        # As shells have it for what runs in the background, where the command leaves it so.
+        signal.signal(number, signal.SIG_DFL)
     stopping(number)
     try:
         code = run("x.obj", "y.obj", "--json", "o", "--ply", "o", "--progress", "jsonl")
