@@ -240,9 +240,7 @@ def _columns(rows: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(rows.T)
 
 
-def _sums(
-    weights: np.ndarray, of: np.ndarray, begin: np.ndarray, values: np.ndarray
-) -> np.ndarray:
+def _sums(weights: np.ndarray, of: np.ndarray, begin: np.ndarray, values: np.ndarray) -> np.ndarray:
     """(m, r) sums of values (c, k, m) with weights (k, p) over the rows `of` (p,) from each of
     `begin` (r + 1,) on."""
     c, k, m = values.shape

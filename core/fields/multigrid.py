@@ -224,9 +224,7 @@ def solve_diagonal(
     return _by_multigrid(matrix, right, progress)
 
 
-def _by_multigrid(
-    matrix: sparse.csr_array, right: np.ndarray, progress: Progress
-) -> np.ndarray:
+def _by_multigrid(matrix: sparse.csr_array, right: np.ndarray, progress: Progress) -> np.ndarray:
     """(n,) solution as `solve` gives it, real or complex as the matrix is."""
     found = solve(matrix.astype(np.complex128), right.astype(np.complex128), progress)
     return found if np.iscomplexobj(matrix.data) else found.real

@@ -182,9 +182,7 @@ def _judged_again(
     return Judged(persistence, partner, verdict.at_border[keep], resolved, certain[keep], present)
 
 
-def settled(
-    surface: Surface, found: Located, verdict: Judged, radius: np.ndarray
-) -> Located:
+def settled(surface: Surface, found: Located, verdict: Judged, radius: np.ndarray) -> Located:
     """The candidates, those that are kept moved to the mean of both places where a pair that is
     not kept has one of the same index within a fit of them and within the errors of both.
 

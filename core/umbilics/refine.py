@@ -150,9 +150,7 @@ def refine(
             around = neighbourhood.around_triangles(corners, so_many, 1 << 15, ask)
             for some, members in around:
                 own = same[some]
-                _refine_block(
-                    surface, normals, own, members, degree, focused, factor, walk, places
-                )
+                _refine_block(surface, normals, own, members, degree, focused, factor, walk, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places

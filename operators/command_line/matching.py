@@ -140,9 +140,7 @@ def write(
     said: list[str] = []
     facts: dict[str, Any] = {}
     if request.files:
-        found = core.identify(
-            shape, [one.shape for one in others], progress, scaled=request.scaled
-        )
+        found = core.identify(shape, [one.shape for one in others], progress, scaled=request.scaled)
         facts["alignment"] = [
             _alignment(one, other, to_file) for one, other in zip(found, others, strict=True)
         ]
@@ -153,9 +151,7 @@ def write(
     return said, facts
 
 
-def _alignment(
-    one: core.Alignment | None, other: Reference, to_file: np.ndarray
-) -> dict[str, Any]:
+def _alignment(one: core.Alignment | None, other: Reference, to_file: np.ndarray) -> dict[str, Any]:
     entry: dict[str, Any] = {"file": other.file, "object": other.object, "same": one is not None}
     if one is None:
         return entry

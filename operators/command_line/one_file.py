@@ -187,9 +187,7 @@ def _guided(
     if request.guidance is None and checked is None:
         return said, facts
     arrays = inputs.arrays
-    by_hand = steering.for_mesh(
-        found.steering, request.steering, arrays.vertices, opened.to_file
-    )
+    by_hand = steering.for_mesh(found.steering, request.steering, arrays.vertices, opened.to_file)
     guide = core.Guide(arrays.vertices, arrays.triangles, detection)
     if request.guidance is not None and stem is not None:
         part = progress.part("Planning", 0.0, 0.6)

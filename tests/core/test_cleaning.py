@@ -130,9 +130,7 @@ def test_a_fin_that_is_kept_leaves_the_surface_closed():
     a, b = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel()
     c, d = grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
     fin = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-    surface, warnings = clean(
-        np.vstack([mesh.vertices, *rows]), np.vstack([mesh.triangles, fin])
-    )
+    surface, warnings = clean(np.vstack([mesh.vertices, *rows]), np.vstack([mesh.triangles, fin]))
     assert_manifold(surface)
     assert sorted(surface.euler_characteristic.tolist()) == [1, 2]
     assert surface.closed.sum() == 1

@@ -207,8 +207,10 @@ def test_a_blunt_triangle_gets_quads_and_not_cut_triangles():
     rows = [(i, j) for i in range(7) for j in range(7 - i)]
     number = {pair: row for row, pair in enumerate(rows)}
     points = np.array(
-        [vertices[0] + at[i] * (vertices[1] - vertices[0]) + at[j] * (vertices[2] - vertices[0])
-         for i, j in rows]
+        [
+            vertices[0] + at[i] * (vertices[1] - vertices[0]) + at[j] * (vertices[2] - vertices[0])
+            for i, j in rows
+        ]
     )
     triangles = []
     for i, j in rows:

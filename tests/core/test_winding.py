@@ -134,6 +134,4 @@ def test_no_triangle_with_an_index_is_passed_over(seed: int, symmetry: int, wild
     rows = np.arange(len(surface.triangles))
     every = _by_vertex_normals(surface, d1, d2, Progress(), symmetry, rows)
     assert every.any()
-    np.testing.assert_array_equal(
-        _by_vertex_normals(surface, d1, d2, Progress(), symmetry), every
-    )
+    np.testing.assert_array_equal(_by_vertex_normals(surface, d1, d2, Progress(), symmetry), every)

@@ -33,9 +33,7 @@ class LostEventError(Exception):
     """The mouse or a key had no effect at several tries: a busy virtual screen loses events."""
 
 
-def play(
-    scenario: Callable[[], Iterator[float]], first: float = 1.5, smooth: bool = False
-) -> None:
+def play(scenario: Callable[[], Iterator[float]], first: float = 1.5, smooth: bool = False) -> None:
     """Run the scenario as soon as the window stands, then close Blender.
 
     `smooth` has views drawn as Blender draws them by default, in eight samples. Each of these is a

@@ -103,16 +103,12 @@ def simplify_field(
         held = np.zeros(len(certainty), bool)
         held[surface.triangles[undirected | ((wanted != 0.0) & (wanted == index))]] = True
         part = progress.part("Simplifying the field", 0.1, 0.6)
-        lines, winding = filled_in(
-            surface, lines, winding, changing, held, certainty, part
-        )
+        lines, winding = filled_in(surface, lines, winding, changing, held, certainty, part)
         # What is left then turns as readily as an edge.
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
     part = progress.part("Simplifying the field", 0.6, 1.0)
-    found = with_index(
-        surface, lines, wanted, priority, stiffness, part, winding=winding
-    )
+    found = with_index(surface, lines, wanted, priority, stiffness, part, winding=winding)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
     return SimplifiedField(changed, found.index, found.stayed)
 
@@ -128,9 +124,7 @@ def in_doubt(
     """
     noise = measured.noise
     if not np.isfinite(noise).any():
-        noise, _ = field_noise(
-            surface, measured.k1, measured.k2, measured.d1, measured.normal
-        )
+        noise, _ = field_noise(surface, measured.k1, measured.k2, measured.d1, measured.normal)
     # Of the deviator: the chord between it before and after.
     cosine = np.einsum("nc,nc->n", measured.d1, simplified.d1)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))

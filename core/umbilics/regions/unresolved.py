@@ -97,9 +97,7 @@ def unresolved_sets(
     tail, head, missed = _undecided_edges(edges, starts, progress)
     if not len(tail):
         none = np.zeros(0)
-        return UnresolvedSets(
-            np.full(len(surface.triangles), -1, np.int32), none, none, none, none
-        )
+        return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none, none)
     vertices, place = np.unique(np.concatenate([tail, head]), return_inverse=True)
     one, two = place[: len(tail)], place[len(tail) :]
     size = np.linalg.norm(surface.vertices[tail] - surface.vertices[head], axis=1)
@@ -112,9 +110,7 @@ def unresolved_sets(
     label = _labelled(surface, tail, head, vertices, piece)
     length = _lengths(graph, piece, count)
     inside = np.flatnonzero(label >= 0)
-    area = np.bincount(
-        label[inside], weights=surface.face_normal_area[1][inside], minlength=count
-    )
+    area = np.bincount(label[inside], weights=surface.face_normal_area[1][inside], minlength=count)
     known = np.isfinite(radius[vertices])
     total = np.bincount(piece[known], weights=radius[vertices[known]], minlength=count)
     number = np.bincount(piece[known], minlength=count)
@@ -174,9 +170,7 @@ class _Edges:
     def _turn(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
         """(e,) unit complex turn from the frame at the head to that at the tail."""
         d1, d2 = self.field.d1, self.field.d2
-        return phase(
-            np.einsum("ec,ec->e", d1[tail] - 1j * d2[tail], d1[head] + 1j * d2[head])
-        )
+        return phase(np.einsum("ec,ec->e", d1[tail] - 1j * d2[tail], d1[head] + 1j * d2[head]))
 
     def _error(self, vertices: np.ndarray) -> np.ndarray:
         error = self.level * self.noise[vertices]
@@ -223,9 +217,7 @@ def _undecided_edges(
     return tail[chosen], head[chosen], missed[chosen]
 
 
-def _in_blocks(
-    edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Progress
-) -> np.ndarray:
+def _in_blocks(edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Progress) -> np.ndarray:
     missed = np.empty(len(tail))
 
     def block(first: int) -> None:
