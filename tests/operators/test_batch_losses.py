@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-
-STAND_IN = [sys.executable, str(Path(__file__).with_name("worker_stand_in.py"))]
+from worker_stand_in import COMMAND
 
 
 @pytest.fixture
@@ -38,7 +37,7 @@ def part(package):
 def do(batch, part, tmp_path):
     """Does a batch with the stand-in; its exit code and the rows of its table by file."""
 
-    def do(*named, also=(), command=STAND_IN, **options):
+    def do(*named, also=(), command=COMMAND, **options):
         out = options.pop("out", tmp_path / "out")
         kinds = ("json", *also)
         tasks = part("plan").tasks_for(

@@ -2,13 +2,13 @@
 
 import json
 import os
-import pathlib
 import shutil
 import sys
 
 import bpy
 import pytest
 from scene_building import add_ellipsoid
+from worker_stand_in import COMMAND
 
 
 @pytest.fixture
@@ -80,20 +80,17 @@ def test_what_would_be_overwritten_is_refused_before_anything_runs(run, meshes, 
     assert contents(meshes) == before
 
 
-def test_an_object_of_another_name_than_its_file_spares_the_meshes_too(
-    addon, meshes, capfd
-):
+def test_an_object_of_another_name_than_its_file_spares_the_meshes_too(addon, meshes, capfd):
     """Its files are known only when it is open, in a process of its own."""
     runner = addon.operators.command_line.batch.runner
     (meshes / "h" / "g" / "x.obj").mkdir(parents=True)
     shutil.copy(meshes / "x.obj", meshes / "h" / "g" / "x.obj" / "x-Egg.obj")
-    stand_in = pathlib.Path(__file__).with_name("worker_stand_in.py")
     (meshes / "x.obj").write_text("guide x-Egg.obj")
     before = contents(meshes)
     plan = addon.operators.command_line.arguments.parser.parse(
         [str(word) for word in ("x.obj", "h", "--out", "o", "--guide", "h/g")]
     ).batch
-    assert runner.run(plan, [sys.executable, str(stand_in)]) == 1
+    assert runner.run(plan, COMMAND) == 1
     assert "h/g/x.obj/x-Egg.obj, which is read" in capfd.readouterr().err
     assert before.items() <= contents(meshes).items()
     assert not (meshes / "o" / "x.obj.json").exists()

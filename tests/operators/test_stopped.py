@@ -6,13 +6,12 @@ import os
 import shutil
 import signal
 import sys
-from pathlib import Path
 
 import bpy
 import pytest
 from scene_building import add_ellipsoid
+from worker_stand_in import COMMAND
 
-STAND_IN = [sys.executable, str(Path(__file__).with_name("worker_stand_in.py"))]
 SIGNALS = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
@@ -136,7 +135,7 @@ def test_a_file_within_limits_is_stopped_with_its_process(part, meshes, capfd):
 
     with pytest.MonkeyPatch.context() as patch, request.stop.heard():
         patch.setattr(part("batch.supervised").subprocess, "Popen", starting)
-        part("batch.supervised").run(request, STAND_IN)
+        part("batch.supervised").run(request, COMMAND)
     assert len(started) == 1 and started[0].returncode != 0
     assert "hang.obj: stopped before the end" in capfd.readouterr().err
 

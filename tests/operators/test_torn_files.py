@@ -2,11 +2,9 @@
 
 import random
 import struct
-import sys
 import zlib
 from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -15,8 +13,8 @@ import surfaces
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scene_building import add_ellipsoid
+from worker_stand_in import COMMAND
 
-STAND_IN = [sys.executable, str(Path(__file__).with_name("worker_stand_in.py"))]
 needs_program = pytest.mark.skipif(
     not bpy.app.binary_path, reason="as a module Blender has no program that could be started"
 )
@@ -347,7 +345,7 @@ def test_a_file_that_ends_blender_ends_it_for_no_other(part, tmp_path, capfd, su
     files = [str(tmp_path / f"bad{suffix}"), str(tmp_path / "good.obj")]
     request = part("arguments.parser").parse([*files, "--json", str(tmp_path / "o")])
     assert part("command")._needs_processes(request)
-    assert part("batch.supervised").run(request, STAND_IN) == 1
+    assert part("batch.supervised").run(request, COMMAND) == 1
     assert [path.name for path in (tmp_path / "o").iterdir()] == ["good.json"]
     said = capfd.readouterr().err
     assert f"bad{suffix}: Blender ended with signal 6: the file may be damaged." in said
