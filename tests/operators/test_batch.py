@@ -1,6 +1,5 @@
 """Batches: the plan, the journal, and whole runs with broken files, a kill and a resume."""
 
-import csv
 import json
 import os
 import signal
@@ -10,48 +9,25 @@ import time
 from importlib import import_module
 from pathlib import Path
 
-import bpy
 import numpy as np
 import pytest
 import surfaces
-
-BLENDER = bpy.app.binary_path
-
-needs_program = pytest.mark.skipif(
-    not BLENDER, reason="Blender as a module has no program to start for a file"
-)
+from batch_files import command, needs_program, rows_of, write_obj
 
 
 @pytest.fixture
-def batch(addon):
-    return import_module(f"{addon.__name__}.operators.command_line.batch")
+def batch(part):
+    return part("batch")
 
 
 @pytest.fixture
-def plan(batch):
-    return import_module(f"{batch.__name__}.plan")
+def plan(part):
+    return part("batch.plan")
 
 
 @pytest.fixture
-def journal(batch):
-    return import_module(f"{batch.__name__}.journal")
-
-
-def write_obj(path, third=1.0):
-    surface = surfaces.ellipsoid((3.0, 2.0, third), 2)
-    lines = [f"v {x} {y} {z}" for x, y, z in surface.vertices]
-    lines += [f"f {a} {b} {c}" for a, b, c in surface.triangles + 1]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n")
-
-
-def command(*arguments):
-    return [BLENDER, "-b", "--command", "umbilics", *map(str, arguments)]
-
-
-def rows_of(path):
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))
+def journal(part):
+    return part("batch.journal")
 
 
 def test_folders_patterns_and_files_each_give_their_tasks(plan, tmp_path):

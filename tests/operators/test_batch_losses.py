@@ -8,7 +8,6 @@ import os
 import subprocess
 import sys
 import time
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -18,19 +17,8 @@ from worker_stand_in import COMMAND
 
 
 @pytest.fixture
-def package(addon):
-    return f"{addon.__name__}.operators.command_line.batch"
-
-
-@pytest.fixture
-def batch(package):
-    return import_module(package)
-
-
-@pytest.fixture
-def part(package):
-    """The modules of the batch by name."""
-    return lambda name: import_module(f"{package}.{name}")
+def batch(part):
+    return part("batch")
 
 
 @pytest.fixture
@@ -40,7 +28,7 @@ def do(batch, part, tmp_path):
     def do(*named, also=(), command=COMMAND, **options):
         out = options.pop("out", tmp_path / "out")
         kinds = ("json", *also)
-        tasks = part("plan").tasks_for(
+        tasks = part("batch.plan").tasks_for(
             map(str, named), (".obj", ".ply"), (1, 1), out, [f".{kind}" for kind in kinds]
         )
         usual = {
@@ -134,7 +122,7 @@ def written_table(part, path, *texts):
         "peak_mb": 0,
         "error": texts[1],
     }
-    part("summary").write_report(path, [entry])
+    part("batch.summary").write_report(path, [entry])
     return path.read_text("utf-8")
 
 
@@ -204,7 +192,7 @@ def test_a_process_that_could_not_even_speak_failed_for_the_full_disk(
     def full(**_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(part("worker"), "TemporaryFile", full)
+    monkeypatch.setattr(part("batch.worker"), "TemporaryFile", full)
     for name, what in (("a", "silent"), ("b", "word of its own")):
         (tmp_path / f"{name}.obj").write_text(what)
     _, rows = do(*sorted(tmp_path.glob("?.obj")))
@@ -277,14 +265,14 @@ def test_lines_of_a_journal_that_are_not_whole_are_dropped(part, do, tmp_path):
         "[]", "null", "", "{", '"name"',
     ]  # fmt: skip
     journal.write_text("\n".join(lines))
-    assert part("journal").read(journal) == []
+    assert part("batch.journal").read(journal) == []
     code, rows = do(tmp_path / "1.obj", resume=True)
     assert (code, len(rows)) == (0, 1)
 
 
 def test_a_journal_on_a_full_disk_is_written_when_there_is_room_again(part, tmp_path):
     path = tmp_path / "report.jsonl"
-    kept = part("journal").Journal(path, fresh=True)
+    kept = part("batch.journal").Journal(path, fresh=True)
     entries = [{"name": name, "status": "delivering", "results": {"json": name}} for name in "abc"]
     assert kept.add(entries[0])
     # As good as a full disk: it cannot be written, and then half of a line stands there.
@@ -296,7 +284,7 @@ def test_a_journal_on_a_full_disk_is_written_when_there_is_room_again(part, tmp_
     path.rmdir()
     path.write_bytes(whole + b'{"name": "b", "sta')
     assert kept.add(entries[2])
-    assert part("journal").read(path) == entries
+    assert part("batch.journal").read(path) == entries
 
 
 def test_what_cannot_be_written_is_noticed_before_the_work(do, tmp_path):
@@ -314,7 +302,7 @@ def test_a_second_batch_in_the_folder_is_refused(do, batch, part, tmp_path):
     out.mkdir()
     code = "import sys; sys.path.insert(0, sys.argv[1]); import pathlib, lock\n"
     code += "with lock.held(pathlib.Path(sys.argv[2]), 'batch'): print('held', flush=True); input()"
-    folder = str(Path(part("lock").__file__).parent)
+    folder = str(Path(part("batch.lock").__file__).parent)
     command = [sys.executable, "-c", code, folder, str(out)]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -341,7 +329,7 @@ def test_a_file_that_takes_too_long_is_given_up_and_leaves_nothing(do, tmp_path)
 @pytest.mark.skipif(sys.platform == "win32", reason="looks for processes as Unix has them")
 def test_workers_end_when_the_batch_is_killed(part, tmp_path):
     """The lifetime itself; that real workers have it is in test_batch."""
-    folder = str(Path(part("lifetime").__file__).parent)
+    folder = str(Path(part("batch.lifetime").__file__).parent)
     code = "import sys, time; sys.path.insert(0, sys.argv[1]); import lifetime\n"
     code += "lifetime.end_with_parent(); print('on', flush=True); time.sleep(600)"
     middle = (

@@ -25,9 +25,7 @@ def lightness(srgb):
 def test_oklab_of_white_and_red():
     assert oklab(np.array([1.0, 1.0, 1.0])) == pytest.approx([1.0, 0.0, 0.0], abs=1e-4)
     # Ottosson's own values.
-    assert oklab(np.array([1.0, 0.0, 0.0])) == pytest.approx(
-        [0.62796, 0.22486, 0.12585], abs=1e-4
-    )
+    assert oklab(np.array([1.0, 0.0, 0.0])) == pytest.approx([0.62796, 0.22486, 0.12585], abs=1e-4)
 
 
 def test_way_there_and_back():

@@ -4,14 +4,8 @@ import json
 
 import bpy
 import numpy as np
-import pytest
 from scene_building import add_ellipsoid, add_mesh
 from surfaces import seed_patch
-
-
-@pytest.fixture
-def run(addon):
-    return addon.operators.command_line.command.run
 
 
 def save(path) -> str:
@@ -32,7 +26,7 @@ def test_a_table_a_picture_and_json(run, tmp_path, capfd):
     file = save(tmp_path / "patch.blend")
     target, picture = tmp_path / "out.json", tmp_path / "out.png"
     arguments = [file, "--compare", "--method", "C", "--persistence", "0"]
-    assert run([*arguments, "--json", str(target), "--png", str(picture)]) == 0
+    assert run(*arguments, "--json", str(target), "--png", str(picture)) == 0
     lines = capfd.readouterr().out.splitlines()
     first_words = [line.split()[0] for line in lines if line.strip()]
     assert [word for word in first_words if word in ("S", "I", "C")] == ["S", "I", "C"]
@@ -55,16 +49,16 @@ def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capfd):
     add_ellipsoid(subdivisions=3, name="Egg")
     file = save(tmp_path / "egg.blend")
     target = tmp_path / "out.json"
-    assert run([file, "--compare", "--charts", "seams", "--json", str(target)]) == 0
+    assert run(file, "--compare", "--charts", "seams", "--json", str(target)) == 0
     (entry,) = json.loads(target.read_text())["objects"]
     refused = [row["method"] for row in entry["comparison"] if row["refusal"]]
     assert refused == ["C"]
     assert "seams" in capfd.readouterr().out
     alone = [file, "--method", "C", "--json", str(target)]
-    assert run([*alone, "--charts", "seams"]) == 1
+    assert run(*alone, "--charts", "seams") == 1
     assert "seams" in capfd.readouterr().err
     # By default it cuts the mesh open itself.
-    assert run(alone) == 0
+    assert run(*alone) == 0
     (entry,) = json.loads(target.read_text())["objects"]
     assert entry["counts"]["lemon"] == 4
 
@@ -82,7 +76,7 @@ def test_c_along_seams_leaves_the_conformal_scale(run, tmp_path):
         edge.use_seam = len(sides[edge.key]) == 2
     file = save(tmp_path / "egg.blend")
     result = tmp_path / "result.blend"
-    assert run([file, "--method", "C", "--persistence", "0", "--blend", str(result)]) == 0
+    assert run(file, "--method", "C", "--persistence", "0", "--blend", str(result)) == 0
     bpy.ops.wm.open_mainfile(filepath=str(result))
     mesh = bpy.data.objects["Egg"].data
     attribute = mesh.attributes["umbilics_conformal_scale"]

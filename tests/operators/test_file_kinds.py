@@ -13,12 +13,6 @@ USD = ("usd", "usda", "usdc", "usdz")
 
 
 @pytest.fixture
-def run(addon):
-    command = addon.operators.command_line.command
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
-
-
-@pytest.fixture
 def kinds(addon):
     return addon.operators.command_line.files.file_kinds
 

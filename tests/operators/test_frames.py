@@ -10,12 +10,6 @@ from scene_building import add_ellipsoid, ellipsoid_umbilics
 
 
 @pytest.fixture
-def run(addon):
-    command = addon.operators.command_line.command
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
-
-
-@pytest.fixture
 def frames(addon):
     return addon.operators.command_line.frames
 

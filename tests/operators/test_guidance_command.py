@@ -5,17 +5,10 @@ import json
 from scene_building import add_ellipsoid
 
 
-def run(addon, *arguments):
-    from importlib import import_module
-
-    command = import_module(f"{addon.__package__ or addon.__name__}.operators.command_line.command")
-    return command.run([str(argument) for argument in arguments])
-
-
-def test_guide_writes_the_files_asked_for(addon, tmp_path, capsys):
+def test_guide_writes_the_files_asked_for(run, tmp_path, capsys):
     add_ellipsoid()
     kinds = ["mesh", "rosy", "sing", "lines", "separatrices", "json"]
-    assert run(addon, "--guide", tmp_path / "out", "--guide-files", *kinds) == 0
+    assert run("--guide", tmp_path / "out", "--guide-files", *kinds) == 0
     assert "Poles: 8 of valence 3" in capsys.readouterr().out
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "Ellipsoid-lines.obj",
@@ -29,6 +22,6 @@ def test_guide_writes_the_files_asked_for(addon, tmp_path, capsys):
     assert [pole["valence"] for pole in poles] == [3] * 8
 
 
-def test_wrong_smoothness_is_an_error_of_the_arguments(addon, tmp_path):
+def test_wrong_smoothness_is_an_error_of_the_arguments(run, tmp_path):
     add_ellipsoid(subdivisions=2)
-    assert run(addon, "--guide", tmp_path, "--smoothness", "2") == 2
+    assert run("--guide", tmp_path, "--smoothness", "2") == 2

@@ -12,12 +12,6 @@ from worker_stand_in import COMMAND
 
 
 @pytest.fixture
-def run(addon):
-    command = addon.operators.command_line.command
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
-
-
-@pytest.fixture
 def meshes(tmp_path, monkeypatch):
     """A folder, gone to, with q.ply, r.ply, x.obj and y.obj."""
     add_ellipsoid(subdivisions=2, name="Egg")

@@ -5,14 +5,8 @@ import json
 import bpy
 import numpy as np
 import pytest
+from batch_files import needs_program, write_obj
 from scene_building import add_ellipsoid
-from test_batch import needs_program, write_obj
-
-
-@pytest.fixture
-def run(addon):
-    command = addon.operators.command_line.command
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
 
 
 def quads_in(path):

@@ -11,12 +11,6 @@ from scene_building import add_ellipsoid
 
 
 @pytest.fixture
-def run(addon):
-    command = importlib.import_module(f"{addon.__name__}.operators.command_line.command")
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
-
-
-@pytest.fixture
 def egg(tmp_path):
     """Files of one ellipsoid by ending."""
     add_ellipsoid(subdivisions=3, name="Egg")

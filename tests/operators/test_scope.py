@@ -193,7 +193,7 @@ def test_the_part_that_was_selected_goes_with_edits(obj):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
-def test_the_command_takes_source_and_scope(addon, obj, tmp_path):
+def test_the_command_takes_source_and_scope(run, obj, tmp_path):
     bpy.context.scene.frame_set(1)
     obj.modifiers.new("Subdivision", "SUBSURF")
     path, target = str(tmp_path / "half.blend"), tmp_path / "half.json"
@@ -201,8 +201,7 @@ def test_the_command_takes_source_and_scope(addon, obj, tmp_path):
     found = {}
     for source in ("base", "evaluated"):
         words = ["--source", source, "--scope", "group", "--scope-group", "right"]
-        run = addon.operators.command_line.command.run
-        assert run([path, "--json", str(target), *words]) == 0
+        assert run(path, "--json", str(target), *words) == 0
         (found[source],) = json.loads(target.read_text())["objects"]
         target.unlink()
         assert len(found[source]["umbilics"]) == HALF
@@ -215,11 +214,11 @@ def test_the_command_takes_source_and_scope(addon, obj, tmp_path):
 
 
 @pytest.mark.parametrize("words", [["--scope", "group"], ["--scope-group", "right"]])
-def test_the_command_wants_a_group_with_its_scope(addon, words):
-    assert addon.operators.command_line.command.run(["x.obj", *words]) == 2
+def test_the_command_wants_a_group_with_its_scope(run, words):
+    assert run("x.obj", *words) == 2
 
 
-def test_the_command_leaves_out_what_cannot_be_seen(addon, tmp_path):
+def test_the_command_leaves_out_what_cannot_be_seen(run, tmp_path):
     seen = add_ellipsoid(subdivisions=3, name="Seen")
     away = add_ellipsoid(subdivisions=3, name="Away")
     collection = bpy.data.collections.new("Away")
@@ -230,5 +229,5 @@ def test_the_command_leaves_out_what_cannot_be_seen(addon, tmp_path):
     path, target = str(tmp_path / "two.blend"), tmp_path / "two.json"
     bpy.ops.wm.save_as_mainfile(filepath=path)
     name = seen.name
-    assert addon.operators.command_line.command.run([path, "--json", str(target)]) == 0
+    assert run(path, "--json", str(target)) == 0
     assert [entry["object"] for entry in json.loads(target.read_text())["objects"]] == [name]

@@ -1,6 +1,5 @@
 """Ctrl-C and the like, and streams that nobody reads: what is begun ends in an orderly way."""
 
-import importlib
 import json
 import os
 import shutil
@@ -13,18 +12,6 @@ from scene_building import add_ellipsoid
 from worker_stand_in import COMMAND
 
 SIGNALS = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-
-
-@pytest.fixture
-def part(addon):
-    """The modules of the command by name."""
-    package = f"{addon.__name__}.operators.command_line"
-    return lambda name: importlib.import_module(f"{package}.{name}")
-
-
-@pytest.fixture
-def run(part):
-    return lambda *arguments: part("command").run([str(argument) for argument in arguments])
 
 
 @pytest.fixture

@@ -11,12 +11,6 @@ RADII = np.array((3.0, 2.0, 1.0))
 
 
 @pytest.fixture
-def run(addon):
-    command = addon.operators.command_line.command
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
-
-
-@pytest.fixture
 def surface(tmp_path):
     """An ellipsoid with half axes 3, 2 and 1, of 5,120 triangles."""
     bpy.ops.wm.read_homefile(use_empty=True)

@@ -6,16 +6,10 @@ import shutil
 import bpy
 import numpy as np
 import pytest
+from batch_files import needs_program, write_obj
 from scene_building import add_ellipsoid, add_mesh
-from test_batch import needs_program, write_obj
 
 RADII = np.array((3.0, 2.0, 1.0))
-
-
-@pytest.fixture
-def run(addon):
-    command = addon.operators.command_line.command
-    return lambda *arguments: command.run([str(argument) for argument in arguments])
 
 
 def cube_on_ellipsoid(size=8):

@@ -4,7 +4,6 @@ import random
 import struct
 import zlib
 from dataclasses import replace
-from importlib import import_module
 
 import bpy
 import numpy as np
@@ -24,12 +23,6 @@ SUFFIXES = (
 )
 any_file = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 shares = st.floats(0.0, 1.0, exclude_max=True)
-
-
-@pytest.fixture
-def part(addon):
-    """The modules of the command by name."""
-    return lambda name: import_module(f"{addon.__name__}.operators.command_line.{name}")
 
 
 @pytest.fixture
