@@ -131,7 +131,7 @@ def _columns(layout: bpy.types.UILayout, parts: tuple[float, ...]) -> list[bpy.t
     """Columns of a row, each of such a part of what those before it leave, and the last."""
     columns = []
     for part in parts:
-        layout = layout.split(factor=part)
+        layout = layout.split(factor=part, align=True)
         columns.append(layout.row(align=True))
     return [*columns, layout.row(align=True)]
 
