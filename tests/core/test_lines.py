@@ -106,6 +106,7 @@ def test_separatrices_join_the_lemons_along_the_middle_ellipse(mesh, smoothness)
     assert sorted(arcs.family) == [0, 0, 1, 1]
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "mesh", [ellipsoid(subdivisions=5), torus(), cylinder()], ids=lambda mesh: mesh.name
 )
@@ -145,6 +146,7 @@ def test_lines_of_the_torus_are_its_circles():
     assert lines.closed[lines.family == 1].mean() > 0.9
 
 
+@pytest.mark.once
 def test_points_lie_in_their_triangles():
     mesh = random_ellipsoid(5000)
     lines = guided(mesh).lines()
@@ -155,6 +157,7 @@ def test_points_lie_in_their_triangles():
     assert np.allclose(lines.barycentric.sum(axis=1), 1.0)
 
 
+@pytest.mark.once
 def test_no_line_turns_sharply():
     mesh = ellipsoid(subdivisions=5)
     lines = guided(mesh).lines()
@@ -194,6 +197,7 @@ def test_lines_end_at_borders_and_limits():
     assert near.travelled[near.start[1:] - 1] == pytest.approx(1e-3)
 
 
+@pytest.mark.once
 def test_sphere_says_that_it_has_no_direction():
     with pytest.raises(core.GuidanceError, match="no preferred direction"):
         guided(sphere()).lines()

@@ -173,6 +173,7 @@ def test_extreme_scales(exponent):
     assert detection.umbilics.counts()["lemon"] == 4
 
 
+@pytest.mark.once
 def test_extreme_proportions():
     base = ellipsoid(subdivisions=2)
     for axis in range(3):
@@ -182,6 +183,7 @@ def test_extreme_proportions():
             check(base.vertices * stretch, base.triangles)
 
 
+@pytest.mark.once
 def test_far_from_the_origin():
     base = ellipsoid(subdivisions=3)
     for away in (1e3, 1e9, 1e15, 1e17):
@@ -192,6 +194,7 @@ TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 OF_TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 
 
+@pytest.mark.once
 def test_tiny_components():
     one = check(TETRAHEDRON, OF_TETRAHEDRON)
     assert one.expected_index_sum == 2.0
@@ -227,6 +230,7 @@ def test_constant_and_random_positions():
     check(line, triangles)
 
 
+@pytest.mark.once
 def test_single_precision_positions():
     base = seed_patch(2000)
     check(base.vertices.astype(np.float32), base.triangles)

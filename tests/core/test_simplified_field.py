@@ -61,6 +61,7 @@ def random_field(surface, seed, symmetry=2, wild=False):
     return DirectionField(direction, normal, random.random(len(normal)), symmetry)
 
 
+@pytest.mark.once
 def test_crosses_follow_what_was_measured_and_doubt_what_was_turned():
     """Turned directions, packed into a few rings, are wild: the plan goes by the measured ones."""
     mesh = noisy(quartic(4), 0.05)
@@ -160,6 +161,7 @@ def test_a_charge_leaves_by_an_open_border():
     assert place.real[changed].min() > -0.6
 
 
+@pytest.mark.once
 def test_the_saddle_keeps_its_star_though_the_border_is_open():
     mesh = monkey_saddle()
     detection, guide = guided(rough(mesh, np.hypot(*mesh.vertices[:, :2].T) > 0.4), mesh.triangles)
@@ -258,6 +260,7 @@ def not_named(guide, triangles, guidance):
     return left
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "name",
     [
@@ -409,6 +412,7 @@ def test_charges_leave_as_far_as_turns_of_less_than_half_allow(charge, leaves):
     assert (settled.left[0] == 0) == leaves
 
 
+@pytest.mark.once
 def test_a_pole_that_avoids_a_zone_is_where_the_field_has_it():
     mesh = ellipsoid()
     _, guide = guided(mesh.vertices, mesh.triangles)

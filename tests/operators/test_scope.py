@@ -193,6 +193,7 @@ def test_the_part_that_was_selected_goes_with_edits(obj):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+@pytest.mark.usefixtures("here")
 def test_the_command_takes_source_and_scope(addon, obj, tmp_path):
     bpy.context.scene.frame_set(1)
     obj.modifiers.new("Subdivision", "SUBSURF")
@@ -219,6 +220,7 @@ def test_the_command_wants_a_group_with_its_scope(addon, words):
     assert addon.operators.command_line.command.run(["x.obj", *words]) == 2
 
 
+@pytest.mark.usefixtures("here")
 def test_the_command_leaves_out_what_cannot_be_seen(addon, tmp_path):
     seen = add_ellipsoid(subdivisions=3, name="Seen")
     away = add_ellipsoid(subdivisions=3, name="Away")
