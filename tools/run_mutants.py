@@ -29,27 +29,53 @@ from decisions import DECISIONS
 REPOSITORY = Path(__file__).resolve().parents[1]
 # The modules that decide, and the tests that are to notice; the quickest first.
 MODULES = {
-    "core/curvature/scale.py": ("test_scale.py",),
-    "core/curvature/noise.py": ("test_noise.py",),
-    "core/umbilics/pairing/persistence.py": ("test_persistence.py", "test_importance.py"),
-    "core/umbilics/pairing/cancelling.py": ("test_cancelling.py", "test_persistence.py"),
-    "core/umbilics/filters.py": ("test_filters.py", "test_opening.py"),
-    "core/umbilics/pairing/merge_tree.py": ("test_merge_tree.py", "test_persistence.py"),
-    "core/umbilics/regions/find.py": ("test_regions.py", "test_tessellated.py", "test_curves.py"),
-    "core/umbilics/regions/round_shapes.py": ("test_regions.py", "test_tessellated.py"),
-    "core/umbilics/regions/unresolved.py": ("test_curves.py", "test_drowned.py", "test_regions.py"),
-    "core/umbilics/refine.py": ("test_refine.py",),
-    "core/umbilics/fitted_zero.py": ("test_refine.py",),
-    "core/umbilics/judged.py": ("test_judged.py", "test_unseen_pairs.py"),
-    "core/curvature/close_up/closer.py": ("test_refine.py",),
-    "core/retopology/poles.py": ("test_poles.py",),
-    "core/retopology/pole_places.py": ("test_poles.py",),
-    "core/retopology/crosses/cross_field.py": (
-        "test_cross_field_minimum.py",
-        "test_cross_field.py",
+    "core/curvature/scale.py": ("curvature/test_scale.py",),
+    "core/curvature/noise.py": ("curvature/test_noise.py",),
+    "core/umbilics/pairing/persistence.py": (
+        "umbilics/pairing/test_persistence.py",
+        "umbilics/test_importance.py",
     ),
-    "core/retopology/crosses/smoothing.py": ("test_smoothing.py", "test_cross_field_minimum.py"),
-    "core/retopology/crosses/dipoles.py": ("test_dipoles.py", "test_thin_sheets.py"),
+    "core/umbilics/pairing/cancelling.py": (
+        "umbilics/pairing/test_cancelling.py",
+        "umbilics/pairing/test_persistence.py",
+    ),
+    "core/umbilics/filters.py": ("umbilics/test_filters.py", "curvature/test_opening.py"),
+    "core/umbilics/pairing/merge_tree.py": (
+        "umbilics/pairing/test_merge_tree.py",
+        "umbilics/pairing/test_persistence.py",
+    ),
+    "core/umbilics/regions/find.py": (
+        "umbilics/regions/test_regions.py",
+        "mesh/test_tessellated.py",
+        "umbilics/regions/test_curves.py",
+    ),
+    "core/umbilics/regions/round_shapes.py": (
+        "umbilics/regions/test_regions.py",
+        "mesh/test_tessellated.py",
+    ),
+    "core/umbilics/regions/unresolved.py": (
+        "umbilics/regions/test_curves.py",
+        "umbilics/regions/test_drowned.py",
+        "umbilics/regions/test_regions.py",
+    ),
+    "core/umbilics/refine.py": ("umbilics/test_refine.py",),
+    "core/umbilics/fitted_zero.py": ("umbilics/test_refine.py",),
+    "core/umbilics/judged.py": ("umbilics/test_judged.py", "umbilics/pairing/test_unseen_pairs.py"),
+    "core/curvature/close_up/closer.py": ("umbilics/test_refine.py",),
+    "core/retopology/poles.py": ("retopology/test_poles.py",),
+    "core/retopology/pole_places.py": ("retopology/test_poles.py",),
+    "core/retopology/crosses/cross_field.py": (
+        "retopology/crosses/test_cross_field_minimum.py",
+        "retopology/crosses/test_cross_field.py",
+    ),
+    "core/retopology/crosses/smoothing.py": (
+        "retopology/crosses/test_smoothing.py",
+        "retopology/crosses/test_cross_field_minimum.py",
+    ),
+    "core/retopology/crosses/dipoles.py": (
+        "retopology/crosses/test_dipoles.py",
+        "retopology/test_thin_sheets.py",
+    ),
 }
 # Loaded once: each mutant is run in a fork of this process.
 WARM = ("numpy", "scipy.sparse.linalg", "scipy.sparse.csgraph", "scipy.spatial", "hypothesis")

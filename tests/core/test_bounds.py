@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 import surfaces
-from fields import surface_of
+from exact_fields import surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

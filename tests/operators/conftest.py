@@ -45,14 +45,25 @@ def _only_signals(cancelled):
 
 
 @pytest.fixture
-def said_by(addon, capfd):
-    """The command in this Blender, which starts others for the files of a batch: its exit code and
-    what it says of them."""
+def part(addon):
+    """The modules of the command by name, as "batch.plan"."""
+    return lambda name: importlib.import_module(f"{PACKAGE}.operators.command_line.{name}")
+
+
+@pytest.fixture
+def run(part):
+    """The command in this Blender: its exit code for these words."""
+    return lambda *words: part("command").run([str(word) for word in words])
+
+
+@pytest.fixture
+def said_by(run, capfd):
+    """As `run`, which starts other processes for the files of a batch: its exit code and what it
+    says of them."""
 
     def ran(*words):
         capfd.readouterr()
-        code = addon.operators.command_line.command.run([str(word) for word in words])
-        return code, capfd.readouterr().err
+        return run(*words), capfd.readouterr().err
 
     return ran
 

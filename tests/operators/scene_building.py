@@ -104,3 +104,25 @@ def census() -> dict:
 
 def moved(x=0.0, y=0.0, z=0.0, scale=(1.0, 1.0, 1.0)) -> Matrix:
     return Matrix.LocRotScale((x, y, z), None, scale)
+
+
+def parts(obj, part):
+    return [child for child in obj.children if child.get("umbilics_guidance") == part]
+
+
+def spline_points(curve):
+    """World points of every spline of a curve object."""
+    bpy.context.view_layer.update()
+    matrix = np.array(curve.matrix_world)
+    found = []
+    for spline in curve.data.splines:
+        co = np.empty(4 * len(spline.points), dtype=np.float32)
+        spline.points.foreach_get("co", co)
+        found.append(co.reshape(-1, 4)[:, :3] @ matrix[:3, :3].T + matrix[:3, 3])
+    return found
+
+
+def marked(obj, name):
+    found = np.empty(len(obj.data.edges), dtype=bool)
+    obj.data.edges.foreach_get(name, found)
+    return found

@@ -3,31 +3,18 @@
 import bpy
 import numpy as np
 import pytest
-from scene_building import add_ellipsoid, add_mesh, census, moved, values
+from scene_building import (
+    add_ellipsoid,
+    add_mesh,
+    census,
+    marked,
+    moved,
+    parts,
+    spline_points,
+    values,
+)
 
 AXES = np.array([3.0, 2.0, 1.0])
-
-
-def parts(obj, part):
-    return [child for child in obj.children if child.get("umbilics_guidance") == part]
-
-
-def spline_points(curve):
-    """World points of every spline of a curve object."""
-    bpy.context.view_layer.update()
-    matrix = np.array(curve.matrix_world)
-    found = []
-    for spline in curve.data.splines:
-        co = np.empty(4 * len(spline.points), dtype=np.float32)
-        spline.points.foreach_get("co", co)
-        found.append(co.reshape(-1, 4)[:, :3] @ matrix[:3, :3].T + matrix[:3, 3])
-    return found
-
-
-def marked(obj, name):
-    found = np.empty(len(obj.data.edges), dtype=bool)
-    obj.data.edges.foreach_get(name, found)
-    return found
 
 
 def test_plan_of_the_ellipsoid_has_the_corners_of_a_cube():

@@ -83,8 +83,7 @@ def test_the_axis_stands_in_the_scene_and_goes_with_clear():
 
 
 @pytest.mark.usefixtures("here")
-def test_the_command_says_which_mesh_it_is(addon, tmp_path, capfd):
-    run = addon.operators.command_line.command.run
+def test_the_command_says_which_mesh_it_is(run, tmp_path, capfd):
     for seed in (3, 4):
         bpy.ops.wm.read_homefile(use_empty=True)
         add_blob(seed, f"Blob{seed}")
@@ -96,7 +95,7 @@ def test_the_command_says_which_mesh_it_is(addon, tmp_path, capfd):
     target = tmp_path / "out.json"
     references = [f"--align-to={tmp_path / f'{seed}.blend'}" for seed in (4, 3)]
     arguments = [str(tmp_path / "scan.blend"), *references, "--align-scaled"]
-    assert run([*arguments, "--json", str(target)]) == 0
+    assert run(*arguments, "--json", str(target)) == 0
     assert "It is Blob3" in capfd.readouterr().out
     (entry,) = json.loads(target.read_text())["objects"]
     four, three = entry["alignment"]
@@ -108,20 +107,18 @@ def test_the_command_says_which_mesh_it_is(addon, tmp_path, capfd):
 
 
 @pytest.mark.usefixtures("here")
-def test_the_command_says_what_brings_a_mesh_onto_itself(addon, tmp_path):
-    run = addon.operators.command_line.command.run
+def test_the_command_says_what_brings_a_mesh_onto_itself(run, tmp_path):
     add_ellipsoid(subdivisions=4, name="Egg")
     file, target = tmp_path / "egg.blend", tmp_path / "out.json"
     bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
-    assert run([str(file), "--find-symmetry", "--json", str(target)]) == 0
+    assert run(str(file), "--find-symmetry", "--json", str(target)) == 0
     (entry,) = json.loads(target.read_text())["objects"]
     assert max(np.abs(entry["symmetry"]["mirror"]["normal"])) > 0.9999
     assert entry["symmetry"]["rotation"]["order"] == 2
     assert max(np.abs(entry["symmetry"]["rotation"]["axis"])) > 0.999
 
 
-def test_arguments_that_need_others(addon, capsys):
-    run = addon.operators.command_line.command.run
-    assert run(["--align-to", "other.obj"]) == 2
+def test_arguments_that_need_others(run, capsys):
+    assert run("--align-to", "other.obj") == 2
     assert "needs the FILE" in capsys.readouterr().err
-    assert run(["--align-scaled"]) == 2
+    assert run("--align-scaled") == 2

@@ -6,9 +6,7 @@ import json
 import bpy
 import numpy as np
 import pytest
-from scene_building import add_ellipsoid, census, values
-from test_guidance import marked, parts, spline_points
-from test_guidance_command import run
+from scene_building import add_ellipsoid, census, marked, parts, spline_points, values
 
 
 def creases(obj):
@@ -106,9 +104,9 @@ def test_again_replaces_and_clear_leaves_nothing():
     assert census() == before
 
 
-def test_command_line_writes_lines_and_figures(addon, tmp_path, capsys):
+def test_command_line_writes_lines_and_figures(addon, run, tmp_path, capsys):
     add_ellipsoid()
-    assert run(addon, "--guide", tmp_path, "--guide-files", "mesh", "--ridges") == 0
+    assert run("--guide", tmp_path, "--guide-files", "mesh", "--ridges") == 0
     assert "Ellipsoid-ridges.csv" in capsys.readouterr().out
     names = {"Ellipsoid.obj", "Ellipsoid-ridges.obj", "Ellipsoid-ridges.csv"}
     assert {file.name for file in tmp_path.iterdir()} == names | {"Ellipsoid-ridges.json"}
@@ -121,6 +119,6 @@ def test_command_line_writes_lines_and_figures(addon, tmp_path, capsys):
     assert [float(row["bend"]) for row in rows] == [point["bend"] for point in points]
 
 
-def test_ridges_without_a_folder_are_an_error_of_the_arguments(addon, capsys):
-    assert run(addon, "--ridges") == 2
+def test_ridges_without_a_folder_are_an_error_of_the_arguments(run, capsys):
+    assert run("--ridges") == 2
     assert "--guide" in capsys.readouterr().err

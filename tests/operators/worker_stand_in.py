@@ -10,6 +10,9 @@ import os
 import sys
 import time
 
+# What a batch starts in place of Blender.
+COMMAND = [sys.executable, os.path.abspath(__file__)]
+
 OBJECT = {
     "object": "Egg",
     "vertices": 162,

@@ -1,0 +1,236 @@
+"""The steps from a surface to quads, each by itself."""
+
+import numpy as np
+import pytest
+from quad_guarantees import closest_in, holds
+from quad_surfaces import bumpy, cube, uneven_box
+from surfaces import cylinder, ellipsoid
+
+import core
+from core.mesh.half_edges import following
+from core.mesh.mending.repair import clean
+from core.retopology.quads.conformity import conformity
+from core.retopology.quads.field.crosses import crosses
+from core.retopology.quads.field.pole_moves import with_better_poles
+from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.quads.layout.grids import grids, violations
+from core.retopology.quads.layout.integers import whole_lengths
+from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
+from core.retopology.quads.layout.words import words_of_count
+from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant, pose
+from core.retopology.quads.mapping.seams import seams
+from core.retopology.quads.mapping.untangling import injective_map
+from core.retopology.quads.surface import working_surface
+from core.retopology.quads.surface.chains import long_chains
+from core.retopology.quads.surface.decimation import coarsened
+from core.retopology.quads.surface.subdivision import CREASE, Triangles, split_edges
+
+
+@pytest.fixture(scope="module")
+def crossed():
+    mesh = ellipsoid(subdivisions=4)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    direction = guide.guidance(core.GuidanceSettings(smoothness=0.45)).face_direction
+    surface = guide.surface
+    size = np.full(len(surface.triangles), 0.1)
+    none = np.zeros(len(surface.twin), bool)
+    return crosses(surface.vertices, surface.triangles, surface.twin, direction, size, none)
+
+
+def test_quarter_turns_sum_to_the_characteristic(crossed):
+    assert (4 - crossed.quarter_turns).sum() == 8
+    turned = crossed.turned(np.random.default_rng(0).normal(size=len(crossed.triangles)))
+    assert np.array_equal(turned.quarter_turns, crossed.quarter_turns)
+
+
+def test_cut_surface_is_a_disk(crossed):
+    cut = seams(crossed)
+    edges = (len(crossed.twin) + cut.cut.sum()) // 2
+    assert cut.count - edges + len(crossed.triangles) == 1
+    off = ~cut.cut
+    assert not cut.matching[off].any()
+
+
+def test_map_is_seamless_and_injective(crossed):
+    problem = pose(crossed)
+    x, faults = injective_map(problem, core.Progress())
+    assert not faults.any()
+    assert determinant(problem.jacobian(x)).min() > 0.0
+    assert np.abs(problem.conditions @ x).max() < 1e-7
+    assert np.allclose(problem.turns(x), crossed.quarter_turns, atol=1e-6)
+
+
+def test_layout_covers_the_surface(crossed):
+    problem = pose(crossed)
+    x, _ = injective_map(problem, core.Progress())
+    layout = motorcycle_graph(
+        SeamlessMap(crossed, problem.seams, problem.places(x)), core.Progress()
+    )
+    half = [part for rectangle in layout.rectangles for side in rectangle for part in side]
+    assert sorted(half) == list(range(2 * len(layout.length)))
+    for sides in layout.rectangles:
+        bottom, right, top, left = (layout.length[np.array(side) // 2].sum() for side in sides)
+        assert np.isclose(bottom, top, atol=1e-6) and np.isclose(left, right, atol=1e-6)
+    whole = whole_lengths(layout, 1.0, set(), 1, core.Progress())
+    assert whole.min() >= 1
+    for sides in layout.rectangles:
+        bottom, right, top, left = (whole[np.array(side) // 2].sum() for side in sides)
+        assert bottom == top and left == right
+    assert not violations(layout, grids(layout, whole))
+    # A set of arcs that must not vanish does not.
+    free = whole_lengths(layout, 0.2, set(), 0, core.Progress())
+    gone = frozenset(np.flatnonzero(free == 0)[:3].tolist())
+    assert gone
+    kept = whole_lengths(layout, 0.2, {gone}, 0, core.Progress())
+    assert kept[sorted(gone)].sum() >= 1
+
+
+def test_double_poles_part_and_opposite_ones_cancel(crossed):
+    nowhere = np.zeros(len(crossed.vertices), bool)
+    plain = with_better_poles(crossed, nowhere)
+    assert sorted(plain.quarter_turns[plain.singular]) == [3] * 8
+    # A quarter turn on an edge between regular vertices: two opposite poles, far from others.
+    poles = plain.vertices[plain.singular]
+    gap = np.linalg.norm(plain.vertices[:, None] - poles, axis=2).min(axis=1)
+    regular = (gap > 0.3) & (plain.quarter_turns == 4)
+    edge = int(np.flatnonzero(regular[plain.tail] & regular[plain.head])[0])
+
+    def with_turns(number):
+        matching = plain.matching.copy()
+        matching[edge] += number
+        matching[plain.twin[edge]] -= number
+        return plain.matched(matching)
+
+    pair = with_turns(1)
+    assert pair.quarter_turns[[pair.tail[edge], pair.head[edge]]].tolist() == [5, 3]
+    again = with_better_poles(pair, nowhere)
+    assert np.array_equal(again.quarter_turns, plain.quarter_turns)
+    double = with_turns(-2)
+    assert double.quarter_turns[[double.tail[edge], double.head[edge]]].tolist() == [2, 6]
+    again = with_better_poles(double, nowhere)
+    assert set(again.quarter_turns) <= {3, 4, 5}
+    assert (4 - again.quarter_turns).sum() == 8
+
+
+def test_splitting_keeps_a_manifold_and_its_features():
+    vertices, triangles = cube(2)
+    surface, _ = clean(vertices, triangles)
+    feature = np.zeros(len(surface.twin), np.int8)
+    feature[::7] = CREASE
+    feature |= feature[surface.twin]
+    mesh = Triangles(
+        surface.vertices,
+        surface.triangles.astype(np.int64),
+        np.zeros((len(surface.vertices), 1)),
+        np.arange(len(surface.triangles)),
+        feature,
+    )
+    length = mesh.lengths[feature > 0].sum()
+    random = np.random.default_rng(0)
+    for _ in range(3):
+        other, _ = clean(mesh.vertices, mesh.triangles)
+        marked = random.random(len(other.twin)) < 0.4
+        mesh = split_edges(mesh, marked | marked[other.twin])
+    other, warnings = clean(mesh.vertices, mesh.triangles)
+    assert other.euler_characteristic.sum() == 2 and other.closed.all() and not warnings
+    assert np.isclose(other.face_normal_area[1].sum(), surface.face_normal_area[1].sum())
+    assert np.isclose(mesh.lengths[mesh.feature > 0].sum(), length)
+
+
+def test_coarsening_keeps_topology_borders_and_features():
+    mesh = cylinder()
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    corners = surface.triangles.ravel()
+    low = np.abs(surface.vertices[:, 2] - np.median(surface.vertices[:, 2])) < 1e-9
+    feature = low[corners] & low[surface.triangles[:, [1, 2, 0]].ravel()]
+    assert feature.any()
+    fine = Triangles(
+        surface.vertices,
+        surface.triangles.astype(np.int64),
+        np.zeros((len(surface.vertices), 1)),
+        np.arange(len(surface.triangles)),
+        np.where(feature, CREASE, 0).astype(np.int8),
+    )
+    coarse = coarsened(fine, 1500, core.Progress())
+    other, warnings = clean(coarse.vertices, coarse.triangles)
+    assert len(coarse.triangles) < 0.5 * len(fine.triangles) and not warnings
+    assert np.array_equal(other.euler_characteristic, surface.euler_characteristic)
+    assert (other.twin < 0).sum() == (surface.twin < 0).sum()
+    assert np.isclose(coarse.lengths[coarse.feature > 0].sum(), fine.lengths[feature].sum())
+    assert np.array_equal(coarse.feature, np.where(other.twin >= 0, coarse.feature, 0)[other.twin])
+
+
+@pytest.mark.slow
+def test_quads_of_a_coarsened_surface_lie_on_the_fine_one(monkeypatch):
+    monkeypatch.setattr(working_surface, "MOST", 2000)
+    vertices, triangles = bumpy(4, level=5)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=300))
+    holds(vertices, triangles, made)
+
+
+def test_stubs_and_tangles_are_no_features():
+    vertices, triangles = cube(8)
+    surface, _ = clean(vertices, triangles)
+    normal, _ = surface.face_normal_area
+    half = np.flatnonzero(np.arange(len(surface.twin)) < surface.twin)
+    bent = half[np.einsum("ec,ec->e", normal[half // 3], normal[surface.twin[half] // 3]) < 0.5]
+    inside = half[~np.isin(half, bent)][:1]
+    kept = long_chains(surface, np.sort(np.concatenate([bent, inside])), 1.0)
+    assert np.array_equal(kept, bent)
+    # An edge of the cube that ends in the open stays where it bends enough.
+    corners = surface.triangles.ravel()
+    at = surface.vertices[corners[bent]] + surface.vertices[corners[following(bent)]]
+    gap = bent[np.linalg.norm(at - at[0], axis=1) > 0.01]
+    assert len(gap) == len(bent) - 1
+    assert np.array_equal(long_chains(surface, gap, 0.3, 80.0), gap)
+    assert len(long_chains(surface, gap, 0.3, 100.0)) < len(gap)
+
+
+@pytest.mark.parametrize("mesh", [bumpy(1, level=3), uneven_box()], ids=["alike", "uneven"])
+def test_closest_points_are_the_closest(mesh):
+    surface, _ = clean(*mesh)
+    random = np.random.default_rng(0)
+    points = random.uniform(-1.2, 1.2, size=(50, 3))
+    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    _, found = closest(points)
+    corner = surface.vertices[surface.triangles]
+    for point, place in zip(points, found, strict=True):
+        every = closest_in(corner, point)
+        least = np.linalg.norm(every - point, axis=1).min()
+        assert np.linalg.norm(place - point) <= least * (1 + 1e-9) + 1e-12
+    # Places of the surface are their own, and on the side that they are asked for.
+    weight = random.dirichlet(np.ones(3), len(corner))
+    places = np.einsum("tk,tkc->tc", weight, corner)
+    assert np.abs(closest(places)[1] - places).max() < 1e-9
+    triangle, there = closest.below(places, closest.normal)
+    assert (np.einsum("tc,tc->t", closest.normal[triangle], closest.normal) > 0.5).all()
+    assert np.abs(there - places).max() < 1e-9
+
+
+def test_conformity_tells_torn_meshes():
+    quads = np.array([[0, 1, 2, 3], [3, 2, 4, 5]])
+    assert conformity(quads, 6).manifold
+    assert not conformity(quads[[0, 0]], 4).manifold
+    assert not conformity(np.array([[0, 1, 2, 3], [2, 3, 4, 5]]), 6).manifold
+    # Two quads that touch in a corner.
+    assert not conformity(np.array([[0, 1, 2, 3], [2, 4, 5, 6]]), 7).manifold
+
+
+@pytest.mark.slow
+def test_no_mesh_is_torn_by_tiny_counts():
+    vertices, triangles = bumpy(2, level=3)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=20))
+    found = conformity(made.quads, len(made.vertices))
+    assert found.manifold and found.characteristic == 2
+    missed = [said for said in made.warnings if f"{len(made.quads)} quads instead of 20" in said]
+    assert len(missed) == (len(made.quads) != 20)
+
+
+def test_a_number_of_quads_that_is_missed_is_said_with_the_reason():
+    assert words_of_count(103, 100, 8, 0) == words_of_count(97, 100, 8, 1) == []
+    (fewer,) = words_of_count(96, 100, 8, 0)
+    assert fewer.startswith("96 quads instead of 100") and "whole numbers" in fewer
+    for poles, cut, why in ((8, 1, "without a layout"), (8, 0, "8 poles"), (0, 0, "closed rings")):
+        (more,) = words_of_count(104, 100, poles, cut)
+        assert more.startswith("104 quads instead of 100") and why in more
