@@ -4,6 +4,7 @@ import json
 
 import bpy
 import numpy as np
+import pytest
 from scene_building import add_ellipsoid, add_mesh
 from surfaces import seed_patch
 

@@ -20,7 +20,6 @@ from core.retopology.lines.streamlines import AUTO_SPACING
 from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, Starts, trace
 from core.retopology.lines.truncation import Barriers, ended_on_features, truncated
 
-
 MESHES = {
     "ellipsoid": ellipsoid(subdivisions=5),
     "fine ellipsoid": ellipsoid(subdivisions=6),
