@@ -16,7 +16,7 @@ from . import kind as cubic_form
 from .compounds import merged, settled, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
-from .located import locate, standard_errors
+from .located import bias_of, locate, standard_errors
 from .methods.raw import RawUmbilics
 from .pairing.persistence import importance, trust_ratio
 from .regions.region_map import RegionMap
@@ -177,7 +177,7 @@ def _umbilics(
         curvature=found.curvature / surface.unit,
         persistence=verdict.persistence / surface.unit,
         partner=verdict.partner,
-        uncertainty=standard_errors(found, clean) * surface.unit,
+        uncertainty=standard_errors(found, bias_of(fitted)) * surface.unit,
         noise=found.noise / surface.unit,
         separatrix=_rays(found.p, found.q, found.x, found.y),
         at_border=verdict.at_border,

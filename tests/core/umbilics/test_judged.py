@@ -1,12 +1,21 @@
 """Which candidates are real: what borders, errors of places and close pairs do to the verdict."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from exact_fields import flat_surface
 
 from core.umbilics.compounds import settled
 from core.umbilics.judged import Evidence, judge
-from core.umbilics.located import BIAS, BIAS_CLEAN, LARGEST, Located, standard_errors
+from core.umbilics.located import (
+    BIAS_CLEAN,
+    BIAS_WINDOWS,
+    LARGEST,
+    Located,
+    bias_of,
+    standard_errors,
+)
 from core.umbilics.pairing.persistence import measure_persistence
 
 RADIUS, NOISE = 0.3, 0.01
@@ -309,14 +318,24 @@ def test_stated_errors_are_those_of_an_axis(p, q):
     zeros = (q * np.conj(e) - np.conj(p) * e) / determinant
     assert np.allclose(p * zeros + q * np.conj(zeros), -e)
     slope = abs(abs(p) - abs(q))
-    found = located(
-        [0], p=[complex(p)], q=[complex(q)], uncertainty=[error / slope], noise=[0.5 * error]
-    )
     per_axis = np.sqrt(0.5 * (np.abs(zeros) ** 2).mean())
-    for clean, bias in ((True, BIAS_CLEAN), (False, BIAS)):
-        assert standard_errors(found, clean)[0] == pytest.approx(bias * per_axis, rel=0.02)
-    # Where the field around errs more than the fit, so does the place.
-    worse = located([0], p=[complex(p)], q=[complex(q)], uncertainty=[0.0], noise=[error])
-    assert standard_errors(worse, False)[0] == pytest.approx(BIAS * per_axis, rel=0.02)
+    # The fit that shows the place errs, whatever the field in the corners around errs by.
+    for noise in (0.5 * error, 2.0 * error):
+        found = located(
+            [0], p=[complex(p)], q=[complex(q)], uncertainty=[error / slope], noise=[noise]
+        )
+        for bias in (1.0, 3.0):
+            assert standard_errors(found, bias)[0] == pytest.approx(bias * per_axis, rel=0.02)
     flat = located([0], p=[1.0 + 0j], q=[1.0 + 0j], noise=[error])
-    assert standard_errors(flat, False)[0] == LARGEST
+    assert standard_errors(flat)[0] == LARGEST
+
+
+@pytest.mark.parametrize(
+    "focused, windows, bias",
+    [(True, False, BIAS_CLEAN), (False, False, 1.0), (False, True, BIAS_WINDOWS)],
+)
+def test_errors_are_known_as_well_as_the_fits_were_chosen(focused, windows, bias):
+    around = SimpleNamespace(focused=focused)
+    rings = np.zeros(1, int) if windows else None
+    assert bias_of(SimpleNamespace(neighbourhood=around, rings=rings)) == bias
+    assert bias_of(SimpleNamespace(neighbourhood=None, rings=None)) == 1.0
