@@ -55,7 +55,7 @@ SUITES = {
 # their own come first, the even parts of core fill what is left of the time.
 USUAL = ("blender", "gui", "tools", "core")
 # How many parts a suite is cut in: those that come last are short, so that nobody waits for one.
-PARTS = {"core": 12, "blender": 3, "gui": 6}
+PARTS = {"core": 12, "blender": 2, "gui": 6}
 # How many others a test that is marked slow takes as long as (2.3 s and 0.1 s on one core).
 SLOWNESS = 20
 
