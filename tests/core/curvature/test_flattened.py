@@ -111,6 +111,23 @@ def test_lower_degrees_of_the_same_sums_are_fits_of_their_own():
         np.testing.assert_allclose(found.heights.gap_error, alone.heights.gap_error, rtol=1e-7)
 
 
+def test_a_focus_weighs_samples_by_their_distance_and_residuals_have_their_unit():
+    x, y = disc(3000, 0.3)
+    z = 0.5 * x * x - y**3 + np.random.default_rng(1).normal(size=3000) * 1e-3
+    columns, over = [value[:, None] for value in (x, y, z)], {"planar": np.array([True])}
+    (even,) = fit_flattened(*columns, [4], **over)
+    assert even.residual == pytest.approx(1e-3, rel=0.05)
+    (near,) = fit_flattened(*columns, [4], 0.7, **over)
+    square = x * x + y * y
+    radius = np.sqrt(square.mean())
+    assert near.radius == pytest.approx(radius)
+    root = (1.0 + square / (0.7 * square.mean())) ** -1.5
+    terms = near.heights.coefficients
+    design = np.stack([(x / radius) ** a * (y / radius) ** b for a, b in terms], axis=1)
+    wanted = np.linalg.lstsq(root[:, None] * design, root * z / radius, rcond=None)[0]
+    np.testing.assert_allclose(np.concatenate(list(terms.values())), wanted, rtol=1e-6, atol=1e-9)
+
+
 def test_what_is_beyond_half_the_sphere_has_no_say():
     random = np.random.default_rng(2)
     points = random.normal(size=(600, 3))
