@@ -44,6 +44,16 @@ def test_a_sphere_is_flat_and_comes_back(bend):
         )
 
 
+def test_a_sphere_is_known_from_any_window():
+    """Tilted and seen in a slanting one: the term of the squares is 1 / height of its middle."""
+    x, y = disc(200, 0.4)
+    x, y = x + 0.2, 0.3 * y + 0.6 * x
+    middle = np.array([0.4, -0.3, 1.2])
+    z = middle[2] - np.sqrt(middle @ middle - (x - middle[0]) ** 2 - (y - middle[1]) ** 2)
+    found = nearest_spheres(x[:, None], y[:, None], z[:, None])
+    assert found == pytest.approx(1.0 / middle[2], rel=1e-9)
+
+
 def test_the_operator_is_that_of_the_surface():
     """A cubic graph, which is no polynomial once it is flattened: on a small window the fit tells
     its shape operator away from the middle, frame and all. Over a plane it is exact, and chosen."""
