@@ -20,6 +20,7 @@ from core.fields.winding import Winding, certified_index
 from core.retopology.crosses.cross_field import cross_field
 from core.retopology.field import simplified
 from core.retopology.field.agreement import with_index
+from core.retopology.field.charge_paths import charge_paths
 from core.retopology.field.least_excess import with_least_excess
 from core.retopology.field.settling import settle
 from core.retopology.field.simplified import _candidates_at, _nearest
@@ -407,6 +408,21 @@ def test_charges_leave_as_far_as_turns_of_less_than_half_allow(charge, leaves):
     turned = np.angle(np.exp(1j * after)).sum()
     assert np.isclose(turned, 2.0 * np.pi * (settled.left[0] - charge))
     assert (settled.left[0] == 0) == leaves
+
+
+@pytest.mark.parametrize(
+    "costs", [(2.0, 1.0, 5.0), (1.0, 2.0, 5.0), (1.0, 1.0, 5.0), (3.0, 4.0, 0.5)]
+)
+def test_charges_take_the_cheapest_of_several_edges(costs):
+    """Two edges between the same two places, and one to outside from each."""
+    none = np.zeros(4, int)
+    cost = np.array([*costs[:2], costs[2], costs[2]])
+    left, right = np.array([0, 1, 0, 1]), np.array([1, 0, -1, -1])
+    turns = Turns(none, none + 1, np.zeros(4), np.ones(4), left, right, cost, 2, 2)
+    flow = charge_paths(turns, np.ones(4, bool), np.array([1, -1])).flow
+    out = np.bincount(left, flow, 2) - np.bincount(right[:2], flow[:2], 2)
+    assert np.array_equal(out, [1, -1])
+    assert np.isclose(np.abs(flow) @ cost, min(*costs[:2], 2.0 * costs[2]))
 
 
 def test_a_pole_that_avoids_a_zone_is_where_the_field_has_it():
