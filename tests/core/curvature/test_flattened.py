@@ -156,7 +156,7 @@ def test_what_is_beyond_half_the_sphere_has_no_say():
 @pytest.mark.parametrize("degree", [3, 4, 5])
 def test_errors_grow_as_those_of_fits_to_noise_do(degree):
     x, y = disc(4000, 1.0, seed=5)
-    fits = 1500
+    fits = 600
     noise = np.random.default_rng(6).normal(size=(len(x), fits))
     radius = np.sqrt((x * x + y * y).mean())
     one = np.ones((1, fits))
