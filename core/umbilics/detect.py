@@ -112,8 +112,8 @@ def detect(
             surface, outlying = without_outliers(surface, part.quiet())
             if len(outlying):
                 warnings.append(
-                    f"Vertices that stick out of the surface around them: {len(outlying)}. They are "
-                    "looked at as if they lay on it. Smooth or remesh there to be rid of them."
+                    f"Vertices that stick out of the surface around them: {len(outlying)}. They "
+                    "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
         fitted = estimate(surface, settings, given, sharp, part, cad)
     shape = fitted.field
