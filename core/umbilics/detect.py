@@ -108,6 +108,7 @@ def detect(
             warnings.append(cad.sentence())
     with clock.stage("curvature"):
         part = progress.part("Fitting curvature", 0.1, 0.7)
+        places = surface.vertices
         if cad is None and settings.curvature == "jets":
             surface, outlying = without_outliers(surface, part.quiet())
             if len(outlying):
@@ -155,7 +156,7 @@ def detect(
     with clock.stage("location"):
         part = progress.part("Locating umbilics", 0.9, 1.0)
         detection = assemble(
-            Analysed(surface, fitted, noise, radius, types, regions),
+            Analysed(surface, fitted, places, noise, radius, types, regions),
             Turning(raw, found.triangle_index, elliptic, persistence, partner),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
