@@ -197,9 +197,10 @@ def solve_diagonal(
     after so many steps is left to `solve`."""
     single = np.complex64 if np.iscomplexobj(matrix.data) else np.float32
     scale = 1.0 / np.sqrt(matrix.diagonal().real)
-    row = np.repeat(np.arange(len(scale)), np.diff(matrix.indptr))
-    data = (matrix.data * (scale[row] * scale[matrix.indices])).astype(single)
-    system = sparse.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+    data = matrix.data * np.repeat(scale, np.diff(matrix.indptr))
+    data *= scale[matrix.indices]
+    rows = matrix.indices, matrix.indptr
+    system = sparse.csr_array((data.astype(single), *rows), shape=matrix.shape)
     residual = (scale * right).astype(single)
     x = np.zeros_like(residual)
     direction = residual.copy()

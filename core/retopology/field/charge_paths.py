@@ -57,18 +57,22 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
     outside = turns.places
     left, right = _ends(turns, usable)
     name = np.flatnonzero(usable)
-    graph, key, edge = _graph(left, right, turns.cost[name], name, outside + 1)
+    cost = turns.cost[name]
     source = np.append(np.flatnonzero(charge), outside)
     amount = np.append(charge[source[:-1]], 0)
     distance, before, owner = csgraph.dijkstra(
-        graph, indices=source, min_only=True, return_predecessors=True
+        _graph(left, right, cost, outside + 1),
+        indices=source,
+        min_only=True,
+        return_predecessors=True,
     )
+    edge = _arriving(left, right, cost, name, distance, before)
     row = places_in(source, outside + 1)
     # -9999 stands for none.
     cell = np.where(owner >= 0, row[np.maximum(owner, 0)], -1)
     first, second = cell[left], cell[right]
     bridge = np.flatnonzero((first != second) & (first >= 0) & (second >= 0))
-    way = distance[left[bridge]] + turns.cost[name[bridge]] + distance[right[bridge]]
+    way = distance[left[bridge]] + cost[bridge] + distance[right[bridge]]
     bridge = bridge[np.argsort(way, kind="stable")]
     bridge = bridge[_clustered(first[bridge], second[bridge], amount)]
     moved = _balanced(first[bridge], second[bridge], amount)
@@ -86,15 +90,14 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
             path, at = path[going], at[going]
             if not len(at):
                 break
-            previous = before[at].astype(np.int64)
-            number = edge[np.searchsorted(key, at * (outside + 1) + previous)]
+            number = edge[at]
             # On the left the charge comes from the source, on the right it goes to it.
             forward = np.where(turns.left[number] == np.where(at == outside, -1, at), 1, -1)
             np.add.at(flow, number, towards * forward * moved[path])
             hops += np.bincount(path, minlength=len(hops))
             walked.append(path)
             passed.append(number)
-            at = previous
+            at = before[at]
     path = np.concatenate(walked)
     return Paths(flow, np.concatenate(passed), hops[path], np.abs(moved)[path])
 
@@ -107,25 +110,35 @@ def _ends(turns: Turns, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _graph(
-    left: np.ndarray, right: np.ndarray, cost: np.ndarray, name: np.ndarray, count: int
-) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
-    """The symmetric graph of places, with the sorted keys row * count + column of its entries and
-    the edge that each is. Of several edges between two places the cheapest counts."""
+    left: np.ndarray, right: np.ndarray, cost: np.ndarray, count: int
+) -> sparse.csr_array:
+    """The symmetric graph of places; two may have several edges."""
     # From a place to itself leads no way.
     apart = left != right
-    left, right, cost, name = left[apart], right[apart], cost[apart], name[apart]
-    ends = np.concatenate([left * count + right, right * count + left])
-    both, cost = np.concatenate([name, name]), np.concatenate([cost, cost])
-    order = np.argsort(ends, kind="stable")
-    new = np.ones(len(ends), bool)
-    new[1:] = ends[order[1:]] != ends[order[:-1]]
-    if not new.all():
-        # The cheapest first; the ends in order are the same.
-        order = np.lexsort((cost, ends))[new]
-    ends = ends[order]
-    start = np.searchsorted(ends, np.arange(count + 1) * count)
-    graph = sparse.csr_array((cost[order], ends % count, start), shape=(count, count))
-    return graph, ends, both[order]
+    left, right, cost = left[apart], right[apart], cost[apart]
+    ends = np.concatenate([left, right]), np.concatenate([right, left])
+    graph = sparse.coo_array((np.concatenate([cost, cost]), ends), shape=(count, count))
+    # Ways are looked for along each of several edges: they must not be summed.
+    graph.has_canonical_format = True
+    return graph.tocsr()
+
+
+def _arriving(
+    left: np.ndarray,
+    right: np.ndarray,
+    cost: np.ndarray,
+    name: np.ndarray,
+    distance: np.ndarray,
+    before: np.ndarray,
+) -> np.ndarray:
+    """(places + 1,) the edge over which the shortest way comes to each place, -1 where none."""
+    edge = np.full(len(distance), -1)
+    for here, there in ((left, right), (right, left)):
+        last = np.flatnonzero(before[there] == here)
+        # Of several edges from there the one that is as short as the way.
+        last = last[distance[here[last]] + cost[last] == distance[there[last]]]
+        edge[there[last]] = name[last]
+    return edge
 
 
 def _joined(first: np.ndarray, second: np.ndarray, count: int) -> np.ndarray:

@@ -65,20 +65,26 @@ def filled_in(
     turn = winding.turns(surface, half, field.direction, field.across)
     row = places_in(patch.vertices, len(surface.vertices))
     tail, head = (row[end] for end in ends_of(surface, half))
-    # The unknowns are factors of the powers of the directions, 1 where nothing turns.
     count = len(patch.vertices)
-    carried = weight * np.exp(1j * turn)
-    off = sparse.coo_array((-carried, (tail, head)), shape=(count, count)).tocsr()
     total = np.bincount(tail, weight, count) + np.bincount(head, weight, count)
     pull = np.maximum(SURE * certainty[patch.vertices], LEAST) * total
-    matrix = (off + off.conj().T + sparse.diags_array((total + pull).astype(complex))).tocsr()
-    right = pull.astype(complex)
-    if len(rows) < count:
-        matrix = matrix[rows]
-        right = pull[rows] - matrix @ (~free).astype(complex)
-        matrix = matrix[:, rows].tocsr()
+    # The unknowns are factors of the powers of the directions, 1 where nothing turns.
+    carried = weight * np.exp(1j * turn)
+    right = pull[rows].astype(complex)
+    place = places_in(rows, count)
+    one, two = place[tail], place[head]
+    for here, there, value in ((one, two, carried), (two, one, carried.conj())):
+        rim = np.flatnonzero((here >= 0) & (there < 0))
+        np.add.at(right, here[rim], value[rim])
+    some = np.flatnonzero((one >= 0) & (two >= 0))
+    one, two, own = one[some], two[some], np.arange(len(rows))
+    entries = np.concatenate([(total + pull)[rows], -carried[some], -carried[some].conj()])
+    at = np.concatenate([own, one, two]), np.concatenate([own, two, one])
+    matrix = sparse.coo_array((entries, at), shape=(len(rows), len(rows)))
+    # The solver needs no sorted rows.
+    matrix.has_canonical_format = True
     factor = np.ones(count, complex)
-    factor[rows] = solve_diagonal(matrix, right, progress, TOLERANCE)
+    factor[rows] = solve_diagonal(matrix.tocsr(), right, progress, TOLERANCE)
     angle = np.zeros(len(surface.vertices))
     angle[patch.vertices] = np.angle(factor) / field.symmetry
     found = replace(field, direction=rotated(field.direction, field.across, angle))

@@ -136,37 +136,38 @@ def _turned(
 ) -> np.ndarray:
     """(n,) angles with which the charges move."""
     ring = _ring(turns)
-    budget = _zones(turns, ring, paths, held)
+    budget = _zones(ring, turns, paths, held)
     free = budget >= 0
     wanted = turns.turn - 2.0 * np.pi * paths.flow
     weight, stiffness = turns.weight.copy(), stiffness.copy()
     angle = np.zeros(turns.directions)
-    moving = free
-    some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
+    moving = np.flatnonzero(free)
     fewest, idle = len(turns.turn) + 1, 0
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
-        _least_squares(turns, some, weight, stiffness, wanted, moving, angle, progress.quiet())
-        tail, head = turns.tail[some], turns.head[some]
-        turn = np.abs(wanted[some] + angle[head] - angle[tail])
+        beside = _Beside.of(ring, moving)
+        _least_squares(turns, beside, weight, stiffness, wanted, angle, progress.quiet())
+        # All turns that are too large are among these: what moves is what lies around them.
+        some = beside.edge
+        turn = np.abs(wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
         bad = some[turn >= CERTAIN * np.pi]
+        ends = np.unique([turns.tail[bad], turns.head[bad]])
         idle = 0 if len(bad) < fewest else idle + 1
         fewest = min(len(bad), fewest)
         if not len(bad) or idle >= PATIENCE:
             break
-        weight[some] *= np.maximum(turn / (EASY * np.pi), 1.0) ** 2
-        ends = np.unique([turns.tail[bad], turns.head[bad]])
+        # An edge between two that move is among them twice.
+        weight[some] = weight[some] * np.maximum(turn / (EASY * np.pi), 1.0) ** 2
         stiffness[ends] *= SOFTER
         if number < WIDENING:
             budget[ends] = np.maximum(budget[ends], number + 1)
             _spread(ring, budget, held, ends)
             free = budget >= 0
-            some = np.flatnonzero(free[turns.tail] | free[turns.head] | (paths.flow != 0))
         # Only what lies around is done again.
         around = np.full(turns.directions, -1)
         around[ends] = AROUND
-        _spread(ring, around, ~free)
-        moving = around >= 0
+        _spread(ring, around, ~free, ends)
+        moving = np.flatnonzero(around >= 0)
     for rings in SURE_RINGS if exact else ():
         if not len(bad):
             break
@@ -180,13 +181,42 @@ def _turned(
 
 
 def _ring(turns: Turns) -> sparse.csr_array:
-    """(n, n) which directions have an edge between them."""
-    count = turns.directions
-    ends = np.concatenate([turns.tail, turns.head]), np.concatenate([turns.head, turns.tail])
-    return sparse.coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(count, count)).tocsr()
+    """(n, n) the edges that directions have between them, by their numbers."""
+    edge = np.flatnonzero(turns.tail != turns.head).astype(np.int32)
+    tail, head = turns.tail[edge], turns.head[edge]
+    ends = np.concatenate([tail, head]), np.concatenate([head, tail])
+    ring = sparse.coo_array((np.concatenate([edge, edge]), ends), shape=(turns.directions,) * 2)
+    # Two edges between the same directions are two: their numbers must not be summed.
+    ring.has_canonical_format = True
+    return ring.tocsr()
 
 
-def _zones(turns: Turns, ring: sparse.csr_array, paths: Paths, held: np.ndarray) -> np.ndarray:
+@dataclass(frozen=True)
+class _Beside:
+    """The surroundings of some directions (r,), `rows`: b edges, in their order.
+
+    Attributes
+    ----------
+    row:
+        (b,) int64 which of them the edge leaves.
+    edge, other:
+        (b,) int32 its number, and the direction at its other end.
+    """
+
+    rows: np.ndarray
+    row: np.ndarray
+    edge: np.ndarray
+    other: np.ndarray
+
+    @classmethod
+    def of(cls, ring: sparse.csr_array, rows: np.ndarray) -> _Beside:
+        count = np.diff(ring.indptr)[rows]
+        at = spans(ring.indptr[rows], count)
+        row = np.repeat(np.arange(len(rows)), count)
+        return cls(rows, row, ring.data[at], ring.indices[at])
+
+
+def _zones(ring: sparse.csr_array, turns: Turns, paths: Paths, held: np.ndarray) -> np.ndarray:
     """(n,) int rings that the paths still reach beyond each direction, -1 for none."""
     budget = np.full(turns.directions, -1)
     rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS) * paths.amount
@@ -208,50 +238,48 @@ def _spread(
     first = np.flatnonzero(budget > 0) if changed is None else changed[budget[changed] > 0]
     first = first[np.argsort(budget[first], kind="stable")]
     start = np.searchsorted(budget[first], np.arange(budget[first].max(initial=-1) + 2))
-    handed = first[:0]
+    handed, once = first[:0], np.empty(len(budget), np.int32)
     for level in range(len(start) - 2, 0, -1):
         if not len(handed) and start[level] == start[level + 1]:
             # Beside many charges the first levels are far above those that all others come to.
             continue
         rows = np.concatenate([handed, first[start[level] : start[level + 1]]])
         rows = rows[budget[rows] == level]
-        to = _beside(ring, rows)
-        handed = to[(budget[to] < level - 1) & ~held[to]]
-        budget[handed] = level - 1
-
-
-def _beside(ring: sparse.csr_array, rows: np.ndarray) -> np.ndarray:
-    """Ascending directions with an edge to some of the rows (k,)."""
-    return np.unique(ring.indices[spans(ring.indptr[rows], np.diff(ring.indptr)[rows])])
+        to = ring.indices[spans(ring.indptr[rows], ring.indptr[rows + 1] - ring.indptr[rows])]
+        to = to[(budget[to] < level - 1) & ~held[to]]
+        budget[to] = level - 1
+        # Each once.
+        once[to] = np.arange(len(to))
+        handed = to[once[to] == np.arange(len(to))]
 
 
 def _least_squares(
     turns: Turns,
-    some: np.ndarray,
+    beside: _Beside,
     weight: np.ndarray,
     stiffness: np.ndarray,
     wanted: np.ndarray,
-    moving: np.ndarray,
     angle: np.ndarray,
     progress: Progress,
 ) -> None:
-    """Set the angles of the moving directions so that the weighted squares of the turns over the
-    edges `some`, and of the angles, are least."""
-    rows = np.flatnonzero(moving)
-    number = places_in(rows, turns.directions)
+    """Set the angles of the directions so that the weighted squares of the turns over the edges
+    beside them, and of the angles, are least."""
+    rows, row = beside.rows, beside.row
+    count = len(rows)
     angle[rows] = 0.0
-    some = some[moving[turns.tail[some]] | moving[turns.head[some]]]
-    tail, head = number[turns.tail[some]], number[turns.head[some]]
-    w = weight[some]
-    pull = w * (wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
-    right, diagonal = np.zeros(len(rows)), stiffness[rows].copy()
-    for ends, sign in ((tail, 1.0), (head, -1.0)):
-        inside = ends >= 0
-        right += sign * np.bincount(ends[inside], weights=pull[inside], minlength=len(rows))
-        diagonal += np.bincount(ends[inside], weights=w[inside], minlength=len(rows))
-    both = (tail >= 0) & (head >= 0)
-    off = sparse.coo_array((-w[both], (tail[both], head[both])), shape=(len(rows), len(rows)))
-    matrix = off + off.T + sparse.diags_array(diagonal * (1.0 + FLOATING))
-    # What is too exact for a few small systems at once is soon good enough for many.
-    solver = solve_diagonal if matrix.nnz > FACTORIZED else solve_part
-    angle[rows] = solver(matrix.tocsr(), right, progress)
+    w = weight[beside.edge]
+    leaving = turns.tail[beside.edge] == rows[row]
+    turn = wanted[beside.edge]
+    pull = w * (np.where(leaving, turn, -turn) + angle[beside.other])
+    diagonal = np.bincount(row, weights=w, minlength=count) + stiffness[rows]
+    other = places_in(rows, turns.directions)[beside.other]
+    inside, own = np.flatnonzero(other >= 0), np.arange(count)
+    entries = np.concatenate([diagonal * (1.0 + FLOATING), -w[inside]])
+    at = np.concatenate([own, row[inside]]), np.concatenate([own, other[inside]])
+    matrix = sparse.coo_array((entries, at), shape=(count, count))
+    # What is too exact for a few small systems at once is soon good enough for many, and those
+    # solvers need no sorted rows.
+    large = len(entries) > FACTORIZED
+    matrix.has_canonical_format = large
+    right = np.bincount(row, weights=pull, minlength=count)
+    angle[rows] = (solve_diagonal if large else solve_part)(matrix.tocsr(), right, progress)

@@ -20,6 +20,7 @@ from core.fields.winding import Winding, certified_index
 from core.retopology.crosses.cross_field import cross_field
 from core.retopology.field import simplified
 from core.retopology.field.agreement import with_index
+from core.retopology.field.charge_paths import charge_paths
 from core.retopology.field.least_excess import with_least_excess
 from core.retopology.field.settling import settle
 from core.retopology.field.simplified import _candidates_at, _nearest
@@ -61,6 +62,7 @@ def random_field(surface, seed, symmetry=2, wild=False):
     return DirectionField(direction, normal, random.random(len(normal)), symmetry)
 
 
+@pytest.mark.once
 def test_crosses_follow_what_was_measured_and_doubt_what_was_turned():
     """Turned directions, packed into a few rings, are wild: the plan goes by the measured ones."""
     mesh = noisy(quartic(4), 0.05)
@@ -160,6 +162,7 @@ def test_a_charge_leaves_by_an_open_border():
     assert place.real[changed].min() > -0.6
 
 
+@pytest.mark.once
 def test_the_saddle_keeps_its_star_though_the_border_is_open():
     mesh = monkey_saddle()
     detection, guide = guided(rough(mesh, np.hypot(*mesh.vertices[:, :2].T) > 0.4), mesh.triangles)
@@ -258,6 +261,7 @@ def not_named(guide, triangles, guidance):
     return left
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "name",
     [
@@ -409,6 +413,22 @@ def test_charges_leave_as_far_as_turns_of_less_than_half_allow(charge, leaves):
     assert (settled.left[0] == 0) == leaves
 
 
+@pytest.mark.parametrize(
+    "costs", [(2.0, 1.0, 5.0), (1.0, 2.0, 5.0), (1.0, 1.0, 5.0), (3.0, 4.0, 0.5)]
+)
+def test_charges_take_the_cheapest_of_several_edges(costs):
+    """Two edges between the same two places, and one to outside from each."""
+    none = np.zeros(4, int)
+    cost = np.array([*costs[:2], costs[2], costs[2]])
+    left, right = np.array([0, 1, 0, 1]), np.array([1, 0, -1, -1])
+    turns = Turns(none, none + 1, np.zeros(4), np.ones(4), left, right, cost, 2, 2)
+    flow = charge_paths(turns, np.ones(4, bool), np.array([1, -1])).flow
+    out = np.bincount(left, flow, 2) - np.bincount(right[:2], flow[:2], 2)
+    assert np.array_equal(out, [1, -1])
+    assert np.isclose(np.abs(flow) @ cost, min(*costs[:2], 2.0 * costs[2]))
+
+
+@pytest.mark.once
 def test_a_pole_that_avoids_a_zone_is_where_the_field_has_it():
     mesh = ellipsoid()
     _, guide = guided(mesh.vertices, mesh.triangles)
