@@ -34,10 +34,10 @@ WIDE = 5
 # them. Chosen on the stretched quartic of benchmarks.ridges, confirmed on its other surfaces.
 PLACING, FARTHER = 6, 2
 # Rings around the triangles of ridges in which e is corrected.
-BESIDE = 2
+BESIDE = 1
 # What the first fit lacks varies across a ridge: an edge counts for the average by this power of
-# the squared cosine of its angle to the ridge, half at 24 degrees.
-ALONG = 8
+# the squared cosine of its angle to the ridge, half at 33 degrees.
+ALONG = 4
 
 
 def measure_slopes(
