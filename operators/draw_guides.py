@@ -32,8 +32,8 @@ class UMBILICS_OT_draw_guides(GuidanceOperator, bpy.types.Operator):
                 context, obj, job.inputs.arrays, lines, separatrices, ridges, transaction
             )
         return (
-            f"{len(lines)} lines of curvature, {len(separatrices)} separatrices and "
-            f"{len(ridges)} ridges drawn."
+            f"Strokes: {len(lines)} of lines of curvature, {len(separatrices)} of separatrices, "
+            f"{len(ridges)} of ridges."
         )
 
 

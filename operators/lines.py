@@ -26,7 +26,7 @@ class UMBILICS_OT_lines(AdjustableGuidance, bpy.types.Operator):
             curve_objects.write_lines(
                 context, obj, job.inputs.arrays, found, guidance_objects.LINES, transaction
             )
-        return f"{len(found)} lines of curvature."
+        return f"Lines of curvature: {len(found)}."
 
 
 with_settings(UMBILICS_OT_lines, plans.OF_LINES)

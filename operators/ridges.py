@@ -41,7 +41,7 @@ class UMBILICS_OT_ridges(AdjustableGuidance, bpy.types.Operator):
         if not len(lines):
             return "No ridges: the mesh bends nowhere far enough for a line."
         hollow = int((lines.family == 1).sum())
-        return f"{len(lines) - hollow} ridges and {hollow} ravines."
+        return f"Ridges: {len(lines) - hollow}, ravines: {hollow}."
 
 
 with_settings(UMBILICS_OT_ridges, plans.OF_RIDGES)

@@ -29,7 +29,7 @@ class UMBILICS_OT_separatrices(AdjustableGuidance, bpy.types.Operator):
             part = guidance_objects.SEPARATRICES
             curve_objects.write_lines(context, obj, job.inputs.arrays, found, part, transaction)
         joined = int((found.target >= 0).sum())
-        return f"{len(found)} separatrices, {joined} of them from umbilic to umbilic."
+        return f"Separatrices: {len(found)}, from umbilic to umbilic: {joined}."
 
 
 with_settings(UMBILICS_OT_separatrices, plans.OF_SEPARATRICES)

@@ -5,8 +5,8 @@ extension's zip, and its installation in preferences of its own. The suites are
 
   core      tests/core and tests/benchmarks, in an ordinary Python
   tools     tests/tools, there as well; they use Blender from outside
-  blender   tests/operators, tests/ui and (without those marked slow) tests/core, in `blender -b`
-            against the installed zip
+  blender   tests/operators, tests/ui and (without those marked slow or once) tests/core, in
+            `blender -b` against the installed zip
   gui       tests/gui, in an ordinary Python, which drives windows by tools/window
 
 and, only with --matrix,
@@ -15,8 +15,9 @@ and, only with --matrix,
             4.5 LTS, 5.0 and 5.2 LTS, where SciPy must come from the zip's own wheel
 
 On a machine with two cores or more two run beside each other, the long ones in parts, so that both
-cores have work to the end; what the second prints comes when its part is through. --quick is core's
-tests but for those marked slow, which take most of the time.
+cores have work to the end, and windows beside both, for these wait more than they compute; what the
+second and third print comes when a part is through. --quick is core's tests but for those marked
+slow, which take most of the time.
 
 Other arguments are pytest's. Paths among them choose the suites too.
 """
@@ -54,7 +55,9 @@ SUITES = {
 # their own come first, the even parts of core fill what is left of the time.
 USUAL = ("blender", "gui", "tools", "core")
 # How many parts a suite is cut in: those that come last are short, so that nobody waits for one.
-PARTS = {"core": 12, "blender": 3, "gui": 6}
+PARTS = {"core": 12, "blender": 2, "gui": 6}
+# How many others a test that is marked slow takes as long as (2.3 s and 0.1 s on one core).
+SLOWNESS = 20
 
 # pytest's own exit codes.
 NO_TESTS = 5
@@ -88,11 +91,24 @@ def parts_of(suite: str, given: list[str]) -> list[Part]:
     count = 1 if given else PARTS.get(suite, 1)
     if count == 1:
         return [Part(suite, suite, paths)] if paths else []
-    files = [str(file) for path in paths for file in sorted(Path(path).rglob("test_*.py"))]
+    files = [file for path in paths for file in sorted(Path(path).rglob("test_*.py"))]
+    dealt: list[list[str]] = [[] for _ in range(min(count, len(files)))]
+    loads = [0] * len(dealt)
+    for load, file in sorted(((_load(suite, file), file) for file in files), reverse=True):
+        least = loads.index(min(loads))
+        dealt[least].append(str(file))
+        loads[least] += load
     return [
-        Part(suite, f"{suite} {number + 1} of {count}", files[number::count])
-        for number in range(min(count, len(files)))
+        Part(suite, f"{suite} {number} of {len(dealt)}", sorted(some))
+        for number, some in enumerate(dealt, start=1)
     ]
+
+
+def _load(suite: str, file: Path) -> int:
+    """About how long a file's tests take, in tests that are not marked slow."""
+    text = file.read_text(encoding="utf-8")
+    slow = text.count("pytest.mark.slow") if suite == "core" else 0
+    return text.count("def test_") + SLOWNESS * slow
 
 
 def split_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
@@ -143,23 +159,30 @@ class Tests:
         self._aside = threading.local()
 
     def run(self, suites: Iterable[str]) -> None:
-        """Suites in their order, two parts beside each other where there are two cores."""
-        waiting = deque(part for suite in suites for part in parts_of(suite, self.given))
+        """Suites in their order, two parts beside each other where there are two cores, and one
+        of those that wait for a window beside these."""
+        parts = [part for suite in suites for part in parts_of(suite, self.given)]
         if (os.cpu_count() or 1) < 2:
-            self._run_next(waiting)
+            self._run_next(deque(parts))
             return
-        with ThreadPoolExecutor(1) as pool:
-            beside = pool.submit(self._run_next, waiting, aside=True)
-            self._run_next(waiting)
-            beside.result()
+        windows = deque(part for part in parts if part.suite == "gui")
+        others = deque(part for part in parts if part.suite != "gui")
+        with ThreadPoolExecutor(2) as pool:
+            beside = [pool.submit(self._run_next, others, windows, aside=True)]
+            if windows and others:
+                beside.append(pool.submit(self._run_next, windows, aside=True))
+            self._run_next(others, windows)
+            for one in beside:
+                one.result()
 
-    def _run_next(self, waiting: deque[Part], aside: bool = False) -> None:
+    def _run_next(self, *waiting: deque[Part], aside: bool = False) -> None:
         """Run parts until none is left; what one `aside` prints comes when it is through."""
         while True:
             with self._taking:
-                if not waiting:
+                line = next(filter(None, waiting), None)
+                if line is None:
                     return
-                part = waiting.popleft()
+                part = line.popleft()
             run = getattr(self, f"_{part.suite}")
             if not aside:
                 self._counted(part.name, run, part.paths)
@@ -224,7 +247,7 @@ class Tests:
 
     def _inside(self, command: list, environment: dict, arguments: list[str]) -> int:
         if not any(argument in ("-m", "--markexpr") for argument in arguments) and not self.given:
-            arguments = ["-m", "not slow", *arguments]
+            arguments = ["-m", "not slow and not once", *arguments]
         script = REPOSITORY / "tools" / "pytest_in_blender.py"
         command = [*command, script, "--", packages_for_blender()]
         return self._pytest(command, arguments, environment)

@@ -18,8 +18,8 @@ from .parts import Part, short
 _PERMANENT = 1e37
 # Part of a row for the kind, of the rest for the index, of the rest for the persistence; and of
 # the columns' names, of which the kind's needs less.
-_PARTS = 0.53, 0.28, 0.5
-_NAME_PARTS = 0.42, 0.4, 0.5
+_PARTS = 0.525, 0.24, 0.43
+_NAME_PARTS = 0.4, 0.38, 0.48
 
 
 class UMBILICS_UL_umbilics(bpy.types.UIList):
@@ -131,7 +131,7 @@ def _columns(layout: bpy.types.UILayout, parts: tuple[float, ...]) -> list[bpy.t
     """Columns of a row, each of such a part of what those before it leave, and the last."""
     columns = []
     for part in parts:
-        layout = layout.split(factor=part)
+        layout = layout.split(factor=part, align=True)
         columns.append(layout.row(align=True))
     return [*columns, layout.row(align=True)]
 

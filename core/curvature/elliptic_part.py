@@ -22,9 +22,9 @@ def opened_elliptic_part(surface: Surface, types: np.ndarray, passes: int) -> np
         return inside
     ring = adjacency(surface)
     for _ in range(passes):
-        inside = inside & (ring @ (~inside).astype(np.int32) == 0)
+        inside = inside & ~(ring @ ~inside)
     for _ in range(passes):
-        inside = inside | (ring @ inside.astype(np.int32) > 0)
+        inside = inside | (ring @ inside)
     return inside
 
 

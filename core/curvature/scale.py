@@ -23,6 +23,7 @@ from ..base.progress import Progress
 from ..fields.frames import frame
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.normals import smooth_normals
+from ..mesh.rings import Begun
 from ..mesh.surface import Surface
 from .fits.jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
 
@@ -105,13 +106,17 @@ def choose(
         # Where there is little to average out, triangles that are long where the surface is
         # straight know better than discs.
         shapes = [dataclasses.replace(wide, stretch=1.0), wide]
+    begun = Begun()
     scales = [
-        grow_while_it_falls(surface, normals, shape, centres, progress, most=MOST_RINGS)
+        _grown(surface, normals, shape, centres, progress, DEGREE, MOST_RINGS, begun)
         for shape in shapes
     ]
-    grown = scales[0]
+    grown = scales[0][0]
     if len(scales) > 1:
-        grown = min(scales, key=lambda one: _next_change(surface, one, centres, progress))
+        # Where triangles are long only in places the median of the changes would not tell.
+        axes = normals[centres]
+        changes = [np.square(_changes(*pair, axes)).mean() for _, pair in scales]
+        grown = scales[int(np.argmin(changes))][0]
     if grown.neighbourhood.rings == 2:
         return Scale(focused, normals, 1.0, grown.clean)
     return grown
@@ -137,9 +142,23 @@ def grow_while_it_falls(
     degree:
         Degree of the fits.
     """
+    return _grown(surface, normals, neighbourhood, centres, progress, degree, most, Begun())[0]
+
+
+def _grown(
+    surface: Surface,
+    normals: np.ndarray,
+    neighbourhood: Neighbourhood,
+    centres: np.ndarray,
+    progress: Progress,
+    degree: int,
+    most: int,
+    begun: Begun,
+) -> tuple[Scale, tuple[Jets, Jets]]:
+    """As `grow_while_it_falls`, with the fits at the scale and at the next."""
 
     def at(rings: int, start: np.ndarray) -> Jets:
-        around = dataclasses.replace(neighbourhood, rings=rings)
+        around = dataclasses.replace(neighbourhood, rings=rings, begun=begun)
         return fit_jets(surface, start, around, progress, centres, degree)
 
     axes = normals[centres]
@@ -147,7 +166,7 @@ def grow_while_it_falls(
     fits = [at(rings + more, normals) for more in range(3)]
     rough = np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius)
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
-    changes = [_change(*pair, axes) for pair in pairwise(fits)]
+    changes = [float(np.median(_changes(*pair, axes))) for pair in pairwise(fits)]
     while rings < most and (
         changes[1] < FALLING * changes[0]
         or (not rough and _pays(fits[0], fits[1], changes[0], degree))
@@ -158,10 +177,10 @@ def grow_while_it_falls(
             passes = 1 if rings > 3 else 3
             smoothed = smooth_normals(surface, smoothed, passes, progress.quiet())
         fits = [*fits[1:], at(rings + 2, smoothed)]
-        changes = [changes[1], _change(fits[1], fits[2], axes)]
+        changes = [changes[1], float(np.median(_changes(fits[1], fits[2], axes)))]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0], MOST_CLEAN if clean else MOST_FACTOR)
-    return Scale(around, smoothed, factor, clean)
+    return Scale(around, smoothed, factor, clean), (fits[0], fits[1])
 
 
 def starting_normals(
@@ -185,27 +204,14 @@ def _stretch(neighbourhood: Neighbourhood, centres: np.ndarray) -> float:
     return float(np.median(stretch))
 
 
-def _change(smaller: Jets, larger: Jets, normals: np.ndarray) -> float:
-    """Median change of the deviator from one scale to the next."""
+def _changes(smaller: Jets, larger: Jets, normals: np.ndarray) -> np.ndarray:
+    """(k,) changes of the deviator from one scale to the next where both are determined; infinite
+    where none is."""
     both = smaller.determined & larger.determined
     if not both.any():
-        return np.inf
+        return np.array([np.inf])
     e1, e2 = frame(normals.T)
-    return float(np.median(np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))[both]))
-
-
-def _next_change(
-    surface: Surface, scale: Scale, centres: np.ndarray, progress: Progress
-) -> float:
-    """Root mean square change of the deviator from a scale to the next, which is what it is wrong
-    by: where triangles are long only in places the median would not tell."""
-    around = scale.neighbourhood
-    larger = dataclasses.replace(around, rings=around.rings + 1)
-    pair = [fit_jets(surface, scale.normals, one, progress, centres) for one in (around, larger)]
-    e1, e2 = frame(scale.normals[centres].T)
-    change = np.abs(_deviator(pair[0], e1, e2) - _deviator(pair[1], e1, e2))
-    known = pair[0].determined & pair[1].determined
-    return float(np.sqrt(np.mean(change[known] ** 2))) if known.any() else np.inf
+    return np.abs(_deviator(smaller, e1, e2) - _deviator(larger, e1, e2))[both]
 
 
 def _factor(smaller: Jets, larger: Jets, change: float, most: float) -> float:

@@ -34,8 +34,11 @@ from .scale import Scale
 # Rings from which on fits at a twelfth of the vertices suffice instead of at a quarter: on noisy
 # ellipsoids both leave less error than fits at all vertices do.
 WIDE = 6
-# Rounds of spreading, and how far fits reach whose mean is taken.
-MEAN, WIDE_MEAN = (1, 2), (2, 3)
+# Rings up to which fits are taken one edge away at most: what is farther has little weight, 15 %
+# together at three rings. Directions of the ellipsoid of docs/speed.md in single precision are so
+# wrong by .0077 instead of .0070 degrees, those of five other surfaces (two of harmonics, a field,
+# two of metaballs) by .0244, .0250, .0250, .0197, .0207 for .0266, .0299, .0250, .0183, .0205.
+NARROW = 3
 # Vertices below which all are fitted at: there is little time to save, and windows are wide beside
 # the surface's own detail, so that blending costs more than it averages out (98 umbilics found for
 # 107 on one set of noisy meshes of some thousand vertices, 132 for 129 on another).
@@ -104,9 +107,9 @@ def fit_spread(
     """
     fitting = progress.part("Fitting jets", 0.0, 0.7)
     graph = _open(neighbourhood)
-    rounds, edges = (1, 1) if neighbourhood.focused else MEAN
+    rounds, edges = 1, 1 if neighbourhood.rings <= NARROW else 2
     if neighbourhood.rings >= WIDE:
-        rounds, edges = WIDE_MEAN
+        rounds, edges = 2, 3
     centres, near = spread(graph, rounds, edges, progress.quiet())
     fits = _fits_at(surface, normals, neighbourhood, fitting, centres)
     blending = progress.part("Fitting jets", 0.7, 1.0)
@@ -128,7 +131,7 @@ def _open(neighbourhood: Neighbourhood) -> sparse.csr_array:
         closed = crowded if closed is None else crowded | closed
     if closed is None:
         return neighbourhood.graph
-    free = sparse.diags_array((~closed).astype(np.int32), dtype=np.int32)
+    free = sparse.diags_array(~closed, dtype=bool)
     graph = (free @ neighbourhood.graph @ free).tocsr()
     graph.eliminate_zeros()
     return graph

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from ..base.progress import Progress
-from .rings import by_size, grow, grown_rows, selection
+from .rings import Begun, by_size, grow, grown_rows, selection
 from .surface import Surface
 from .thinning import Thinned
 
@@ -29,7 +29,7 @@ class Neighbourhood:
     surface:
         The surface; n vertices.
     graph:
-        (n, n) its one-ring graph.
+        (n, n) bool, its one-ring graph.
     crease_vertices:
         (n,) bool, vertices on creases: they are samples, but no ring grows past them; None
         where there are no creases.
@@ -47,6 +47,8 @@ class Neighbourhood:
         where there are none.
     cells:
         The cells that graph and crease vertices are of; None where they are of the vertices.
+    begun:
+        Keeps the rings around few vertices for the next scale; None for none.
     """
 
     surface: Surface
@@ -58,6 +60,7 @@ class Neighbourhood:
     stretch: float = 1.0
     thinned: Thinned | None = None
     cells: Thinned | None = None
+    begun: Begun | None = None
 
     def around_triangles(
         self, corners: np.ndarray, rings: int, most: int, progress: Progress | None = None
@@ -103,6 +106,7 @@ class Neighbourhood:
                 stretch=1.0,
                 thinned=None,
                 cells=cells,
+                begun=None,
             )
             for some, members in samples(net, rows):
                 yield rows[some], members
@@ -133,7 +137,7 @@ class Neighbourhood:
         """Rows of `start` grown by rings, stopping at creases; as from `grow`."""
         if self.crease_vertices is None:
             return grow(start, self.graph, rings, progress)
-        passable = sparse.diags_array((~self.crease_vertices).astype(np.int32), dtype=np.int32)
+        passable = sparse.diags_array(~self.crease_vertices, dtype=bool)
         through = (passable @ self.graph).tocsr()
         # A crease vertex still sees its own ring, on both of its sides.
         reach = (start + start @ self.graph).tocsr()
@@ -196,6 +200,8 @@ class Neighbourhood:
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         nodes = self._nodes(centres)
         if self.crease_vertices is None:
+            if self.begun is not None:
+                return self.begun.grow(nodes, self.graph, count, progress)
             return grow(self.graph[nodes], self.graph, count - 1, progress)
         return self._around(selection(nodes[:, None], self.graph.shape[0]), count, progress)
 
@@ -204,9 +210,9 @@ class Neighbourhood:
     ) -> tuple[sparse.csr_array, np.ndarray]:
         """Samples within the length `reach` (but not fewer than needed), and whether the rings
         went as far as that."""
-        points = self.surface.vertices
         row = np.repeat(np.arange(len(centres)), np.diff(reach.indptr))
-        distance = np.sqrt(_squares(points, reach.indices, points[centres[row]]))
+        middle = self.surface.vertices[centres[row]]
+        distance = np.sqrt(_squares(self.surface, reach.indices, middle))
         # One key for row and distance: several times faster to sort than two.
         largest = distance.max(initial=np.finfo(float).tiny)
         order = np.argsort(row + distance / (1.001 * largest))
@@ -215,7 +221,7 @@ class Neighbourhood:
         covered = distance[reach.indptr[1:] - 1] >= self.reach
         keep = (distance <= self.reach) | (rank < FEWEST_SAMPLES)
         start = np.append(0, np.cumsum(keep))[reach.indptr]
-        ones = np.ones(int(start[-1]), np.int32)
+        ones = np.ones(int(start[-1]), bool)
         return sparse.csr_array((ones, members[keep], start), shape=reach.shape), covered
 
     def _nearest(self, members: np.ndarray, points: np.ndarray, rings: int) -> np.ndarray:
@@ -224,8 +230,8 @@ class Neighbourhood:
         count = _even_count(rings)
         if len(members) <= count:
             return members
-        square = _squares(self.surface.vertices, members.T, points[:, None])
-        nearest = np.argpartition(square, count - 1, axis=1)[:, :count]
+        square = _squares(self.surface, members, points)
+        nearest = np.argpartition(square.T, count - 1, axis=1)[:, :count]
         return np.ascontiguousarray(np.take_along_axis(members, nearest.T, axis=0))
 
 
@@ -234,7 +240,11 @@ def _even_count(rings: int) -> int:
     return 1 + 3 * rings * (rings + 1)
 
 
-def _squares(vertices: np.ndarray, members: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Squared distances of vertices from points, shape (..., 3)."""
-    offset = vertices.take(members, axis=0) - points
-    return np.asarray(np.einsum("...c,...c->...", offset, offset))
+def _squares(surface: Surface, members: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(..., b) squared distances of vertices (..., b) from points (b, 3)."""
+    squares = np.zeros(members.shape)
+    for here, middle in zip(surface.coordinates, points.T, strict=True):
+        offset = here.take(members, mode="clip")
+        offset -= middle
+        squares += np.square(offset, out=offset)
+    return squares

@@ -18,15 +18,15 @@ from .surface import Surface
 # with eight rings around them, 200 MB at most.
 MOST_GATHERED = 1 << 25
 # Nodes whose surroundings are gathered by one thread.
-NEAR_BLOCK = 1 << 16
+NEAR_BLOCK = 1 << 15
 
 
 def adjacency(links: Surface | HalfEdges, values: np.ndarray | None = None) -> sparse.csr_array:
     """The (n, n) one-ring graph: where two vertices share an edge the `values` (e,) of their
-    `neighbours`, else ones."""
+    `neighbours`, else True."""
     n = len(links.neighbour_start) - 1
     if values is None:
-        values = np.ones(len(links.neighbours), np.int32)
+        values = np.ones(len(links.neighbours), bool)
     return sparse.csr_array((values, links.neighbours, links.neighbour_start), shape=(n, n))
 
 
@@ -84,6 +84,24 @@ def grow(
     return grown_rows(reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress)
 
 
+class Begun:
+    """Rings around the same vertices, grown on where one scale after the other asks for them."""
+
+    def __init__(self) -> None:
+        self._rows: dict[bytes, dict[int, sparse.csr_array]] = {}
+
+    def grow(
+        self, nodes: np.ndarray, graph: sparse.csr_array, rings: int, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """As `grow`, so many rings around `nodes` (r,) of always the same graph."""
+        known = self._rows.setdefault(nodes.tobytes(), {1: graph[nodes]})
+        begin = max(have for have in known if have <= rings)
+        for rows, reach in grow(known[begin], graph, rings - begin, progress):
+            if len(rows) == len(nodes):
+                known[rings] = reach
+            yield rows, reach
+
+
 def grown_rows(
     reach: sparse.csr_array,
     further: Callable[[sparse.csr_array], sparse.csr_array],
@@ -107,19 +125,19 @@ def grown_rows(
                     rows, reach = rows[:half], reach[:half]
                     continue
             larger = further(reach)
-            larger.data[:] = 1
+            larger.data[:] = True
             left = left - 1 if larger.nnz > reach.nnz else 0
             reach = larger
         yield rows, reach
 
 
 def selection(vertices: np.ndarray, count: int) -> sparse.csr_array:
-    """(r, count) matrix whose rows hold ones at the vertices (r, s) named in each row."""
+    """(r, count) bool matrix whose rows are True at the vertices (r, s) named in each row."""
     rows, size = vertices.shape
     # Products of matrices whose rows have numbers of different types copy both.
     columns = vertices.ravel().astype(np.int32)
     starts = size * np.arange(rows + 1, dtype=np.int32)
-    return sparse.csr_array((np.ones(len(columns), np.int32), columns, starts), (rows, count))
+    return sparse.csr_array((np.ones(len(columns), bool), columns, starts), (rows, count))
 
 
 def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -193,8 +211,8 @@ def spread(
     nodes:
         (c,) ascending.
     near:
-        (n, c) ones where a node of the graph is within so many `edges` of one of those. No row is
-        empty from one edge on after one round, from three on after two.
+        (n, c) bool, whether a node of the graph is within so many `edges` of one of those. No row
+        is empty from one edge on after one round, from three on after two.
     """
     nodes = independent(graph, progress)
     if rounds > 1:
@@ -202,7 +220,7 @@ def spread(
         near = _near(graph, nodes, 1, progress)
         beside = (near.T @ near).tocoo()
         apart = beside.row != beside.col
-        ones = np.ones(int(apart.sum()), np.int32)
+        ones = np.ones(int(apart.sum()), bool)
         pairs = beside.row[apart], beside.col[apart]
         nodes = nodes[independent(sparse.csr_array((ones, pairs), beside.shape), progress)]
     return nodes, _near(graph, nodes, edges, progress)
@@ -211,19 +229,16 @@ def spread(
 def _near(
     graph: sparse.csr_array, nodes: np.ndarray, edges: int, progress: Progress
 ) -> sparse.csr_array:
-    """(n, c) ones where a node is within so many edges of each of the `nodes` (c,)."""
-    near = selection(nodes[:, None], graph.shape[0]).T.tocsr()
-    firsts = range(0, graph.shape[0], NEAR_BLOCK)
-    for _ in range(edges):
-        parts: dict[int, sparse.csr_array] = {}
+    """(n, c) bool, whether a node is within so many edges of each of the `nodes` (c,)."""
+    parts: dict[int, sparse.csr_array] = {}
 
-        def block(
-            first: int, near: sparse.csr_array = near, parts: dict[int, sparse.csr_array] = parts
-        ) -> None:
-            rows = slice(first, first + NEAR_BLOCK)
-            parts[first] = (near[rows] + graph[rows] @ near).tocsr()
-            parts[first].data[:] = 1
+    def block(first: int) -> None:
+        # From the few nodes, which as many edges lead back to, and not from all others.
+        reach = selection(nodes[first : first + NEAR_BLOCK, None], graph.shape[0])
+        for _ in range(edges):
+            reach = (reach + reach @ graph).tocsr()
+            reach.data[:] = True
+        parts[first] = reach
 
-        run(block, firsts, progress)
-        near = sparse.vstack([parts[first] for first in firsts], format="csr")
-    return near
+    run(block, range(0, len(nodes), NEAR_BLOCK), progress)
+    return sparse.vstack([parts[first] for first in sorted(parts)], format="csr").T.tocsr()

@@ -85,7 +85,7 @@ class Surface:
 
         def block(first: int) -> None:
             rows = slice(first, first + BLOCK)
-            corners = np.take(coordinates, self.triangles[rows].T, axis=1)
+            corners = np.take(coordinates, self.triangles[rows].T, axis=1, mode="clip")
             sides = corners[:, [1, 2, 0]] - corners
             np.einsum("ckr,ckr->kr", sides, sides, out=squares[:, rows])
             (ax, bx, _), (ay, by, _), (az, bz, _) = sides

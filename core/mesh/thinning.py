@@ -46,7 +46,7 @@ class Thinned:
     seed:
         (c,) int64 vertex that stands for each cell, the one nearest to its middle.
     graph:
-        (c, c) ones where an edge joins two cells.
+        (c, c) bool, whether an edge joins two cells.
     """
 
     crowded: np.ndarray
@@ -80,9 +80,8 @@ def thinned(
     apart = low != high
     rows = np.concatenate([low[apart], high[apart]])
     columns = np.concatenate([high[apart], low[apart]])
-    ones = np.ones(len(rows), np.int32)
+    ones = np.ones(len(rows), bool)
     graph = sparse.coo_array((ones, (rows, columns)), shape=(len(seed), len(seed))).tocsr()
-    graph.data[:] = 1
     return Thinned(crowded, cell, seed, graph)
 
 

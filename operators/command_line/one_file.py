@@ -19,7 +19,7 @@ from ..mesh.evaluated import is_in
 from ..scene import display_objects
 from . import frames, guidance, matching, messages, report, steering, topology
 from .arguments.request import Request
-from .files import blend_file, importers, mesh_file
+from .files import beside, blend_file, importers, mesh_file
 from .files.guard import shown
 from .messages import complain
 from .pictures import panels, picture
@@ -57,8 +57,9 @@ def analyse(
         The file holds no mesh that is wanted, a result would overwrite something or cannot be
         written, or the command is to stop (`core.CancelledError`).
     """
-    source = report.source_of(file)
-    request.guard.reads(importers.files_read(file))
+    others = beside.files_beside(file)
+    source = report.source_of(file, others)
+    request.guard.reads(others)
     wanted = [obj.name for obj in _wanted(opened.objects, request, file)]
     _claim_guidance(request, file, wanted)
     steered = steering.read(request.steering, file)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,9 @@ SCHEMA = 1
 _PIECE = 1 << 20
 
 
-def source_of(file: str | None) -> dict[str, Any] | None:
-    """What tells a file from every other; None for what Blender has open without a file.
+def source_of(file: str | None, others: Sequence[str]) -> dict[str, Any] | None:
+    """What tells a file, with those that are read beside it, from every other; None for what
+    Blender has open without a file.
 
     Raises
     ------
@@ -33,15 +35,26 @@ def source_of(file: str | None) -> dict[str, Any] | None:
     path = file or bpy.data.filepath
     if not path:
         return None
-    digest = hashlib.sha256()
     try:
-        with open(path, "rb") as data:
-            while piece := data.read(_PIECE):
-                digest.update(piece)
-            size = data.tell()
+        source = _told(path)
     except OSError as error:
         raise FileError(f"{shown(path)}: cannot be read ({error.strerror}).") from error
-    return {"file": shown(path), "bytes": size, "sha256": digest.hexdigest()}
+    beside = []
+    for other in others:
+        try:
+            beside.append(_told(other))
+        except (OSError, ValueError):
+            # What is named and missing is another file when it comes.
+            beside.append({"file": shown(other), "bytes": None, "sha256": None})
+    return source | ({"beside": beside} if beside else {})
+
+
+def _told(path: str) -> dict[str, Any]:
+    digest = hashlib.sha256()
+    with open(path, "rb") as data:
+        while piece := data.read(_PIECE):
+            digest.update(piece)
+        return {"file": shown(path), "bytes": data.tell(), "sha256": digest.hexdigest()}
 
 
 def success(

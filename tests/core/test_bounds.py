@@ -57,19 +57,26 @@ def test_distance_to_a_border_within_half_a_step(seed, stray, steps):
     assert (found[near] <= np.hypot(exact[near], step / 2) * (1 + 1e-6) + 1e-12).all()
 
 
+def peak(away: float) -> int:
+    """Bytes that a detection on the sheet takes at most."""
+    tracemalloc.start()
+    detection = core.detect(*sheet(away))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(detection.curvature.k1) == 484
+    return most
+
+
+@pytest.fixture(scope="module")
+def usual_peak():
+    core.detect(*sheet(0.0))
+    return peak(1.0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("stray", [1e4, 1e8, 1e300])
-def test_one_stray_vertex_costs_no_memory(stray):
-    def peak(away: float) -> int:
-        tracemalloc.start()
-        detection = core.detect(*sheet(away))
-        _, most = tracemalloc.get_traced_memory()
-        tracemalloc.stop()
-        assert len(detection.curvature.k1) == 484
-        return most
-
-    core.detect(*sheet(0.0))
-    assert peak(stray) < 3 * peak(1.0)
+def test_one_stray_vertex_costs_no_memory(stray, usual_peak):
+    assert peak(stray) < 3 * usual_peak
 
 
 def test_a_border_of_edges_without_a_length_is_followed():

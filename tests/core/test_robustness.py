@@ -11,6 +11,7 @@ from surfaces import ellipsoid, icosphere, noisy, seed_patch, torus
 
 import core
 from core.mesh.mending.repair import clean
+from core.mesh.surface import Surface
 
 # Every mesh here is one that detection must get through; anything but these is a failure.
 REFUSED = core.InvalidMeshError
@@ -43,13 +44,13 @@ def check(vertices: np.ndarray, triangles: np.ndarray, choices: core.Settings | 
         assert (found.position >= low - slack).all() and (found.position <= high + slack).all()
     assert detection.triangle_index.shape == (m,)
     assert (2 * detection.triangle_index == np.rint(2 * detection.triangle_index)).all()
+    surface, _ = clean(vertices, triangles)
+    used = np.zeros(n, dtype=bool)
+    used[surface.source_vertex] = True
+    used[surface.joined[:, 0]] = used[surface.joined[:, 1]]
     for name in ("k1", "k2", "d1", "d2", "normal"):
         values = getattr(detection.curvature, name)
         assert len(values) == n
-        used = np.zeros(n, dtype=bool)
-        surface, _ = clean(vertices, triangles)
-        used[surface.source_vertex] = True
-        used[surface.joined[:, 0]] = used[surface.joined[:, 1]]
         assert np.isfinite(values[used]).all(), name
         assert np.isnan(values[~used]).all(), name
     for region in detection.regions:
@@ -58,13 +59,12 @@ def check(vertices: np.ndarray, triangles: np.ndarray, choices: core.Settings | 
     for value in (detection.index_sum, detection.persistence_level):
         assert np.isfinite(value)
     assert all(text.strip().endswith(".") for text in detection.warnings)
-    check_sums(vertices, triangles, detection)
+    check_sums(surface, detection)
     return detection
 
 
-def check_sums(vertices: np.ndarray, triangles: np.ndarray, detection: core.Detection) -> None:
+def check_sums(surface: Surface, detection: core.Detection) -> None:
     """The indices of every closed component sum to its Euler characteristic, exactly."""
-    surface, _ = clean(vertices, triangles)
     # Parts of a triangle that was split have their sum.
     rows, first = np.unique(surface.source_triangle, return_index=True)
     index = detection.triangle_index[rows]
@@ -173,6 +173,7 @@ def test_extreme_scales(exponent):
     assert detection.umbilics.counts()["lemon"] == 4
 
 
+@pytest.mark.once
 def test_extreme_proportions():
     base = ellipsoid(subdivisions=2)
     for axis in range(3):
@@ -182,6 +183,7 @@ def test_extreme_proportions():
             check(base.vertices * stretch, base.triangles)
 
 
+@pytest.mark.once
 def test_far_from_the_origin():
     base = ellipsoid(subdivisions=3)
     for away in (1e3, 1e9, 1e15, 1e17):
@@ -192,6 +194,7 @@ TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 OF_TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 
 
+@pytest.mark.once
 def test_tiny_components():
     one = check(TETRAHEDRON, OF_TETRAHEDRON)
     assert one.expected_index_sum == 2.0
@@ -227,6 +230,7 @@ def test_constant_and_random_positions():
     check(line, triangles)
 
 
+@pytest.mark.once
 def test_single_precision_positions():
     base = seed_patch(2000)
     check(base.vertices.astype(np.float32), base.triangles)

@@ -68,6 +68,17 @@ def said_by(run, capfd):
     return ran
 
 
+@pytest.fixture
+def here(addon, monkeypatch):
+    """Files whose damage could end Blender are read in this one, not each in one of its own.
+
+    For tests of what is done with what a whole file holds; those of torn files, of limits and of
+    signals have the processes.
+    """
+    command = addon.operators.command_line.command
+    monkeypatch.setattr(command, "_needs_processes", lambda request: False)
+
+
 @pytest.fixture(autouse=True)
 def _empty_file(addon):
     from scene_building import empty_scene

@@ -41,14 +41,15 @@ def everything():
 
 def differences(before, after, path=""):
     """Where two answers of `everything` differ."""
+    if before == after:
+        return []
     if isinstance(before, dict) and isinstance(after, dict):
         keys = {**before, **after}
         parts = [(before.get(key), after.get(key), f"{path}/{key}") for key in keys]
     elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         parts = [(*pair, f"{path}/{at}") for at, pair in enumerate(zip(before, after, strict=True))]
     else:
-        same = before == after
-        return [] if same else [f"{path}: {str(before)[:80]} became {str(after)[:80]}"]
+        return [f"{path}: {str(before)[:80]} became {str(after)[:80]}"]
     return [found for one in parts for found in differences(*one)]
 
 

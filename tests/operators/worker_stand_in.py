@@ -1,8 +1,8 @@
 """Stands for the Blender process of one file in tests of batches, so that they take no time.
 
 Takes the command's arguments as the real one does. What it does is said by the file's content:
-lines "torn", "silent", "half", "hang", "crash", "word TEXT", "guide NAME", or else a report is
-written.
+lines "torn", "silent", "half", "hang", "crash", "word TEXT", "guide NAME", "with NAME" (read beside
+it), "touch" (somebody saves the file meanwhile), or else a report is written.
 """
 
 import json
@@ -55,7 +55,14 @@ def main(arguments: list[str]) -> int:
         return 1
     if what == "hang":
         time.sleep(600)
-    text = json.dumps({"schema": 1, "objects": [OBJECT]})
+    if what == "touch":
+        later = time.time() + 1.0
+        os.utime(source, (later, later))
+    told = {"file": source}
+    if what.startswith("with "):
+        other = os.path.join(os.path.dirname(source), what[5:])
+        told["beside"] = [{"file": other, "bytes": None, "sha256": None}]
+    text = json.dumps({"schema": 1, "source": told, "objects": [OBJECT]})
     with open(places["json"], "w") as file:
         file.write(text[: len(text) // 2] if what == "torn" else text)
     return 0

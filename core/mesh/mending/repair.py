@@ -11,6 +11,7 @@ from ..half_edges import HalfEdges, following, link
 from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
 from ..surface import Surface
+from .cavities import cavities
 from .joining import corners_in_input, mend_borders
 from .sheets import linked, separate, split_fans
 from .slits import without_slits
@@ -208,7 +209,7 @@ def _warn_about_geometry(surface: Surface, warnings: list[str]) -> None:
         warnings.append(
             f"{counted(flat, 'triangle')} without area: their neighbourhood is less certain."
         )
-    inward = int(np.count_nonzero(surface.closed & (surface.volume < 0)))
+    inward = int(np.count_nonzero(surface.closed & (surface.volume < 0) & ~cavities(surface)))
     if inward:
         warnings.append(
             f"The normals of {counted(inward, 'closed piece')} point inwards, so curvatures have "

@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
@@ -21,7 +21,7 @@ from ..stopping import Stop
 from . import journal, lock, machine, summary
 from .display import Display, duration
 from .plan import Plan, Task
-from .worker import DeliveryError, Worker
+from .worker import DeliveryError, Worker, identity
 
 # Memory of a process with a file of so many bytes: Blender itself, and what a mesh becomes.
 # Measured on files of 1.3 million triangles; see docs/batch.md.
@@ -226,7 +226,6 @@ class _Batch:
             "name": task.name,
             "file": shown(task.source),
             "arguments": self._digest,
-            "source": _identity(task.source),
         }
 
     def _outcome(self, worker: Worker) -> dict[str, Any]:
@@ -240,6 +239,7 @@ class _Batch:
         if not objects or worker.timed_out:
             return self._failure(task, worker.why(), **facts)
         facts["objects"] = objects
+        beside = worker.beside()
         made = worker.makes(self._plan.out)
         try:
             for place in chain.from_iterable(made.values()):
@@ -251,6 +251,7 @@ class _Batch:
         facts["results"] = made
         if not worker.succeeded:
             return self._failure(task, worker.why(), **facts)
+        facts |= {"source": worker.source, "beside": beside}
         return self._about(task) | {"status": "done"} | facts
 
     def _is_done(self, task: Task) -> bool:
@@ -264,24 +265,22 @@ class _Batch:
         places = [place for kind in wanted for place in journal.places_of(entry, kind)]
         return (
             entry["arguments"] == self._digest
-            and entry.get("source") == _identity(task.source)
+            and entry.get("source") == identity(task.source)
+            and all(identity(name) == one for name, one in _beside(entry))
             and all((self._plan.out / place).is_file() for place in places)
         )
 
 
-def _identity(source: str) -> list[int] | None:
-    """Size and time of change of a file, None if there is none."""
-    try:
-        status = Path(source).stat()
-    except (OSError, ValueError):
-        return None
-    return [status.st_size, status.st_mtime_ns]
+def _beside(entry: dict[str, Any]) -> Iterable[tuple[str, Any]]:
+    """The files that were read beside that of an entry, as they were."""
+    kept = entry.get("beside")
+    return kept.items() if isinstance(kept, dict) else ()
 
 
 def _shares(tasks: list[Task], jobs: int | None, limit: int | None) -> tuple[int, int]:
     """How many files at a time, and bytes of memory for each process."""
     free = machine.free_memory()
-    largest = max((size[0] for task in tasks if (size := _identity(task.source))), default=0)
+    largest = max((size[0] for task in tasks if (size := identity(task.source))), default=0)
     if jobs is None:
         fitting = free // (limit or (_BLENDER + _PER_BYTE * largest))
         jobs = min(machine.processors(), fitting)

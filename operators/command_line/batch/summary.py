@@ -94,6 +94,14 @@ def objects_in(report: bytes | None) -> list[dict[str, Any]]:
     return found
 
 
+def beside_in(report: bytes | None) -> list[str]:
+    """The files that a file's JSON report names as read beside it."""
+    try:
+        return [str(one["file"]) for one in json.loads(report or b"")["source"].get("beside", [])]
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return []
+
+
 def in_words(entry: dict[str, Any]) -> str:
     """One line on a file."""
     if entry["status"] != "done":

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from ..files.guard import shown
-from . import machine
+from . import machine, summary
 from .plan import Task
 
 # A process that failed with this part of its bound in use has run out of memory: what is asked
@@ -44,7 +44,9 @@ class Worker:
         guidance go to, and one on the same file system where they are made.
         """
         self.task = task
-        self.started = time.monotonic()
+        # As it is now: what is saved while the process reads it is another file.
+        self.source = identity(task.source)
+        self.started, self._since = time.monotonic(), time.time_ns()
         self.peak = 0
         self._bound = self._fullest = 0
         self.timed_out = False
@@ -111,6 +113,14 @@ class Worker:
             return (self._scratch / f"{_RESULT}.json").read_bytes()
         except OSError:
             return None
+
+    def beside(self) -> dict[str, list[int] | None]:
+        """The other files that it has read, each with what tells it from another; nothing does
+        if it has changed since the process began."""
+        found = {name: identity(name) for name in summary.beside_in(self.result())}
+        return {
+            name: one if one is None or one[1] < self._since else [] for name, one in found.items()
+        }
 
     def why(self) -> str:
         """Why the file failed, from what the process has said; never empty."""
@@ -201,6 +211,15 @@ class Worker:
             place = place.with_name(f"{place.stem}{frame}{place.suffix}")
             moves.append((path.suffix[1:], path, place))
         return moves
+
+
+def identity(source: str) -> list[int] | None:
+    """Size and time of change of a file, None if there is none."""
+    try:
+        status = Path(source).stat()
+    except (OSError, ValueError):
+        return None
+    return [status.st_size, status.st_mtime_ns]
 
 
 def _seen_from(folder: Path, path: Path) -> str:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import unquote
 
 import bmesh
 import bpy
@@ -92,24 +90,6 @@ def open_file(path: str | None, base: str) -> Opened:
     file_up = file_up or ("Z" if to_file[2, 2] > 0.5 else "Y")
     up = "Z" if (to_file.T @ _AXES[file_up])[2] > 0.5 else "Y"
     return Opened(objects, to_file, up, file_up, tuple(warnings))
-
-
-def files_read(path: str | None) -> list[str]:
-    """The files that belong to the one that is open: pictures, libraries, buffers."""
-    files = bpy.utils.blend_paths(absolute=True, packed=False, local=False)
-    if path is not None and path.lower().endswith(".gltf"):
-        # Blender does not keep the names of the buffers.
-        try:
-            parts = json.loads(Path(path).read_bytes())
-            uris = [
-                part.get("uri", "data:")
-                for key in ("buffers", "images")
-                for part in parts.get(key, [])
-            ]
-        except (OSError, ValueError, TypeError, AttributeError) as error:
-            raise FileError(f"{shown(path)}: its list of files cannot be read.") from error
-        files += [str(Path(path).parent / unquote(uri)) for uri in uris if "data:" not in uri[:5]]
-    return files
 
 
 def _by_name(words: str, real: str, name: str) -> str:

@@ -7,6 +7,7 @@ images are tagged by the custom property `umbilics_glyph` and go when nothing sh
 from __future__ import annotations
 
 from collections import Counter
+from functools import cache
 
 import bpy
 import numpy as np
@@ -46,15 +47,21 @@ def unused_without(going: set[bpy.types.ID]) -> list[bpy.types.Image]:
     ]
 
 
+@cache
 def drawn(kind: str) -> np.ndarray:
-    """(pixels, pixels, 4) float32: a white glyph with a dark rim, clear around it."""
+    """(pixels, pixels, 4) float32: a white glyph with a dark rim, clear around it.
+
+    Every file that umbilics are found in has its image, of the same pixels.
+    """
     outline = OUTLINES[kind]
     inside = _coverage(outline)
     # A rim by the outline's own shape: it grows by the same length at every point of it.
     reach = np.linalg.norm(outline, axis=1, keepdims=True)
     around = _coverage(outline * (1.0 + _RIM / reach))
     brightness = _RIM_BRIGHTNESS + (1.0 - _RIM_BRIGHTNESS) * inside
-    return np.dstack([brightness, brightness, brightness, around]).astype(np.float32)
+    pixels = np.dstack([brightness, brightness, brightness, around]).astype(np.float32)
+    pixels.flags.writeable = False
+    return pixels
 
 
 def _coverage(outline: np.ndarray) -> np.ndarray:

@@ -57,6 +57,7 @@ def test_ladders_rise_to_a_bound():
         assert steps == sorted(set(steps)) and steps[0] >= 3 and steps[-1] <= 20
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise", [0.02, 0.1])
 def test_the_field_is_better_around_umbilics_and_untouched_elsewhere(noise):
     exact = surfaces.quartic(5)
@@ -91,6 +92,7 @@ def test_the_field_is_better_around_umbilics_and_untouched_elsewhere(noise):
     assert np.allclose(np.cross(d1, d2), normal, atol=1e-9)
 
 
+@pytest.mark.once
 def test_a_pair_within_the_errors_of_its_places_is_not_resolved():
     surface = surfaces.superquadric()
     vertices, triangles = surfaces.marching_tetrahedra(surface, 30)

@@ -125,6 +125,7 @@ def test_what_is_beyond_half_the_sphere_has_no_say():
         np.testing.assert_allclose(whole.heights.coefficients[term], value, atol=1e-9)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("degree", [3, 4, 5])
 def test_errors_grow_as_those_of_fits_to_noise_do(degree):
     x, y = disc(4000, 1.0, seed=5)

@@ -40,6 +40,7 @@ def test_a_cubic_graph_is_exact():
     assert np.abs(np.einsum("nc,nc->n", jets.normal, mesh.normal) - 1).max() < 1e-9
 
 
+@pytest.mark.once
 def test_directions_on_random_points_are_as_good_as_published_jets():
     # 0.048 degrees is what CGAL's jets of degree three reach on as many random hull points.
     assert direction_error(surfaces.random_ellipsoid(count=40962)) <= 0.048
@@ -61,6 +62,7 @@ def test_scale_grows_with_the_noise(noise, rings):
     assert chosen.focused == (noise == 0.0)
 
 
+@pytest.mark.once
 def test_noise_is_measured():
     mesh = surfaces.ellipsoid(subdivisions=5)
     edge = np.linalg.norm(

@@ -95,10 +95,10 @@ def test_rings_stay_long_where_the_surface_is_straight_along_them(stretch, disc,
 
 
 def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
-    def grown(surface, normals, neighbourhood, centres, progress, most):
-        return module.Scale(dataclasses.replace(neighbourhood, rings=3), normals, 1.0)
+    def grown(surface, normals, neighbourhood, *others):
+        return module.Scale(dataclasses.replace(neighbourhood, rings=3), normals, 1.0), None
 
-    monkeypatch.setattr(module, "grow_while_it_falls", grown)
+    monkeypatch.setattr(module, "_grown", grown)
     assert chosen_for(stretched(60.0, 0.02)).neighbourhood.stretch == 16.0
 
 

@@ -93,6 +93,7 @@ def test_field_round_trips_are_exact(tmp_path):
         assert np.array_equal(one, other)
 
 
+@pytest.mark.once
 def test_curves_round_trip(tmp_path, exported):
     lines = exported.lines
     formats.write_curves(tmp_path / "c.obj", lines)

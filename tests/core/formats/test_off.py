@@ -136,6 +136,7 @@ def test_nor_of_any_numbers(tmp_path_factory, words):
         assert len(vertices) <= len(words) and len(corners) == sizes.sum() <= len(words)
 
 
+@pytest.mark.once
 @given(st.lists(st.integers(3, 7), max_size=20), st.randoms(use_true_random=False))
 def test_faces_of_any_size_keep_their_order(tmp_path_factory, sizes, random):
     path = tmp_path_factory.mktemp("off") / "m.off"

@@ -81,6 +81,7 @@ def test_a_mirror_image_is_another_shape():
         core.align(mirrored, known(3))
 
 
+@pytest.mark.once
 def test_a_shape_without_umbilics_is_refused():
     mesh = torus(columns=60, rows=24)
     with pytest.raises(core.MatchError, match="Too few umbilics"):

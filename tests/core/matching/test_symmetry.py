@@ -47,6 +47,7 @@ def test_the_one_plane_is_found_wherever_it_is(angle):
     assert len(plane.pairs)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("coarse", [2, 4])
 def test_halves_of_unlike_triangles_do_not_move_the_plane(coarse):
     # The larger its triangles the deeper a mesh lies inside a rounded surface.
@@ -60,6 +61,7 @@ def test_halves_of_unlike_triangles_do_not_move_the_plane(coarse):
     assert abs(plane.point[1]) < 3.0 * plane.offset_error
 
 
+@pytest.mark.once
 def test_random_meshes_do_not_need_matching_vertices():
     points = np.random.default_rng(2).normal(size=(15000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]

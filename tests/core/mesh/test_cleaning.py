@@ -188,3 +188,30 @@ def test_any_soup_becomes_a_manifold(seed, points, count):
         assert not (np.diff(np.sort(triangles, axis=1), axis=1) > 0).all(axis=1).any()
         return
     assert_manifold(surface)
+
+
+def shell(radius, middle=(0.0, 0.0, 0.0), inwards=False):
+    ball = surfaces.sphere(subdivisions=2)
+    triangles = ball.triangles[:, ::-1] if inwards else ball.triangles
+    return ball.vertices * radius + middle, triangles
+
+
+@pytest.mark.parametrize(
+    ("shells", "wrong"),
+    [
+        ([shell(2.0), shell(1.0, inwards=True)], 0),
+        ([shell(2.0), shell(0.5, (1, 0, 0), True), shell(0.5, (-1, 0, 0), True)], 0),
+        ([shell(2.0), shell(1.0, (0, 0, 5), True)], 1),
+        ([shell(2.0, inwards=True), shell(1.0)], 1),
+        # What lies in a hollow is a body again.
+        ([shell(3.0), shell(2.0, inwards=True), shell(1.0)], 0),
+        ([shell(3.0), shell(2.0, inwards=True), shell(1.0, inwards=True)], 1),
+    ],
+)
+def test_walls_of_a_cavity_point_into_it(shells, wrong):
+    counts = np.cumsum([0, *(len(vertices) for vertices, _ in shells)])
+    vertices = np.concatenate([vertices for vertices, _ in shells])
+    triangles = np.concatenate([t + first for (_, t), first in zip(shells, counts, strict=False)])
+    _, warnings = clean(vertices, triangles)
+    said = [f"The normals of {wrong} closed piece point inwards"] if wrong else []
+    assert [warning.split(",")[0] for warning in warnings] == said

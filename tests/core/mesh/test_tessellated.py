@@ -130,6 +130,7 @@ def test_without_a_gap_no_angle_makes_facets(meshes_folder):
     assert tessellation(surface, 30.0) is None
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "shape",
     [
@@ -173,6 +174,7 @@ def test_a_part_as_written_by_a_program(meshes_folder):
     assert detection.index_sum == -44.0
 
 
+@pytest.mark.once
 def test_cylinders_and_cones_have_exact_directions():
     vertices, triangles = turned(np.array([0, 2, 2, 1.0, 0]), np.array([0, 0, 3, 5, 5.0]), 40)
     detection = core.detect(vertices, triangles)

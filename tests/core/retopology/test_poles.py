@@ -102,6 +102,7 @@ def test_every_umbilic_has_its_poles_where_all_are_wanted():
     assert np.array_equal(quarters, 4 * detection.umbilics.index)
 
 
+@pytest.mark.once
 def test_sums_hold_where_the_filters_left_them_open():
     guide = guide_of("quartic", opening=2)
     poles = guide.guidance(core.GuidanceSettings(plan="umbilics")).poles

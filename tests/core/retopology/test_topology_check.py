@@ -143,6 +143,7 @@ def cube_on(radii, size):
     return vertices * radii, row.reshape(-1)[quads]
 
 
+@pytest.mark.once
 def test_a_cube_on_an_ellipsoid_has_eight_poles_in_the_wrong_places(ellipsoid):
     found = check(ellipsoid, *cube_on((1.5, 1.0, 0.7), 12))
     assert found.valence.tolist() == [3] * 8

@@ -74,6 +74,7 @@ def test_the_setting_of_a_detection_is_the_filter_of_its_umbilics():
     assert 0 < len(found.umbilics) <= 5 < len(found.candidates)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("method", ["I", "C"])
 def test_methods_that_pair_nothing_have_an_importance_too(method):
     mesh = seed_patch(900)
@@ -84,6 +85,7 @@ def test_methods_that_pair_nothing_have_an_importance_too(method):
         assert len(few.umbilics) == 1
 
 
+@pytest.mark.once
 def test_the_weak_pair_of_a_smooth_surface_is_less_important():
     mesh = seed_patch(5400)
     found = core.detect(mesh.vertices, mesh.triangles).umbilics

@@ -233,6 +233,34 @@ def test_resuming_with_other_settings_does_all_again(do, tmp_path, change, capfd
     assert "1 files to do" in capfd.readouterr().err
 
 
+def test_resuming_knows_the_files_that_are_read_beside(do, tmp_path, capfd):
+    (tmp_path / "x.obj").write_text("with x.mtl")
+
+    def is_done(**options):
+        do(tmp_path / "x.obj", **options)
+        return "0 files to do, 1 done before" in capfd.readouterr().err
+
+    do(tmp_path / "x.obj")
+    assert is_done(resume=True)
+    (tmp_path / "x.mtl").write_text("one that was missing")
+    os.utime(tmp_path / "x.mtl", (1e9, 1e9))
+    assert not is_done(resume=True)
+    assert is_done(resume=True)
+    (tmp_path / "x.mtl").write_text("another")
+    os.utime(tmp_path / "x.mtl", (1e9, 1e9))
+    assert not is_done(resume=True)
+    assert is_done(resume=True)
+    (tmp_path / "x.mtl").unlink()
+    assert not is_done(resume=True)
+
+
+def test_a_file_that_is_saved_while_it_is_read_is_done_again(do, tmp_path, capfd):
+    (tmp_path / "x.obj").write_text("touch")
+    do(tmp_path / "x.obj")
+    do(tmp_path / "x.obj", resume=True)
+    assert "1 files to do" in capfd.readouterr().err
+
+
 def test_results_inside_the_folder_of_the_meshes_are_no_meshes(do, tmp_path):
     folder = tmp_path / "in"
     folder.mkdir()

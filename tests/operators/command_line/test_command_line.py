@@ -137,6 +137,7 @@ def test_several_files_fill_folders(run, files, tmp_path, capfd):
     assert "missing.obj" in errors[0]
 
 
+@pytest.mark.usefixtures("here")
 def test_every_mesh_of_a_blend_and_only_those_named(run, tmp_path):
     add_ellipsoid(subdivisions=3, name="One")
     add_ellipsoid(subdivisions=3, name="Two")

@@ -4,6 +4,7 @@ import json
 
 import bpy
 import numpy as np
+import pytest
 from scene_building import add_ellipsoid, add_mesh
 from surfaces import seed_patch
 
@@ -20,6 +21,7 @@ def size_of(path) -> tuple[int, int]:
     return size
 
 
+@pytest.mark.usefixtures("here")
 def test_a_table_a_picture_and_json(run, tmp_path, capfd):
     mesh = seed_patch(3000)
     add_mesh(mesh.vertices, mesh.triangles, name="Patch")
@@ -45,6 +47,7 @@ def test_a_table_a_picture_and_json(run, tmp_path, capfd):
     assert width == 3 * height
 
 
+@pytest.mark.usefixtures("here")
 def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capfd):
     add_ellipsoid(subdivisions=3, name="Egg")
     file = save(tmp_path / "egg.blend")
@@ -63,6 +66,7 @@ def test_a_closed_mesh_is_refused_by_c_alone(run, tmp_path, capfd):
     assert entry["counts"]["lemon"] == 4
 
 
+@pytest.mark.usefixtures("here")
 def test_c_along_seams_leaves_the_conformal_scale(run, tmp_path):
     """A seam around the waist makes two disks of the ellipsoid."""
     egg = add_ellipsoid(subdivisions=4, name="Egg")

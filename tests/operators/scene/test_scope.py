@@ -193,6 +193,7 @@ def test_the_part_that_was_selected_goes_with_edits(obj):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+@pytest.mark.usefixtures("here")
 def test_the_command_takes_source_and_scope(run, obj, tmp_path):
     bpy.context.scene.frame_set(1)
     obj.modifiers.new("Subdivision", "SUBSURF")
@@ -218,6 +219,7 @@ def test_the_command_wants_a_group_with_its_scope(run, words):
     assert run("x.obj", *words) == 2
 
 
+@pytest.mark.usefixtures("here")
 def test_the_command_leaves_out_what_cannot_be_seen(run, tmp_path):
     seen = add_ellipsoid(subdivisions=3, name="Seen")
     away = add_ellipsoid(subdivisions=3, name="Away")

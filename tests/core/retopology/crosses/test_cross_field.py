@@ -45,6 +45,7 @@ def test_indices_sum_to_the_euler_characteristic(mesh, smoothness):
     assert set(np.unique(4 * cross.triangle_index) % 1) == {0.0}
 
 
+@pytest.mark.once
 def test_sums_hold_under_wild_noise():
     mesh = noisy(ellipsoid(subdivisions=4), 0.3)
     detection = core.detect(mesh.vertices, mesh.triangles)

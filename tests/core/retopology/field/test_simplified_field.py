@@ -62,6 +62,7 @@ def random_field(surface, seed, symmetry=2, wild=False):
     return DirectionField(direction, normal, random.random(len(normal)), symmetry)
 
 
+@pytest.mark.once
 def test_crosses_follow_what_was_measured_and_doubt_what_was_turned():
     """Turned directions, packed into a few rings, are wild: the plan goes by the measured ones."""
     mesh = noisy(quartic(4), 0.05)
@@ -161,6 +162,7 @@ def test_a_charge_leaves_by_an_open_border():
     assert place.real[changed].min() > -0.6
 
 
+@pytest.mark.once
 def test_the_saddle_keeps_its_star_though_the_border_is_open():
     mesh = monkey_saddle()
     detection, guide = guided(rough(mesh, np.hypot(*mesh.vertices[:, :2].T) > 0.4), mesh.triangles)
@@ -259,6 +261,7 @@ def not_named(guide, triangles, guidance):
     return left
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "name",
     [
@@ -425,6 +428,7 @@ def test_charges_take_the_cheapest_of_several_edges(costs):
     assert np.isclose(np.abs(flow) @ cost, min(*costs[:2], 2.0 * costs[2]))
 
 
+@pytest.mark.once
 def test_a_pole_that_avoids_a_zone_is_where_the_field_has_it():
     mesh = ellipsoid()
     _, guide = guided(mesh.vertices, mesh.triangles)

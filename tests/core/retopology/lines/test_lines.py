@@ -1,6 +1,7 @@
 """Lines of curvature and separatrices against closed forms."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,10 +20,51 @@ from core.retopology.lines.streamlines import AUTO_SPACING
 from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, Starts, trace
 from core.retopology.lines.truncation import Barriers, ended_on_features, truncated
 
+MESHES = {
+    "ellipsoid": ellipsoid(subdivisions=5),
+    "fine ellipsoid": ellipsoid(subdivisions=6),
+    "random ellipsoid": random_ellipsoid(20000),
+    "torus": torus(),
+    "cylinder": cylinder(),
+}
+
 
 def guided(mesh):
     detection = core.detect(mesh.vertices, mesh.triangles)
     return core.Guide(mesh.vertices, mesh.triangles, detection)
+
+
+@cache
+def guide_of(name):
+    return guided(MESHES[name])
+
+
+@cache
+def lines_of(name):
+    return guide_of(name).lines()
+
+
+@cache
+def rough_guide():
+    """Of a noisy ellipsoid. Normals alone feel the noise; jets would choose a larger scale."""
+    mesh = noisy(MESHES["ellipsoid"], 0.05)
+    settings = core.Settings(curvature="normals", normal_smoothing=3)
+    detection = core.detect(mesh.vertices, mesh.triangles, settings)
+    return core.Guide(mesh.vertices, mesh.triangles, detection)
+
+
+@pytest.fixture
+def real_separatrices(meshes_folder):
+    """A function from the name of a real mesh to its mesh, its guide and its separatrices, both
+    ways."""
+    return lambda name: _separatrices_of(meshes_folder / name)
+
+
+@cache
+def _separatrices_of(path):
+    vertices, triangles = read_mesh(path)
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    return vertices, triangles, guide, guide.separatrices(both_ways=True)
 
 
 def confocal(points, axes=(3.0, 2.0, 1.0)):
@@ -89,28 +131,25 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "mesh", [ellipsoid(subdivisions=5), random_ellipsoid(20000)], ids=["icosphere", "random"]
-)
+@pytest.mark.parametrize("name", ["ellipsoid", "random ellipsoid"])
 @pytest.mark.parametrize("smoothness", [0.0, 0.5])
-def test_separatrices_join_the_lemons_along_the_middle_ellipse(mesh, smoothness):
+def test_separatrices_join_the_lemons_along_the_middle_ellipse(name, smoothness):
     settings = core.GuidanceSettings(line_smoothness=smoothness)
-    lines = guided(mesh).separatrices(settings, both_ways=True)
+    lines = guide_of(name).separatrices(settings, both_ways=True)
     assert len(lines) == 8
     assert (lines.target >= 0).all() and (lines.target != lines.source).all()
-    assert np.abs(lines.position[:, 1]).max() < 0.5 * mesh.edge_length
+    assert np.abs(lines.position[:, 1]).max() < 0.5 * MESHES[name].edge_length
     # Once each, the four arcs are the whole ellipse x^2 / 9 + z^2 = 1.
-    arcs = guided(mesh).separatrices(settings)
+    arcs = guide_of(name).separatrices(settings)
     assert len(arcs) == 4
     assert arcs.length.sum() == pytest.approx(13.3649, rel=0.005)
     assert sorted(arcs.family) == [0, 0, 1, 1]
 
 
-@pytest.mark.parametrize(
-    "mesh", [ellipsoid(subdivisions=5), torus(), cylinder()], ids=lambda mesh: mesh.name
-)
-def test_lines_are_evenly_spaced(mesh):
-    lines = guided(mesh).lines()
+@pytest.mark.once
+@pytest.mark.parametrize("name", ["ellipsoid", "torus", "cylinder"])
+def test_lines_are_evenly_spaced(name):
+    mesh, lines = MESHES[name], lines_of(name)
     corner = mesh.vertices[mesh.triangles]
     area = (
         0.5
@@ -134,7 +173,7 @@ def test_lines_are_evenly_spaced(mesh):
 
 
 def test_lines_of_the_torus_are_its_circles():
-    lines = guided(torus()).lines()
+    lines = lines_of("torus")
     for number in range(len(lines)):
         x, y, z = lines.points(number).T
         if lines.family[number] == 0:  # the tube: an angle around the axis is kept
@@ -145,6 +184,7 @@ def test_lines_of_the_torus_are_its_circles():
     assert lines.closed[lines.family == 1].mean() > 0.9
 
 
+@pytest.mark.once
 def test_points_lie_in_their_triangles():
     mesh = random_ellipsoid(5000)
     lines = guided(mesh).lines()
@@ -155,9 +195,9 @@ def test_points_lie_in_their_triangles():
     assert np.allclose(lines.barycentric.sum(axis=1), 1.0)
 
 
+@pytest.mark.once
 def test_no_line_turns_sharply():
-    mesh = ellipsoid(subdivisions=5)
-    lines = guided(mesh).lines()
+    mesh, lines = MESHES["ellipsoid"], lines_of("ellipsoid")
     for number in range(len(lines)):
         step = np.diff(lines.points(number), axis=0)
         step = step[np.linalg.norm(step, axis=1) > 0.2 * mesh.edge_length]
@@ -166,9 +206,9 @@ def test_no_line_turns_sharply():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mesh", [ellipsoid(subdivisions=6), torus()], ids=["ellipsoid", "torus"])
-def test_closed_lines_close_without_a_kink(mesh):
-    lines = guided(mesh).lines()
+@pytest.mark.parametrize("name", ["fine ellipsoid", "torus"])
+def test_closed_lines_close_without_a_kink(name):
+    lines = lines_of(name)
     assert lines.closed.mean() > 0.6
     for number in np.flatnonzero(lines.closed):
         points = lines.points(number)
@@ -194,34 +234,31 @@ def test_lines_end_at_borders_and_limits():
     assert near.travelled[near.start[1:] - 1] == pytest.approx(1e-3)
 
 
+@pytest.mark.once
 def test_sphere_says_that_it_has_no_direction():
+    guide = guided(sphere())
     with pytest.raises(core.GuidanceError, match="no preferred direction"):
-        guided(sphere()).lines()
-    assert len(guided(sphere()).separatrices()) == 0
+        guide.lines()
+    assert len(guide.separatrices()) == 0
 
 
 def test_one_family_alone():
-    mesh = torus(columns=60, rows=24)
+    guide = guided(torus(columns=60, rows=24))
     for family, name in enumerate(("first", "second")):
-        lines = guided(mesh).lines(core.GuidanceSettings(families=name))
+        lines = guide.lines(core.GuidanceSettings(families=name))
         assert set(lines.family) == {family}
 
 
 @pytest.mark.slow
 def test_spacing_is_in_length():
-    mesh = torus(columns=60, rows=24)
-    counts = [len(guided(mesh).lines(core.GuidanceSettings(spacing=s))) for s in (0.2, 0.4)]
+    guide = guided(torus(columns=60, rows=24))
+    counts = [len(guide.lines(core.GuidanceSettings(spacing=s))) for s in (0.2, 0.4)]
     assert counts[0] > 1.6 * counts[1]
 
 
 @pytest.mark.slow
 def test_smoothing_lengthens_the_lines_of_a_noisy_surface():
-    mesh = noisy(ellipsoid(subdivisions=5), 0.05)
-    # Normals alone feel the noise; jets would choose a larger scale.
-    detection = core.detect(
-        mesh.vertices, mesh.triangles, core.Settings(curvature="normals", normal_smoothing=3)
-    )
-    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    guide = rough_guide()
     lengths = [
         np.median(guide.lines(core.GuidanceSettings(line_smoothness=s)).length) for s in (0.0, 0.6)
     ]
@@ -247,18 +284,14 @@ def turning(lines, step):
 
 @pytest.mark.slow
 def test_smoothing_straightens_the_separatrices_of_a_noisy_surface():
-    mesh = noisy(ellipsoid(subdivisions=5), 0.05)
-    detection = core.detect(
-        mesh.vertices, mesh.triangles, core.Settings(curvature="normals", normal_smoothing=3)
-    )
-    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    guide, step = rough_guide(), 2 * MESHES["ellipsoid"].edge_length
     raw, smooth = (
         guide.separatrices(core.GuidanceSettings(line_smoothness=s), both_ways=True)
         for s in (0.0, 0.6)
     )
     # They still begin at every umbilic, as many.
     assert list(smooth.source) == list(raw.source)
-    ratio = turning(smooth, 2 * mesh.edge_length) / turning(raw, 2 * mesh.edge_length)
+    ratio = turning(smooth, step) / turning(raw, step)
     assert ratio < 0.8, ratio
 
 
@@ -275,8 +308,7 @@ def test_separatrices_do_not_follow_the_swirls_of_dropped_pairs():
 
 @pytest.mark.slow
 def test_smoothing_a_clean_surface_changes_little():
-    mesh = torus()
-    lines = guided(mesh).lines(core.GuidanceSettings(line_smoothness=0.4))
+    lines = guide_of("torus").lines(core.GuidanceSettings(line_smoothness=0.4))
     for number in np.flatnonzero(lines.family == 0):
         x, y, _ = lines.points(number).T
         assert np.ptp(np.unwrap(np.arctan2(y, x))) < 0.02
@@ -325,11 +357,9 @@ def test_lines_do_not_turn_on_circles_of_umbilics(columns, rows, jitter):
 @pytest.mark.parametrize(
     "name", ["spot_os.obj", "hand_closed_os.obj", "rocker-arm.obj", "bunny_hr_os.obj"]
 )
-def test_separatrices_of_real_meshes_end_at_umbilics(name, meshes_folder):
+def test_separatrices_of_real_meshes_end_at_umbilics(name, real_separatrices):
     """Around the ring of the rocker arm many would wind for ever, beside a closed line."""
-    vertices, triangles = read_mesh(meshes_folder / name)
-    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
-    found = guide.separatrices(both_ways=True)
+    vertices, triangles, guide, found = real_separatrices(name)
     ends = np.array(ENDS)[found.end]
     rays = np.isfinite(guide.detection.umbilics.separatrix).all(axis=2).sum()
     assert len(found) == 2 * rays and np.isin(ends, ENDS[:4]).mean() > 0.95
@@ -460,12 +490,10 @@ def beside_others(lines, apart):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["hand_closed_os.obj", "bunny_hr_os.obj"])
-def test_separatrices_do_not_run_in_bundles(name, meshes_folder):
+def test_separatrices_do_not_run_in_bundles(name, real_separatrices):
     """As traced, 0.28 and 0.51 of their length on these meshes did."""
-    vertices, triangles = read_mesh(meshes_folder / name)
-    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    _, _, guide, found = real_separatrices(name)
     area = guide.surface.face_normal_area[1].sum() * guide.surface.unit**2
-    found = guide.separatrices(both_ways=True)
     assert beside_others(found, BUNDLED * AUTO_SPACING * np.sqrt(area)) < 0.15
 
 

@@ -127,6 +127,7 @@ def test_no_field_on_no_mesh_makes_a_trace_without_end(seed, flatness, solid):
     assert np.isfinite(found.z).all() and np.isfinite(found.travelled).all()
 
 
+@pytest.mark.once
 def test_lines_ask_whether_to_stop_within_a_round():
     mesh = ellipsoid(subdivisions=5)
     guide = core.Guide(mesh.vertices, mesh.triangles, core.detect(mesh.vertices, mesh.triangles))

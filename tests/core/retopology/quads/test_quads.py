@@ -75,6 +75,7 @@ def test_cube_keeps_its_edges_and_corners(cuts):
     assert made.angle.size == len(made.quads)
 
 
+@pytest.mark.once
 def test_borders_lie_on_borders():
     mesh = cylinder()
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
@@ -279,6 +280,7 @@ def test_wanted_poles_are_made(stretched):
     assert any("more poles than wanted" in sentence for sentence in layout.warnings)
 
 
+@pytest.mark.once
 def test_layout_is_what_is_filled(stretched):
     mesh, made = stretched
     layout = core.quad_layout(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=1000))
@@ -312,6 +314,7 @@ def test_settings_are_checked():
             core.RemeshSettings(**wrong)
 
 
+@pytest.mark.once
 def test_torn_borders_have_no_corners():
     """Jags of a border that are small beside the quads do not end their rows."""
     mesh = cylinder()
@@ -461,6 +464,7 @@ def test_few_quads_have_few_poles(monkeypatch):
     assert len(few.pole_valence) < len(many.pole_valence)
 
 
+@pytest.mark.once
 def test_detection_is_used_where_it_is_given(stretched):
     mesh, made = stretched
     detection = core.detect(mesh.vertices, mesh.triangles)

@@ -56,6 +56,7 @@ def test_rods_thinner_than_a_quad(minor):
     assert np.abs(np.hypot(ring, made.vertices[:, 2]) - minor).max() < 1.5 * side.mean()
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [1])
 def test_torn_sheets_that_are_cut(monkeypatch, seed):
     """Their borders become coarser too: there are about as many quads as were asked for."""
@@ -127,6 +128,7 @@ def test_parting_does_not_fold():
     assert np.array_equal(found[20], moved[20]) and np.array_equal(found[60], position[60])
 
 
+@pytest.mark.once
 def test_the_last_bad_quads_are_opened_on_the_surface(monkeypatch):
     relaxed = finished.relaxed
 
@@ -143,6 +145,7 @@ def test_the_last_bad_quads_are_opened_on_the_surface(monkeypatch):
     assert scaled_jacobian(made.vertices, made.quads).min() > 0.5
 
 
+@pytest.mark.once
 def test_a_fold_of_cut_pieces_takes_back_only_what_is_around_it(monkeypatch):
     mend, means = unlaid.mend, []
 

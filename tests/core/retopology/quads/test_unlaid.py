@@ -51,6 +51,7 @@ def test_quads_are_well_shaped_and_on_the_surface(without_layout):
     assert (np.einsum("qc,qc->q", normal, sides.mean(axis=1)) > 0).all()
 
 
+@pytest.mark.once
 def test_borders_stay_where_they_are(without_layout):
     """A coarse edge of a round border has its middle elsewhere."""
     mesh = cylinder(columns=64)
@@ -102,6 +103,7 @@ def test_quads_that_do_not_join_up_are_not_returned(monkeypatch):
     assert any("cut into three" in one for one in made.warnings)
 
 
+@pytest.mark.once
 def test_a_piece_far_smaller_than_a_quad_does_not_vanish():
     large, small = torus(columns=40, rows=16), ellipsoid(subdivisions=2)
     vertices = np.concatenate([large.vertices, 0.01 * small.vertices + 9.0])

@@ -81,7 +81,7 @@ def test_the_usual_ways_stand_beside_them() -> None:
 
 
 def test_the_difference_of_meyer_is_zero_on_a_sphere_and_right_on_a_cylinder() -> None:
-    from fields import surface_of
+    from exact_fields import surface_of
     from surfaces import cylinder
 
     from core.umbilics.methods.at_vertices import mean_square_less_gaussian

@@ -22,6 +22,7 @@ from core.umbilics.methods.shape_operators import face_deviators, zero_crossings
 NO_SEAMS = np.zeros((0, 2), dtype=np.int64)
 
 
+@pytest.mark.once
 @settings(max_examples=30, deadline=None)
 @given(
     st.lists(

@@ -118,12 +118,14 @@ def _problems(draw, charges=(-0.5, 0.5)):
     return surface, gap, triangle, index, [rows for rows in regions if len(rows)]
 
 
+@pytest.mark.once
 @given(_problems())
 @settings(max_examples=150, deadline=None)
 def test_follows_its_definition(problem):
     _check(*problem)
 
 
+@pytest.mark.once
 @given(_problems(charges=(-1.5, -1.0, -0.5, 0.0, 0.5, 1.0)))
 @settings(max_examples=100, deadline=None)
 def test_larger_indices_keep_the_sum(problem):
@@ -263,6 +265,7 @@ def test_clean_or_unknown_operators_keep_all():
     assert made_by_noise(np.zeros(0), none, np.zeros(0)).shape == (0,)
 
 
+@pytest.mark.once
 @given(_problems(charges=(-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)), st.integers(0, 1000))
 @settings(max_examples=100, deadline=None)
 def test_dropping_noise_keeps_the_sum(problem, seed):

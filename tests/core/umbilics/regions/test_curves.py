@@ -31,6 +31,7 @@ def rough(vertices, triangles, share, seed=0):
     return vertices + share * edge * np.random.default_rng(seed).normal(size=vertices.shape)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "columns, rows, diagonals, jitter, noise",
     [
@@ -65,6 +66,7 @@ def test_a_vase_of_many_periods_keeps_no_point():
     assert [region.kind for region in detection.regions] == ["curve"] * 4
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_a_pear_has_a_circle_and_two_poles(noise):
     points, triangles = icosphere(5)

@@ -38,6 +38,7 @@ def test_a_drowned_area_is_said_with_its_share():
     assert 50 <= share <= 100
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.2])
 def test_nothing_is_said_where_the_shape_stands_out(noise):
     for surface in (surfaces.ellipsoid(subdivisions=4), surfaces.torus(columns=60, rows=24)):
@@ -45,6 +46,7 @@ def test_nothing_is_said_where_the_shape_stands_out(noise):
         assert not said(core.detect(rough.vertices, rough.triangles))
 
 
+@pytest.mark.once
 def test_a_sphere_is_not_drowned():
     surface = surfaces.noisy(surfaces.sphere(subdivisions=4), 0.1, seed=0)
     detection = core.detect(surface.vertices, surface.triangles)

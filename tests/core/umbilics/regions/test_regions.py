@@ -179,6 +179,7 @@ def test_noise_of_exact_operators():
         assert found.count == regions
 
 
+@pytest.mark.once
 @given(st.integers(20, 300), st.integers(0, 1000), st.floats(0.0, 1.0), st.floats(0.02, 0.3))
 @settings(max_examples=60, deadline=None)
 def test_labels_are_sound(count, seed, flat_part, radius):
@@ -312,6 +313,7 @@ def test_detect_the_caps_of_a_cylinder(noise):
         assert region.area == pytest.approx(4 * np.pi, rel=0.02)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "surface, umbilics",
     [
@@ -352,6 +354,7 @@ def test_a_region_has_the_normals_of_its_shape():
     assert find_regions(ball, 0 * ones, 0.01 * ones, 0.1 * ones, 2, -ones).count == 0
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_the_ends_of_a_capsule_keep_to_themselves(noise):
     """Hemispheres joined by long quads, in whose corners fits see hemispheres."""
@@ -407,6 +410,7 @@ def test_beside_exact_faces_what_is_left_of_the_regions_stays():
     assert with_faces(faces, RegionMap(np.full(6, -1, np.int32), 0)).label.tolist() == face.tolist()
 
 
+@pytest.mark.once
 def test_a_region_has_the_places_of_its_shape(monkeypatch):
     """What hides in the noise of curvatures shows in the places of the points."""
     points, triangles = icosphere(4)

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pytest
 from surfaces import icosphere
 
 import core
@@ -21,6 +22,7 @@ def said(detection):
     return [text for text in detection.warnings if "waves" in text]
 
 
+@pytest.mark.once
 def test_waves_are_said_and_the_named_scale_leaves_the_umbilics_of_the_form_beneath():
     wavy = ellipsoid(0.008)
     detection = core.detect(wavy, TRIANGLES)

@@ -124,6 +124,7 @@ def test_frames_of_a_cache_are_the_meshes_at_those_frames(run, tmp_path, kind):
     assert away(last, turned(ellipsoid_umbilics((4.5, 2.0, 1.0)) + PLACE)) < 0.15
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("suffix", [*USD, "abc"])
 def test_what_this_blender_was_built_without_is_a_clear_sentence(run, tmp_path, suffix, capfd):
     operator = "alembic_import" if suffix == "abc" else "usd_import"

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import struct
 import sys
 
 import bpy
@@ -162,6 +163,33 @@ def test_a_picture_that_a_mesh_needs_is_an_input(run, tmp_path, capfd):
     assert run(gltf, "--json", tmp_path / "skin.bin") == 1
     assert "which is read" in capfd.readouterr().err
     assert contents(tmp_path) == before
+
+
+_GLB = b'{"buffers": [{"uri": "a%20b.bin"}, {"byteLength": 4}], "images": [{"uri": "data:image"}]}'
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "others"),
+    [
+        ("a.obj", b"mtllib a b.mtl\nv 0 0\nmtllib c.mtl d.mtl\r\n", {"a b.mtl", "c.mtl", "d.mtl"}),
+        ("a.gltf", _GLB, {"a b.bin"}),
+        ("a.glb", struct.pack("<4sIIII", b"glTF", 2, 99, len(_GLB), 1) + _GLB, {"a b.bin"}),
+        ("a.usda", b"#usda 1.0\n(subLayers = [@./b.usda@])\n", {"b.usda", "c d.usda"}),
+        ("a.ply", b"ply\n", set()),
+    ],
+)
+def test_the_files_beside_one_are_known_to_its_report(addon, tmp_path, file, content, others):
+    (tmp_path / file).write_bytes(content)
+    (tmp_path / "a b.mtl").write_bytes(b"")
+    # Which names the first again.
+    (tmp_path / "b.usda").write_bytes(b"#usda 1.0\n(subLayers = [@@@c d.usda@@@, @a.usda@])\n")
+    (tmp_path / "c d.usda").write_bytes(b"#usda 1.0\n")
+    command_line = addon.operators.command_line
+    found = command_line.files.beside.files_beside(str(tmp_path / file))
+    assert {os.path.relpath(one, tmp_path) for one in found} == others
+    told = command_line.report.source_of(str(tmp_path / file), found).get("beside", [])
+    is_there = {os.path.basename(one["file"]): one["sha256"] is not None for one in told}
+    assert is_there == {name: (tmp_path / name).exists() for name in others}
 
 
 def test_a_pipe_is_written_to_and_stays_a_pipe(run, meshes):
