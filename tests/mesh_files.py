@@ -1,4 +1,4 @@
-"""Vertices and triangles of OBJ, STL, PLY and GIFTI files, read plainly for the tests."""
+"""OBJ, STL, PLY and GIFTI files, read plainly for the tests, and OBJ files written."""
 
 from __future__ import annotations
 
@@ -35,6 +35,14 @@ def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) and triangles (m, 3) of a file; polygons are cut into fans."""
     readers = {".obj": _read_obj, ".stl": _read_stl, ".ply": _read_ply, ".gz": _read_gifti}
     return readers[path.suffix.lower()](path)
+
+
+def write_obj(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Vertices (n, 3) and faces (m, k) as an OBJ file; its folder is made if it is missing."""
+    lines = ["v " + " ".join(map(repr, row)) for row in np.asarray(vertices, float).tolist()]
+    lines += ["f " + " ".join(map(str, row)) for row in (np.asarray(faces) + 1).tolist()]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n")
 
 
 def _fans(polygons: list[list[int]]) -> np.ndarray:

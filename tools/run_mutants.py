@@ -31,6 +31,7 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 MODULES = {
     "core/curvature/scale.py": ("curvature/test_scale.py",),
     "core/curvature/noise.py": ("curvature/test_noise.py",),
+    "core/curvature/fits/flattened.py": ("curvature/test_flattened.py",),
     "core/umbilics/pairing/persistence.py": (
         "umbilics/pairing/test_persistence.py",
         "umbilics/test_importance.py",
@@ -58,6 +59,7 @@ MODULES = {
         "umbilics/regions/test_drowned.py",
         "umbilics/regions/test_regions.py",
     ),
+    "core/umbilics/regions/waves.py": ("umbilics/regions/test_waves.py",),
     "core/umbilics/refine.py": ("umbilics/test_refine.py",),
     "core/umbilics/fitted_zero.py": ("umbilics/test_refine.py",),
     "core/umbilics/judged.py": ("umbilics/test_judged.py", "umbilics/pairing/test_unseen_pairs.py"),

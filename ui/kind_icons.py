@@ -25,7 +25,7 @@ def icon_of(context: bpy.types.Context, kind: str) -> int:
     name = f"{kind} {colour}"
     icons = _icons()
     if name not in icons:
-        pixels = drawn(kind)
+        pixels = drawn(kind).copy()
         # Icons are stored multiplied by their opacity.
         pixels[..., :3] *= encoded(np.array(colour)) * pixels[..., 3:]
         icon = icons.new(name)

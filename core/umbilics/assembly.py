@@ -32,7 +32,9 @@ class Analysed:
     Attributes
     ----------
     surface, fitted:
-        The surface and its shape operators.
+        The surface as it was looked at, its outliers laid onto it, and its shape operators.
+    places:
+        (n, 3) where its vertices are in the mesh, in its own coordinates.
     noise, radius:
         (n,) standard error of the gap and root mean square distance of the samples that it comes
         from.
@@ -44,6 +46,7 @@ class Analysed:
 
     surface: Surface
     fitted: Estimate
+    places: np.ndarray
     noise: np.ndarray
     radius: np.ndarray
     types: np.ndarray
@@ -166,8 +169,9 @@ def _umbilics(
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
+    places = analysed.places[surface.triangles[found.triangle]]
     return Umbilics(
-        position=found.position(surface) * surface.unit + surface.origin,
+        position=np.einsum("rk,rkc->rc", found.barycentric, places) * surface.unit + surface.origin,
         normal=_unit_or(found.normal, surface.face_normal_area[0][found.triangle]),
         triangle=input_triangle,
         barycentric=input_barycentric,

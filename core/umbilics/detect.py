@@ -17,6 +17,7 @@ from ..curvature.elliptic_part import lies_within, opened_elliptic_part
 from ..curvature.estimate import Estimate, estimate
 from ..curvature.field import CurvatureField
 from ..curvature.noise import field_noise
+from ..curvature.outliers import without_outliers
 from ..curvature.surface_types import surface_types, typical_curvature
 from ..curvature.tolerances import CURVE
 from ..curvature.wider import WIDER, can_widen, wider_ratio
@@ -107,6 +108,14 @@ def detect(
             warnings.append(cad.sentence())
     with clock.stage("curvature"):
         part = progress.part("Fitting curvature", 0.1, 0.7)
+        places = surface.vertices
+        if cad is None and settings.curvature == "jets":
+            surface, outlying = without_outliers(surface, part.quiet())
+            if len(outlying):
+                warnings.append(
+                    f"Vertices that stick out of the surface around them: {len(outlying)}. They "
+                    "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
+                )
         fitted = estimate(surface, settings, given, sharp, part, cad)
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
@@ -147,7 +156,7 @@ def detect(
     with clock.stage("location"):
         part = progress.part("Locating umbilics", 0.9, 1.0)
         detection = assemble(
-            Analysed(surface, fitted, noise, radius, types, regions),
+            Analysed(surface, fitted, places, noise, radius, types, regions),
             Turning(raw, found.triangle_index, elliptic, persistence, partner),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,

@@ -108,6 +108,7 @@ def test_noise_has_the_stated_size() -> None:
     assert np.std(moved / true.local_edge[:, None]) == pytest.approx(0.02, rel=0.02)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "surface, counts",
     [

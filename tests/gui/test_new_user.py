@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mesh_files import write_obj
 from surfaces.sampling import icosphere
 
 BUNNY = "stanford-bunny.obj"
@@ -19,11 +20,8 @@ def mesh_file(folder: Path) -> Path:
     points, triangles = icosphere(5)
     x, y, z = points.T
     points = points * (1.0 + 0.3 * np.sin(3 * x) * np.sin(3 * y + 1) * np.sin(3 * z + 2))[:, None]
-    lines = [f"v {a:.6f} {b:.6f} {c:.6f}" for a, b, c in points]
-    lines += [f"f {a} {b} {c}" for a, b, c in triangles + 1]
-    path = folder / "bumps.obj"
-    path.write_text("\n".join(lines) + "\n")
-    return path
+    write_obj(folder / "bumps.obj", points, triangles)
+    return folder / "bumps.obj"
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import csv
 import bpy
 import pytest
 import surfaces
+from mesh_files import write_obj
 
 BLENDER = bpy.app.binary_path
 
@@ -13,12 +14,9 @@ needs_program = pytest.mark.skipif(
 )
 
 
-def write_obj(path, third=1.0):
+def write_ellipsoid(path, third=1.0):
     surface = surfaces.ellipsoid((3.0, 2.0, third), 2)
-    lines = [f"v {x} {y} {z}" for x, y, z in surface.vertices]
-    lines += [f"f {a} {b} {c}" for a, b, c in surface.triangles + 1]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n")
+    write_obj(path, surface.vertices, surface.triangles)
 
 
 def command(*arguments):

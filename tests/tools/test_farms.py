@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import surfaces
+from mesh_files import write_obj
 
 ROOT = Path(__file__).resolve().parents[2]
 FARMS = ROOT / "tools" / "farms"
@@ -66,11 +67,8 @@ def test_a_job_deals_out_the_parts_and_ends_with_the_summary(listening, tmp_path
 def test_a_job_runs_here_with_the_real_command(tmp_path):
     if "UMBILICS_ZIP" not in os.environ:
         pytest.skip("the extension is not installed: tools/test does that")
-    (tmp_path / "in").mkdir()
     surface = surfaces.ellipsoid((3.0, 2.0, 1.0), 2)
-    lines = [f"v {x} {y} {z}" for x, y, z in surface.vertices]
-    lines += [f"f {a} {b} {c}" for a, b, c in surface.triangles + 1]
-    (tmp_path / "in" / "a.obj").write_text("\n".join(lines) + "\n")
+    write_obj(tmp_path / "in" / "a.obj", surface.vertices, surface.triangles)
     done = openjd(
         *("run", TEMPLATE, "--step", "Summary", "--run-dependencies"),
         *("-p", f"Meshes={tmp_path / 'in'}", "-p", f"Results={tmp_path / 'out'}"),

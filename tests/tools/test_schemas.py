@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 import surfaces
+from mesh_files import write_obj
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -24,9 +25,7 @@ def egg(tmp_path_factory):
     """An ellipsoid as OBJ."""
     surface = surfaces.ellipsoid((3.0, 2.0, 1.0), 3)
     path = tmp_path_factory.mktemp("mesh") / "egg.obj"
-    lines = [f"v {x} {y} {z}" for x, y, z in surface.vertices]
-    lines += [f"f {a} {b} {c}" for a, b, c in surface.triangles + 1]
-    path.write_text("\n".join(lines) + "\n")
+    write_obj(path, surface.vertices, surface.triangles)
     return path
 
 

@@ -44,6 +44,16 @@ def test_a_sphere_is_flat_and_comes_back(bend):
         )
 
 
+def test_a_sphere_is_known_from_any_window():
+    """Tilted and seen in a slanting one: the term of the squares is 1 / height of its middle."""
+    x, y = disc(200, 0.4)
+    x, y = x + 0.2, 0.3 * y + 0.6 * x
+    middle = np.array([0.4, -0.3, 1.2])
+    z = middle[2] - np.sqrt(middle @ middle - (x - middle[0]) ** 2 - (y - middle[1]) ** 2)
+    found = nearest_spheres(x[:, None], y[:, None], z[:, None])
+    assert found == pytest.approx(1.0 / middle[2], rel=1e-9)
+
+
 def test_the_operator_is_that_of_the_surface():
     """A cubic graph, which is no polynomial once it is flattened: on a small window the fit tells
     its shape operator away from the middle, frame and all. Over a plane it is exact, and chosen."""
@@ -111,6 +121,23 @@ def test_lower_degrees_of_the_same_sums_are_fits_of_their_own():
         np.testing.assert_allclose(found.heights.gap_error, alone.heights.gap_error, rtol=1e-7)
 
 
+def test_a_focus_weighs_samples_by_their_distance_and_residuals_have_their_unit():
+    x, y = disc(3000, 0.3)
+    z = 0.5 * x * x - y**3 + np.random.default_rng(1).normal(size=3000) * 1e-3
+    columns, over = [value[:, None] for value in (x, y, z)], {"planar": np.array([True])}
+    (even,) = fit_flattened(*columns, [4], **over)
+    assert even.residual == pytest.approx(1e-3, rel=0.05)
+    (near,) = fit_flattened(*columns, [4], 0.7, **over)
+    square = x * x + y * y
+    radius = np.sqrt(square.mean())
+    assert near.radius == pytest.approx(radius)
+    root = (1.0 + square / (0.7 * square.mean())) ** -1.5
+    terms = near.heights.coefficients
+    design = np.stack([(x / radius) ** a * (y / radius) ** b for a, b in terms], axis=1)
+    wanted = np.linalg.lstsq(root[:, None] * design, root * z / radius, rcond=None)[0]
+    np.testing.assert_allclose(np.concatenate(list(terms.values())), wanted, rtol=1e-6, atol=1e-9)
+
+
 def test_what_is_beyond_half_the_sphere_has_no_say():
     random = np.random.default_rng(2)
     points = random.normal(size=(600, 3))
@@ -129,7 +156,7 @@ def test_what_is_beyond_half_the_sphere_has_no_say():
 @pytest.mark.parametrize("degree", [3, 4, 5])
 def test_errors_grow_as_those_of_fits_to_noise_do(degree):
     x, y = disc(4000, 1.0, seed=5)
-    fits = 1500
+    fits = 600
     noise = np.random.default_rng(6).normal(size=(len(x), fits))
     radius = np.sqrt((x * x + y * y).mean())
     one = np.ones((1, fits))

@@ -52,6 +52,7 @@ def test_error_falls_with_the_edge():
     assert fine < coarse / 1.9
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise, rings", [(0.0, (2, 2)), (0.01, (3, 5)), (0.1, (6, 8))])
 def test_scale_grows_with_the_noise(noise, rings):
     mesh = surfaces.noisy(surfaces.random_ellipsoid(count=6000), noise, seed=1)

@@ -164,6 +164,7 @@ def test_fits_that_are_not_determined_are_not_blended():
     assert not jets.determined.any()
 
 
+@pytest.mark.once
 def test_large_meshes_are_fitted_at_some_vertices(monkeypatch):
     """The whole detection: less than a third of the fits, the same umbilics."""
     exact = surfaces.ellipsoid(AXES, 5)

@@ -6,6 +6,7 @@ import pytest
 from core.matching.covariance import clustered_covariance
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("width", [0.0, 0.002, 0.005])
 def test_the_errors_are_those_of_repeated_fits(width):
     """Of lines fitted to noise that is white, or smooth over less than a part's length."""

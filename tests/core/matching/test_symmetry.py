@@ -35,6 +35,7 @@ def turned(angle):
     )
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.5])
 def test_the_one_plane_is_found_wherever_it_is(angle):
     vertices, triangles = egg()

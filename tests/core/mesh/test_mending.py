@@ -84,6 +84,7 @@ def test_seams_stay_open_where_they_are_asked_to():
     assert any("next to an open border left out" in text for text in left.warnings)
 
 
+@pytest.mark.once
 def test_triangles_that_share_nothing_are_joined():
     vertices = ELLIPSOID.vertices[ELLIPSOID.triangles].reshape(-1, 3)
     triangles = np.arange(len(vertices)).reshape(-1, 3)
@@ -211,6 +212,7 @@ def test_weights_are_those_of_the_corners_as_given_where_windings_disagree():
     consistent(detection, ELLIPSOID.vertices, triangles)
 
 
+@pytest.mark.once
 def test_marks_name_any_of_the_joined_copies():
     points, triangles = surfaces.grid_points(20, 20, (-1.0, -1.0), (1.0, 1.0))
     vertices = np.column_stack([points, -0.3 * np.abs(points[:, 0])])

@@ -60,6 +60,7 @@ def test_a_stroke_far_away_or_against_another_is_said(plain):
     assert said and all("could not be followed over" in text for text in said)
 
 
+@pytest.mark.once
 def test_no_strokes_change_nothing(plain):
     _, guide, before = plain
     none = core.Strokes(np.zeros(1, int), np.zeros((0, 3)), np.zeros(0))

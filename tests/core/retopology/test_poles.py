@@ -117,6 +117,7 @@ def test_poles_of_a_region_are_spread_over_it():
     assert gap[np.triu_indices(8, 1)].min() > 0.8
 
 
+@pytest.mark.once
 def test_open_surface_has_no_expected_sum():
     poles = poles_of("cylinder")
     assert np.isnan(poles.expected) and len(poles) == 0

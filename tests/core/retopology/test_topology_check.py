@@ -35,6 +35,7 @@ def check(guide, vertices, quads):
     return core.check_topology(vertices, quads.ravel(), start, guide, guide.guidance().poles)
 
 
+@pytest.mark.once
 def test_lines_of_curvature_of_a_torus_are_perfect(guide):
     found = check(guide, *grid(40, 20, torus))
     assert len(found.irregular) == len(found.missing) == 0
@@ -43,6 +44,7 @@ def test_lines_of_curvature_of_a_torus_are_perfect(guide):
     assert found.distance.max() < 0.02 * found.edge
 
 
+@pytest.mark.once
 def test_a_spiral_has_the_angle_that_it_was_given(guide):
     # Where the tube is outermost a turn goes 2 pi 1.4 along and, with one turn of the tube to a
     # turn around, 2 pi 0.4 across.
@@ -68,6 +70,7 @@ def test_jacobians_are_sines_and_tell_a_folded_quad(guide):
     assert (np.delete(found.jacobian, 7) > 0.9).all()
 
 
+@pytest.mark.once
 def test_distance_is_that_of_an_offset(guide):
     vertices, quads = grid(40, 20, torus)
     u = np.repeat(2 * np.pi * np.arange(40) / 40, 20)

@@ -36,6 +36,7 @@ def test_marching_cubes_have_the_umbilics_of_their_surface():
     assert (wrong[detection.umbilics.certain] < 2 * cell).all()
 
 
+@pytest.mark.once
 def test_the_scale_sees_errors_that_neighbours_share():
     surface = surfaces.superquadric()
     for vertices, triangles, least in (

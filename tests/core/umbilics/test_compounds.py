@@ -57,6 +57,7 @@ def test_the_flat_points_of_the_quartic_are_six_compounds():
     assert np.allclose(np.einsum("kc,kcx->kx", found.barycentric, corners), found.position)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("length", [1.6, 0.6])
 @pytest.mark.parametrize("kind", ["even", "random"])
 def test_under_noise_the_poles_of_a_spheroid_add_up(length, kind):
@@ -158,6 +159,7 @@ def test_a_compound_can_be_put_away():
     assert kept.umbilics.kind.tolist() == ["compound"] * 2
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
 def test_method_i_reports_each_cluster_once(noise):
     mesh = noisy(ellipsoid(subdivisions=4), noise) if noise else ellipsoid(subdivisions=4)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import surfaces
-from batch_files import command, needs_program, rows_of, write_obj
+from batch_files import command, needs_program, rows_of, write_ellipsoid
 
 
 @pytest.fixture
@@ -76,8 +76,8 @@ def test_the_progress_line_has_a_rate_and_the_time_left(batch):
 
 @needs_program
 def test_bad_files_do_not_stop_the_others(said_by, tmp_path):
-    write_obj(tmp_path / "in/good.obj")
-    write_obj(tmp_path / "in/deeper/good.obj", 1.2)
+    write_ellipsoid(tmp_path / "in/good.obj")
+    write_ellipsoid(tmp_path / "in/deeper/good.obj", 1.2)
     (tmp_path / "in/broken.ply").write_text("no mesh")
     (tmp_path / "in/empty.stl").write_text("")
     out = tmp_path / "out"
@@ -109,7 +109,7 @@ def test_bad_files_do_not_stop_the_others(said_by, tmp_path):
 def test_a_killed_batch_is_resumed_with_nothing_lost_and_nothing_twice(said_by, tmp_path):
     count = 3
     for number in range(count):
-        write_obj(tmp_path / f"in/{number}.obj", 1.0 + 0.1 * number)
+        write_ellipsoid(tmp_path / f"in/{number}.obj", 1.0 + 0.1 * number)
     (tmp_path / "in/broken.obj").write_text("f 1 2 3\n")
     out = tmp_path / "out"
     arguments = (tmp_path / "in", "--out", out, "--jobs", 1)
@@ -181,7 +181,7 @@ def write_large_ply(path):
 def test_a_file_that_needs_more_than_its_share_of_memory_fails_alone(
     batch, plan, monkeypatch, capfd, tmp_path
 ):
-    write_obj(tmp_path / "small.obj")
+    write_ellipsoid(tmp_path / "small.obj")
     write_large_ply(tmp_path / "large.ply")
     machine = import_module(f"{batch.__name__}.machine")
     monkeypatch.setattr(machine, "free_memory", lambda: 700 << 20)
@@ -208,7 +208,7 @@ def test_a_file_that_needs_more_than_its_share_of_memory_fails_alone(
 
 @needs_program
 def test_parts_are_brought_together_in_one_summary(said_by, tmp_path):
-    write_obj(tmp_path / "in/a.obj")
+    write_ellipsoid(tmp_path / "in/a.obj")
     (tmp_path / "in/b.stl").write_text("")
     out = tmp_path / "out"
     for part in ("1/2", "2/2"):

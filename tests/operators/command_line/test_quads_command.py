@@ -5,7 +5,7 @@ import json
 import bpy
 import numpy as np
 import pytest
-from batch_files import needs_program, write_obj
+from batch_files import needs_program, write_ellipsoid
 from scene_building import add_ellipsoid
 
 
@@ -72,15 +72,15 @@ def test_without_a_folder_it_is_refused(run, capfd):
 
 
 def test_no_input_is_overwritten_and_no_two_results_meet(run, tmp_path, capfd):
-    write_obj(tmp_path / "x-quads.obj")
-    write_obj(tmp_path / "x.obj")
+    write_ellipsoid(tmp_path / "x-quads.obj")
+    write_ellipsoid(tmp_path / "x.obj")
     before = (tmp_path / "x-quads.obj").read_bytes()
     files = [tmp_path / "x.obj", tmp_path / "x-quads.obj"]
     assert run(*files, "--quads", 300, "--guide", tmp_path) == 2
     assert "would overwrite" in capfd.readouterr().err
     assert (tmp_path / "x-quads.obj").read_bytes() == before
-    write_obj(tmp_path / "a" / "x.obj")
-    write_obj(tmp_path / "b" / "x.obj")
+    write_ellipsoid(tmp_path / "a" / "x.obj")
+    write_ellipsoid(tmp_path / "b" / "x.obj")
     files = [tmp_path / "a" / "x.obj", tmp_path / "b" / "x.obj"]
     assert run(*files, "--quads", 300, "--guide", tmp_path / "o") == 2
     assert "written twice" in capfd.readouterr().err
@@ -101,7 +101,7 @@ def test_what_cannot_be_remeshed_is_said_and_nothing_is_written(run, addon, tmp_
 @needs_program
 def test_a_batch_makes_quads_beside_each_report_and_resumes(said_by, tmp_path):
     for name, third in (("one", 1.0), ("two", 1.2)):
-        write_obj(tmp_path / "in" / f"{name}.obj", third)
+        write_ellipsoid(tmp_path / "in" / f"{name}.obj", third)
     out = tmp_path / "out"
 
     def batch(*more):

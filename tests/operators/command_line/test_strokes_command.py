@@ -6,6 +6,7 @@ import shutil
 import bpy
 import numpy as np
 import pytest
+from mesh_files import write_obj
 
 RADII = np.array((3.0, 2.0, 1.0))
 
@@ -18,10 +19,8 @@ def surface(tmp_path):
     mesh = bpy.context.object.data
     points = np.array([vertex.co for vertex in mesh.vertices])
     points *= RADII / np.linalg.norm(points, axis=1, keepdims=True)
-    lines = [f"v {x} {y} {z}" for x, y, z in points]
-    lines += ["f " + " ".join(str(i + 1) for i in polygon.vertices) for polygon in mesh.polygons]
     path = tmp_path / "surface.obj"
-    path.write_text("\n".join(lines) + "\n")
+    write_obj(path, points, np.array([polygon.vertices[:] for polygon in mesh.polygons]))
     return path
 
 

@@ -6,7 +6,8 @@ import shutil
 import bpy
 import numpy as np
 import pytest
-from batch_files import needs_program, write_obj
+from batch_files import needs_program, write_ellipsoid
+from mesh_files import write_obj
 from scene_building import add_ellipsoid, add_mesh
 
 RADII = np.array((3.0, 2.0, 1.0))
@@ -25,14 +26,6 @@ def cube_on_ellipsoid(size=8):
     return points, np.array([polygon.vertices[:] for polygon in obj.data.polygons])
 
 
-def write_quads(path):
-    vertices, quads = cube_on_ellipsoid()
-    lines = [f"v {x} {y} {z}" for x, y, z in vertices]
-    lines += ["f " + " ".join(map(str, quad)) for quad in quads + 1]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n")
-
-
 def topology_in(report):
     return json.loads(report.read_text())["objects"][0]["topology"]
 
@@ -40,8 +33,8 @@ def topology_in(report):
 @pytest.fixture
 def files(tmp_path):
     """surface.obj, an ellipsoid, and quads.obj, a cube on it."""
-    write_obj(tmp_path / "surface.obj")
-    write_quads(tmp_path / "quads.obj")
+    write_ellipsoid(tmp_path / "surface.obj")
+    write_obj(tmp_path / "quads.obj", *cube_on_ellipsoid())
     return tmp_path
 
 

@@ -32,18 +32,22 @@ def with_better_poles(
     avoided: np.ndarray,
     mirror: np.ndarray | None = None,
     reach: float = 1.0,
+    plain: np.ndarray | None = None,
 ) -> Crosses:
     """The crosses with close opposite poles cancelled, multiple ones parted, corners between
     features opened to a right angle, and poles moved off the vertices `avoided` (n,) bool.
 
     Borders on vertices `mirror` (n,) bool are a plane of symmetry. Opposite poles cancel at up to
-    `reach` times the distance at which they always do.
+    `reach` times the distance at which they always do, and so do poles and the corners that lack
+    what they have too much of. Corners at vertices `plain` (n,) bool get the number of quads that
+    their angle is nearest to in any way.
     """
-    if mirror is None:
-        mirror = np.zeros(len(crosses.vertices), bool)
+    none = np.zeros(len(crosses.vertices), bool)
+    mirror, plain = (none if one is None else one for one in (mirror, plain))
     for _ in range(ROUNDS):
         moves = _Moves(crosses, avoided, least_turns(crosses, mirror))
-        moves.open_corners()
+        moves.open_corners(plain)
+        moves.straighten(reach * CANCELLED)
         moves.part()
         moves.cancel(reach * CANCELLED)
         moves.leave()
@@ -78,25 +82,53 @@ class _Moves:
             (edge + 1, (crosses.tail[edge], crosses.head[edge])), shape=(n, n)
         ).tocsr()
 
-    def open_corners(self) -> None:
+    def open_corners(self, plain: np.ndarray) -> None:
         edge, turns = sector_turns(self.crosses)
-        wanted = fitting_turns(sector_angles(self.crosses, edge), turns, self.least[edge])
+        angle = sector_angles(self.crosses, edge)
+        wanted = fitting_turns(angle, turns, self.least[edge], plain[self.crosses.tail[edge]])
         for item in np.flatnonzero(wanted != turns).tolist():
-            corner, _ = fans(self.crosses.twin, self.crosses.feature, edge[item : item + 1])
-            # Edges within the sector: where all corners but the first begin.
-            inside = corner[1:]
-            inside = inside[self.free[self.crosses.head[inside]]]
-            if not len(inside):
+            out = self._inwards(int(edge[item]))
+            if out is None:
                 continue
             gain = int(np.sign(wanted[item] - turns[item]))
+            first = int(self.crosses.head[out])
             for _ in range(abs(int(wanted[item] - turns[item]))):
-                out = int(inside[len(inside) // 2])
-                first = int(self.crosses.head[out])
                 found = self._partner(first, gain)
                 if found is None:
                     break
                 self._turn(out, gain)
                 self._along(first, *found, gain)
+
+    def straighten(self, farthest: float) -> None:
+        """Give corners with other than the number of quads that their angle is nearest to the
+        quarter turn of an opposite pole nearby. Along a torn border they come in pairs, and left
+        there many a pair has a piece of the border between them that no map lays forwards."""
+        edge, turns = sector_turns(self.crosses.matched(self.matching))
+        angle = sector_angles(self.crosses, edge)
+        nearest = np.maximum(np.rint(angle / QUARTER).astype(np.int64), self.least[edge])
+        for item in np.flatnonzero(nearest != turns).tolist():
+            gain = int(np.sign(nearest[item] - turns[item]))
+            poles = self.free & ((self.turns - 4) * gain > 0) & ~self.avoided
+            out = self._inwards(int(edge[item]))
+            if out is None or not poles.any():
+                continue
+            first = int(self.crosses.head[out])
+            distance, before = csgraph.dijkstra(
+                self._graph, indices=first, limit=farthest, return_predecessors=True
+            )
+            distance = np.where(poles, distance, np.inf)
+            if np.isfinite(distance).any():
+                self._turn(out, gain)
+                self._along(first, before, int(distance.argmin()), gain)
+
+    def _inwards(self, edge: int) -> int | None:
+        """The half-edge in the middle of the sector that starts at one, of those that lead away
+        from features; None where there is none."""
+        corner, _ = fans(self.crosses.twin, self.crosses.feature, np.array([edge]))
+        # Where all corners but the first begin.
+        inside = corner[1:]
+        inside = inside[self.free[self.crosses.head[inside]]]
+        return int(inside[len(inside) // 2]) if len(inside) else None
 
     def part(self) -> None:
         for vertex in np.flatnonzero(self.free & ((self.turns < 3) | (self.turns > 5))).tolist():

@@ -127,12 +127,14 @@ def _normals(crosses: Crosses) -> np.ndarray:
     return unit(total)
 
 
-def fitting_turns(angle: np.ndarray, turns: np.ndarray, least: np.ndarray) -> np.ndarray:
+def fitting_turns(
+    angle: np.ndarray, turns: np.ndarray, least: np.ndarray, plain: np.ndarray
+) -> np.ndarray:
     """(f,) int64 the quarter turns that sectors of such angles should have: those that they have
-    unless their quads would be flat or pointed there."""
+    unless their quads would be flat or pointed there, the nearest where `plain` (f,) bool."""
     share = angle / np.maximum(turns, 1)
     unfit = (share >= np.pi) | (np.sin(np.minimum(share, np.pi)) < FLAT) | (turns < least)
-    unfit |= np.abs(angle / QUARTER - turns) > OFF
+    unfit |= np.abs(angle / QUARTER - turns) > np.where(plain, 0.5, OFF)
     best = np.maximum(np.rint(angle / QUARTER).astype(np.int64), 1)
     return np.maximum(np.where(unfit, best, turns), least)
 

@@ -56,7 +56,8 @@ def gentler(
     """Fewer wishes around the vertices `faults` (n,) bool where the last have failed.
 
     In each of the places the least crease goes, later every crease; where none is left, and in
-    every second attempt, the directions are smoothed.
+    every second attempt, the directions are smoothed. Corners there get the number of quads that
+    their angle is nearest to.
     """
     surface = working.surface
     places = with_rings(surface.triangles, faults, FAULT_RINGS)
@@ -71,7 +72,8 @@ def gentler(
     if (touched & ~fewer.undirected).any():
         undirected = fewer.undirected | touched
         fewer = replace(fewer, undirected=undirected, smoothed=fewer.smoothed + 1)
-    return fewer
+    plain = places if wishes.plain is None else wishes.plain | places
+    return replace(fewer, plain=plain)
 
 
 def _without_creases(

@@ -164,4 +164,6 @@ def _crossed(
 
 
 def _bettered(crossed: Crosses, wishes: Wishes) -> Crosses:
-    return with_better_poles(crossed, wishes.avoided, wishes.mirror, wishes.reach)
+    return with_better_poles(
+        crossed, wishes.avoided, wishes.mirror, wishes.reach, wishes.plain
+    )

@@ -38,6 +38,9 @@ class Wishes:
         All the poles that there are to be, None where the field tells them.
     reach:
         Opposite poles cancel that are nearer than so many times what they always do.
+    plain:
+        (n,) bool vertices where corners get the number of quads that their angle is nearest to,
+        whatever the field says; None for none.
     smoothed, dropped, unmarked:
         How many places were smoothed, creases left out and marks left out so far.
     """
@@ -53,6 +56,7 @@ class Wishes:
     strokes: Strokes | None = None
     wanted: WantedPoles | None = None
     reach: float = 1.0
+    plain: np.ndarray | None = None
     smoothed: int = 0
     dropped: int = 0
     unmarked: int = 0

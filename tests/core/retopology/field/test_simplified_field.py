@@ -222,11 +222,16 @@ def test_turns_along_edges_are_those_that_the_index_counts(symmetry, wild):
     assert np.abs(change - 1.0).max() < 1e-9
 
 
+@pytest.fixture(scope="module")
+def noisy_quartic():
+    mesh = noisy(quartic(subdivisions=5), 0.05)
+    return mesh, guided(mesh.vertices, mesh.triangles)[1]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("plan", ["field", "umbilics"])
-def test_poles_index_and_singular_vertices_name_the_same(plan):
-    mesh = noisy(quartic(subdivisions=5), 0.05)
-    _, guide = guided(mesh.vertices, mesh.triangles)
+def test_poles_index_and_singular_vertices_name_the_same(plan, noisy_quartic):
+    mesh, guide = noisy_quartic
     guidance = guide.guidance(core.GuidanceSettings(plan=plan))
     poles = guidance.poles
     sign = np.zeros(len(mesh.triangles))

@@ -172,6 +172,7 @@ def test_lines_are_evenly_spaced(name):
         assert np.median(distance) < 0.5 * spacing
 
 
+@pytest.mark.once
 def test_lines_of_the_torus_are_its_circles():
     lines = lines_of("torus")
     for number in range(len(lines)):
@@ -242,6 +243,7 @@ def test_sphere_says_that_it_has_no_direction():
     assert len(guide.separatrices()) == 0
 
 
+@pytest.mark.once
 def test_one_family_alone():
     guide = guided(torus(columns=60, rows=24))
     for family, name in enumerate(("first", "second")):

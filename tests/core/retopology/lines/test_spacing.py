@@ -7,6 +7,7 @@ from surfaces import torus
 import core
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("seed", range(3))
 def test_no_stump_stays_where_a_longer_line_fits(seed):
     """On a torus all lines are circles; what is left between them, they fill in long pieces. A

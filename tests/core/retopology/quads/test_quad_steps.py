@@ -1,5 +1,7 @@
 """The steps from a surface to quads, each by itself."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from quad_guarantees import closest_in, holds
@@ -12,6 +14,7 @@ from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity
 from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles
+from core.retopology.quads.field.sectors import sector_turns
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
@@ -111,6 +114,51 @@ def test_double_poles_part_and_opposite_ones_cancel(crossed):
     again = with_better_poles(double, nowhere)
     assert set(again.quarter_turns) <= {3, 4, 5}
     assert (4 - again.quarter_turns).sum() == 8
+
+
+def test_corners_take_back_what_a_pole_beside_them_has():
+    # A flat sheet over a bend of its border by 30 degrees: two quads meet there, or three.
+    across, up = np.meshgrid(np.linspace(-1.0, 1.0, 21), np.linspace(0.0, 1.0, 11))
+    low = -np.tan(np.radians(15.0)) * np.abs(across)
+    points = np.stack([across, low + up * (1.0 - low), 0.0 * up], axis=2).reshape(-1, 3)
+    first = (21 * np.arange(10)[:, None] + np.arange(20)).ravel()
+    square = np.stack([first, first + 1, first + 22, first + 21], axis=1)
+    triangles = np.concatenate([square[:, [0, 1, 2]], square[:, [0, 2, 3]]])
+    surface, _ = clean(points, triangles)
+    count = len(surface.triangles)
+    direction = np.tile([1.0, 0.0, 0.0], (count, 1))
+    plain = crosses(
+        surface.vertices,
+        surface.triangles,
+        surface.twin,
+        direction,
+        np.full(count, 0.3),
+        surface.twin < 0,
+    )
+    upwards = [int(np.flatnonzero(surface.source_vertex == 10 + 21 * row)[0]) for row in range(8)]
+
+    def with_corner_and_pole(steps):
+        """The bend with a quarter turn more, a vertex so many steps above it with one less."""
+        matching = plain.matching.copy()
+        for tail, head in pairwise(upwards[: steps + 1]):
+            edge = int(np.flatnonzero((plain.tail == tail) & (plain.head == head))[0])
+            matching[edge] += 1
+            matching[plain.twin[edge]] -= 1
+        return plain.matched(matching)
+
+    def turns_at_bend(crossed):
+        start, turns = sector_turns(crossed)
+        return turns[crossed.tail[start] == upwards[0]].tolist()
+
+    nowhere = np.zeros(len(points), bool)
+    near, far = with_corner_and_pole(1), with_corner_and_pole(7)
+    assert turns_at_bend(plain) == [2] and turns_at_bend(near) == turns_at_bend(far) == [3]
+    assert near.quarter_turns[upwards[1]] == far.quarter_turns[upwards[7]] == 3
+    again = with_better_poles(near, nowhere)
+    assert turns_at_bend(again) == [2] and not again.singular.any()
+    # The field decides between two and three else, but where a layout has failed.
+    assert turns_at_bend(with_better_poles(far, nowhere)) == [3]
+    assert turns_at_bend(with_better_poles(far, nowhere, plain=~nowhere)) == [2]
 
 
 def test_splitting_keeps_a_manifold_and_its_features():

@@ -440,6 +440,7 @@ def test_loose_ends_of_creases_hold_no_quads_and_those_of_marks_do():
         assert guides_of(placed, laid).fixed[at[0]] == (sharp is not None)
 
 
+@pytest.mark.once
 def test_sides_are_long_enough_to_come_back_to_where_they_began():
     mesh = torus()
     detection = core.detect(mesh.vertices, mesh.triangles)

@@ -300,6 +300,7 @@ def _calls(level: int, umbilics: int) -> int:
     return count
 
 
+@pytest.mark.once
 def test_work_grows_with_the_umbilics_and_not_with_the_mesh():
     few = _calls(6, 2_000)
     assert _calls(6, 8_000) < 5 * few

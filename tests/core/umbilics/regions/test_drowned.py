@@ -16,6 +16,7 @@ def said(detection: core.Detection) -> list[str]:
     return [text for text in detection.warnings if WORDS in text]
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [1, 2])
 def test_tips_of_a_noisy_ellipsoid_are_no_spheres(seed):
     # Fits over three rings show nothing at the tips but noise, those over ten the umbilics.

@@ -276,6 +276,7 @@ def test_detect_a_plane():
         assert region.curvature == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.once
 def test_detect_a_rounded_cube():
     vertices, triangles = rounded_cube(60, 0.4)
     detection = core.detect(vertices, triangles)
@@ -290,6 +291,7 @@ def test_detect_a_rounded_cube():
             assert region.curvature == pytest.approx(1 / 0.4, rel=0.05)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_detect_the_caps_of_a_cylinder(noise):
     vertices, triangles = capped_cylinder()

@@ -1,0 +1,134 @@
+"""Single vertices that stick out of a surface: outliers of photogrammetry, spikes of a scan.
+
+On a clean mesh a single one of them makes umbilics all around it, which no error of the fits tells:
+these are averages over many vertices. A vertex is an outlier if it lies much further off a fit to
+those around it, without it, than they scatter about that fit (deleted residuals, Cook & Weisberg
+1982). A corner or an edge of a surface is none: what is around it fits no better than itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy import sparse
+
+from ..base.buffers import Workspace
+from ..base.progress import Progress
+from ..base.unit import unit
+from ..fields.frames import frame
+from ..mesh.neighbourhoods import Neighbourhood
+from ..mesh.normals import vertex_normals
+from ..mesh.rings import adjacency
+from ..mesh.surface import Surface
+from .fits.height_fit import HeightFit, lower_sums, solve_heights, sum_count, sum_samples
+
+# Vertices are asked where the surface is so many times rougher than in the median, at most this
+# share of them: where more are, roughness is the surface's own.
+ROUGH, MOST = 8.0, 0.02
+# Degrees and rings of the fits without them.
+DEGREES, RINGS = (4, 2), 3
+# Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance (mean 1), as on clean meshes.
+FOCUS = 1.0
+# Samples so many times further off than the median one are left out, and the fit is made anew, so
+# often: another outlier may be among them.
+ODD, ROUNDS = 6.0, 3
+# Standard deviations of those around it that an outlier is off: of a Student's t of 15 degrees of
+# freedom one in a million is as far out.
+OFF = 8.0
+# Share of that which the two degrees may differ by. At the tip of a cone, which rings around it do
+# not tell from a paraboloid, they differ by a half.
+AGREE = 0.25
+# Passes: of outliers side by side one hides the other.
+PASSES = 3
+BLOCK = 1 << 15
+
+
+def without_outliers(surface: Surface, progress: Progress) -> tuple[Surface, np.ndarray]:
+    """The surface with its outliers laid onto the fit to those around them, and (k,) which vertices
+    these are."""
+    graph = adjacency(surface).astype(np.float64)
+    near_border = surface.near_border(RINGS)
+    moved = np.zeros(len(surface.vertices), bool)
+    for _ in range(PASSES):
+        normals = vertex_normals(surface)
+        asked = _roughest(surface, normals, graph) & ~near_border
+        rows = np.flatnonzero(asked)
+        if not 0 < len(rows) <= MOST * len(asked):
+            break
+        normals[graph @ asked > 0.0] = normals[asked] = 0.0
+        shift = _shifts(surface, normals, rows, asked, progress)
+        out = np.einsum("rc,rc->r", shift, shift) > 0.0
+        if not out.any():
+            break
+        vertices = surface.vertices.copy()
+        vertices[rows[out]] += shift[out]
+        surface = dataclasses.replace(surface, vertices=vertices)
+        moved[rows[out]] = True
+    return surface, np.flatnonzero(moved)
+
+
+def _roughest(surface: Surface, normals: np.ndarray, graph: sparse.csr_array) -> np.ndarray:
+    """(n,) bool, vertices where the surface is much rougher than usual and rougher than at their
+    neighbours: how far they lie off the mean of their ring, less what the ring does of its own."""
+    count = np.diff(surface.neighbour_start)
+    off = np.einsum("nc,nc->n", (graph @ surface.vertices) / count[:, None], normals)
+    off -= np.einsum("nc,nc->n", surface.vertices, normals)
+    rough = np.abs(off - (graph @ off) / count)
+    highest = np.maximum.reduceat(rough[surface.neighbours], surface.neighbour_start[:-1])
+    return (rough > ROUGH * np.median(rough)) & (rough >= highest)
+
+
+def _shifts(
+    surface: Surface,
+    normals: np.ndarray,
+    centres: np.ndarray,
+    asked: np.ndarray,
+    progress: Progress,
+) -> np.ndarray:
+    """(c, 3) from vertices to the fits to what is around them, zero for those that are no outliers.
+
+    Parameters
+    ----------
+    normals:
+        (n, 3) float64 unit normals, zero where outliers may have tilted them.
+    asked:
+        (n,) bool, vertices that nothing is fitted to.
+    """
+    shift, workspace = np.zeros((len(centres), 3)), Workspace()
+    around = Neighbourhood(surface, adjacency(surface), rings=RINGS, focused=False)
+    for rows, members in around.blocks(centres, BLOCK, progress):
+        normal = unit(normals[members].sum(axis=0))
+        axes = np.stack([*frame(normal.T), normal.T])
+        offset = surface.vertices[members] - surface.vertices[centres[rows]]
+        x, y, z = np.einsum("sbc,kcb->ksb", offset, axes)
+        weights = np.where(asked[members], 0.0, 1.0)
+        radius = np.sqrt((weights * (x * x + y * y)).sum(axis=0) / np.maximum(weights.sum(0), 1.0))
+        radius = np.maximum(radius, np.sqrt(np.finfo(float).tiny))
+        x, y, z = x / radius, y / radius, z / radius
+        weights *= (1.0 + (x * x + y * y) / FOCUS) ** -3
+        for _ in range(ROUNDS):
+            one, two = _fits(x, y, z, weights, workspace)
+            left = np.abs(z - sum(c * x**i * y**j for (i, j), c in one.coefficients.items()))
+            usual = np.nanmedian(np.where(weights > 0.0, left, np.nan), axis=0)
+            weights = np.where(left > ODD * usual, 0.0, weights)
+        height, other = one.coefficients[0, 0], two.coefficients[0, 0]
+        out = one.determined & (np.count_nonzero(weights, axis=0) > len(one.coefficients))
+        out &= np.abs(height) > OFF * one.residual
+        out &= np.abs(height - other) < AGREE * np.abs(height)
+        shift[rows[out]] = (height * radius)[out, None] * normal[out]
+    return shift
+
+
+def _fits(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, weights: np.ndarray, workspace: Workspace
+) -> list[HeightFit]:
+    """Fits of the degrees to columns of samples (s, b)."""
+    most = max(DEGREES)
+    sums = np.empty((sum_count(most), x.shape[1]))
+    sum_samples(x, y, z, weights, most, sums, workspace)
+    samples = np.count_nonzero(weights, axis=0)
+    return [
+        solve_heights(lower_sums(sums, most, degree), samples, degree, workspace)
+        for degree in DEGREES
+    ]
