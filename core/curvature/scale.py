@@ -51,6 +51,9 @@ MOST_STRETCH = 16.0
 # Residuals below this share of the radius tilt no normal that a fit starts from so far that it
 # would matter: heights over a plane askew by t are wrong by t^2. They are those of rounding, and
 # not of scans (0.5 % of an edge and more), marching cubes or decimation.
+# Chosen on perturbed ellipsoids; on harmonics, a field and metaballs with errors of 1e-5 to 1e-2
+# edges the curvatures are wrong by the same wherever it is set, to 3 % where triangles have equal
+# sides and 3 % on average, either way, where they are four times as long as wide.
 LEVEL = 1e-4
 # Residuals below this share of the radius are round-off: there is no noise to average out.
 ROUND_OFF = 1e-10

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -18,6 +19,9 @@ from .thinning import Thinned
 FEWEST_SAMPLES = 15
 # A length that spans more rings than this is beyond what a cubic describes.
 MOST_RINGS = 24
+# Rings from which on nearest samples are taken from rings that vertices within so many edges of
+# each other share; and samples that are listed at once so.
+SHARED, NEAR, MOST_LISTED = 12, 3, 1 << 22
 
 
 @dataclass(frozen=True)
@@ -202,8 +206,36 @@ class Neighbourhood:
         if self.crease_vertices is None:
             if self.begun is not None:
                 return self.begun.grow(nodes, self.graph, count, progress)
+            many = len(nodes) > self.graph.shape[0] // 8
+            if many and self.stretch > 1.0 and count >= SHARED:
+                middles, of = np.unique(self._middle[nodes], return_inverse=True)
+                return self._shared(middles, of, count, progress)
             return grow(self.graph[nodes], self.graph, count - 1, progress)
         return self._around(selection(nodes[:, None], self.graph.shape[0]), count, progress)
+
+    @cached_property
+    def _middle(self) -> np.ndarray:
+        """(n,) for each node one within `NEAR` edges that many others have as well: the highest of
+        random ranks beside it, and the highest beside that, and so on."""
+        n = self.graph.shape[0]
+        rank = np.random.default_rng(0).permutation(n)
+        node, highest = np.argsort(rank), rank
+        for _ in range(NEAR):
+            beside = np.maximum.reduceat(highest[self.graph.indices], self.graph.indptr[:-1])
+            highest = np.maximum(highest, beside)
+        return node[highest]
+
+    def _shared(
+        self, middles: np.ndarray, of: np.ndarray, count: int, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """Rings of nodes that lie beside each other hold nearly the same: so many around the nodes
+        whose middles are `middles[of]` (r,), and what is as far from the middles."""
+        for rows, reach in grow(self.graph[middles], self.graph, count + NEAR - 1, progress):
+            asked = np.flatnonzero((of >= rows[0]) & (of <= rows[-1]))
+            step = max(MOST_LISTED // int(np.diff(reach.indptr).max()), 1)
+            for low in range(0, len(asked), step):
+                some = asked[low : low + step]
+                yield some, reach[of[some] - rows[0]]
 
     def _within_reach(
         self, reach: sparse.csr_array, centres: np.ndarray

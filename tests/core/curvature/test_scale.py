@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import surfaces
 from exact_fields import surface_of
+from scipy.spatial import cKDTree
 
 from core.base.progress import Progress
 from core.curvature import scale as module
@@ -17,6 +18,7 @@ from core.curvature.scale import (
     grow_while_it_falls,
     starting_normals,
 )
+from core.mesh import neighbourhoods
 from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
@@ -217,3 +219,32 @@ def test_normals_are_smoothed_as_far_as_the_rings_reach():
     np.testing.assert_array_equal(
         starting_normals(surface, normals, five, Progress()), smooth_normals(surface, normals, 5)
     )
+
+
+def test_vertices_side_by_side_share_rings_that_hold_no_fewer_of_the_nearest(monkeypatch):
+    """Wide rings of stretched triangles hold many times what is asked of them."""
+    surface = stretched(6.0, 0.0)
+    points = surface.vertices
+    everywhere = np.arange(len(points))
+    wide = dataclasses.replace(around(surface), rings=5, focused=False, stretch=6.0)
+    nearest, _ = cKDTree(points).query(points, k=91)
+    grow, grown = neighbourhoods.grow, []
+
+    def counted(reach, *others):
+        grown.append(reach.shape[0])
+        return grow(reach, *others)
+
+    def missed():
+        """How many vertices have a sample that is not among the nearest."""
+        beyond = np.ones(len(points), bool)
+        for rows, members in wide.blocks(everywhere, 1 << 16):
+            away = np.linalg.norm(points[members] - points[rows], axis=2).max(axis=0)
+            beyond[rows] = (len(members) != 91) | (away > 1.000001 * nearest[rows, -1])
+        return int(beyond.sum())
+
+    monkeypatch.setattr(neighbourhoods, "grow", counted)
+    monkeypatch.setattr(neighbourhoods, "MOST_LISTED", 1 << 18)
+    shared = missed()
+    assert sum(grown) < len(points) / 3
+    monkeypatch.setattr(neighbourhoods, "SHARED", 99)
+    assert shared < missed() < len(points) / 4
