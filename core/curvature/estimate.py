@@ -16,7 +16,7 @@ from ..fields.winding import Winding
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import following
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood
-from ..mesh.normals import smooth_normals, vertex_normals
+from ..mesh.normals import smooth_normals
 from ..mesh.rings import adjacency, rings_across
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
@@ -76,6 +76,7 @@ class Estimate:
 
 def estimate(
     surface: Surface,
+    normals: np.ndarray,
     settings: Settings,
     given: CurvatureField | None,
     sharp: np.ndarray | None,
@@ -86,8 +87,8 @@ def estimate(
 
     Parameters
     ----------
-    surface:
-        The surface; n vertices.
+    surface, normals:
+        The surface and its (n, 3) unit normals; n vertices.
     given:
         The user's own operators at the input's vertices, for curvature "given"; its `normal`
         and `noise` are not read.
@@ -102,13 +103,12 @@ def estimate(
         Curvature "given" without operators, or with ones that do not fit the mesh.
     """
     if settings.curvature == "given":
-        return _given(surface, given)
+        return _given(surface, normals, given)
     if settings.curvature == "normals" or settings.normal_smoothing:
         passes = settings.normal_smoothing
         smoothed = fitted_normals if settings.normal_filter == "fit" else smooth_normals
-        normals = smoothed(surface, vertex_normals(surface), passes, progress)
-        return _from_normals(surface, normals)
-    return _from_jets(surface, vertex_normals(surface), settings, sharp, progress, part)
+        return _from_normals(surface, smoothed(surface, normals, passes, progress))
+    return _from_jets(surface, normals, settings, sharp, progress, part)
 
 
 def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
@@ -236,7 +236,7 @@ def _crease_vertices(
     return crease_vertices if crease_vertices.any() else None
 
 
-def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
+def _given(surface: Surface, surface_normal: np.ndarray, given: CurvatureField | None) -> Estimate:
     if given is None:
         raise InvalidMeshError(
             "Curvature 'given' needs principal curvatures and directions at the vertices: "
@@ -257,7 +257,6 @@ def _given(surface: Surface, given: CurvatureField | None) -> Estimate:
     d1, d2 = unit(arrays["d1"]), arrays["d2"]
     normal = np.cross(d1, d2)
     size = np.linalg.norm(normal, axis=1)
-    surface_normal = vertex_normals(surface)
     # Directions come without a sign; the frame must agree with the surface's outward side.
     inward = np.einsum("nc,nc->n", normal, surface_normal) < 0
     normal = np.where(inward[:, None], -normal, normal)

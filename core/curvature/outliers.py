@@ -26,6 +26,9 @@ from .fits.height_fit import HeightFit, lower_sums, solve_heights, sum_count, su
 # Vertices are asked where the surface is so many times rougher than in the median, at most this
 # share of them: where more are, roughness is the surface's own.
 ROUGH, MOST = 8.0, 0.02
+# What rounding to single precision makes in the unit box, of a vertex and of those around it, is no
+# outlier.
+ROUNDING = 4.0 * np.finfo(np.float32).eps
 # Degrees and rings of the fits without them.
 DEGREES, RINGS = (4, 2), 3
 # Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance (mean 1), as on clean meshes.
@@ -44,28 +47,30 @@ PASSES = 3
 BLOCK = 1 << 15
 
 
-def without_outliers(surface: Surface, progress: Progress) -> tuple[Surface, np.ndarray]:
-    """The surface with its outliers laid onto the fit to those around them, and (k,) which vertices
-    these are."""
+def without_outliers(
+    surface: Surface, normals: np.ndarray, progress: Progress
+) -> tuple[Surface, np.ndarray, np.ndarray]:
+    """The surface with its outliers laid onto the fit to those around them, its unit normals (n, 3)
+    and (k,) which vertices these are."""
     graph = adjacency(surface).astype(np.float64)
     near_border = surface.near_border(RINGS)
     moved = np.zeros(len(surface.vertices), bool)
     for _ in range(PASSES):
-        normals = vertex_normals(surface)
         asked = _roughest(surface, normals, graph) & ~near_border
         rows = np.flatnonzero(asked)
         if not 0 < len(rows) <= MOST * len(asked):
             break
-        normals[graph @ asked > 0.0] = normals[asked] = 0.0
-        shift = _shifts(surface, normals, rows, asked, progress)
+        straight = np.where((graph @ asked > 0.0) | asked, 0.0, 1.0)[:, None] * normals
+        shift = _shifts(surface, straight, rows, asked, progress)
         out = np.einsum("rc,rc->r", shift, shift) > 0.0
         if not out.any():
             break
         vertices = surface.vertices.copy()
         vertices[rows[out]] += shift[out]
         surface = dataclasses.replace(surface, vertices=vertices)
+        normals = vertex_normals(surface)
         moved[rows[out]] = True
-    return surface, np.flatnonzero(moved)
+    return surface, normals, np.flatnonzero(moved)
 
 
 def _roughest(surface: Surface, normals: np.ndarray, graph: sparse.csr_array) -> np.ndarray:
@@ -76,7 +81,7 @@ def _roughest(surface: Surface, normals: np.ndarray, graph: sparse.csr_array) ->
     off -= np.einsum("nc,nc->n", surface.vertices, normals)
     rough = np.abs(off - (graph @ off) / count)
     highest = np.maximum.reduceat(rough[surface.neighbours], surface.neighbour_start[:-1])
-    return (rough > ROUGH * np.median(rough)) & (rough >= highest)
+    return (rough > max(ROUGH * np.median(rough), ROUNDING)) & (rough >= highest)
 
 
 def _shifts(

@@ -22,6 +22,7 @@ from ..curvature.surface_types import surface_types, typical_curvature
 from ..curvature.tolerances import CURVE
 from ..curvature.wider import WIDER, can_widen, wider_ratio
 from ..mesh.mending.repair import clean
+from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Analysed, InputMesh, Turning, assemble
@@ -108,15 +109,15 @@ def detect(
             warnings.append(cad.sentence())
     with clock.stage("curvature"):
         part = progress.part("Fitting curvature", 0.1, 0.7)
-        places = surface.vertices
+        places, normals = surface.vertices, vertex_normals(surface)
         if cad is None and settings.curvature == "jets":
-            surface, outlying = without_outliers(surface, part.quiet())
+            surface, normals, outlying = without_outliers(surface, normals, part.quiet())
             if len(outlying):
                 warnings.append(
                     f"Vertices that stick out of the surface around them: {len(outlying)}. They "
                     "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
-        fitted = estimate(surface, settings, given, sharp, part, cad)
+        fitted = estimate(surface, normals, settings, given, sharp, part, cad)
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):

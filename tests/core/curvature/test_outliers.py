@@ -7,6 +7,7 @@ import surfaces
 import core
 from core.curvature.outliers import without_outliers
 from core.mesh.mending.repair import clean
+from core.mesh.normals import vertex_normals
 
 
 def ellipsoid(level=4):
@@ -25,7 +26,7 @@ def spiked(vertices, rows, height):
 def laid(vertices, triangles):
     """The vertices as they are looked at, in the input's units, and which of them were moved."""
     surface, _ = clean(vertices, triangles)
-    after, moved = without_outliers(surface, core.Progress())
+    after, _, moved = without_outliers(surface, vertex_normals(surface), core.Progress())
     assert (surface.source_vertex == np.arange(len(vertices))).all()
     return after.vertices * after.unit + after.origin, moved
 

@@ -15,6 +15,7 @@ from core.curvature.fits.flattened import fit_flattened
 from core.curvature.scale import Scale
 from core.mesh.borders import distance_to_border
 from core.mesh.mending.repair import clean
+from core.mesh.normals import vertex_normals
 from core.umbilics import refine as refining
 from core.umbilics.refine import refine
 
@@ -40,7 +41,8 @@ def graph(third, rough=0.0, cells=24, unit=1.0):
 
 def fitted(vertices, triangles, scale=2.0):
     surface, _ = clean(vertices, triangles)
-    found = estimate(surface, core.Settings(scale=scale), None, None, Progress())
+    normals = vertex_normals(surface)
+    found = estimate(surface, normals, core.Settings(scale=scale), None, None, Progress())
     # The jets alone, without what is looked at more closely.
     return surface, dataclasses.replace(found, closer=None, degree=0)
 
