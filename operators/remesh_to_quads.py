@@ -78,7 +78,13 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
             stamp = checks.signature_of(made, None)
             against = retopology.against(job, found.umbilics)
             checks.write(context, made, against, found.check, found.poles, stamp, transaction)
-            said = ". ".join(topology.sentences(made.umbilics_check))
+            sentences = list(topology.sentences(made.umbilics_check))
+            if delivery.transfer and quad_meshes.lacks_keys(source, made):
+                sentences.append(
+                    "Shape keys were not carried over: they are of the mesh without its modifiers; "
+                    "choose Source: Base Mesh, and give the quads these modifiers"
+                )
+        said = ". ".join(sentences)
         return f"{len(quads.quads)} quads, {len(quads.pole_valence)} poles. {said}."
 
     def warnings(self, found: Made) -> tuple[str, ...]:

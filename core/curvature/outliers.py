@@ -131,7 +131,10 @@ def _shifts(
         (n,) bool, vertices that nothing is fitted to.
     """
     shift, workspace = np.zeros((len(centres), 3)), Workspace()
-    around = Neighbourhood(surface, adjacency(surface), rings=RINGS, focused=False)
+    graph = adjacency(surface)
+    ring = graph[centres]
+    middle = (ring @ surface.vertices) / np.diff(ring.indptr)[:, None]
+    around = Neighbourhood(surface, graph, rings=RINGS, focused=False)
     for rows, members in around.blocks(centres, BLOCK, progress):
         normal = unit(normals[members].sum(axis=0))
         axes = np.stack([*frame(normal.T), normal.T])
@@ -151,7 +154,12 @@ def _shifts(
         out = one.determined & (np.count_nonzero(weights, axis=0) > len(one.coefficients))
         out &= np.abs(height) > OFF * one.residual
         out &= np.abs(height - other) < AGREE * np.abs(height)
-        shift[rows[out]] = (height * radius)[out, None] * normal[out]
+        # Over the middle of its ring: off to the side it would fold the triangles around it.
+        aside = middle[rows] - surface.vertices[centres[rows]]
+        u, v = np.einsum("bc,kcb->kb", aside, axes[:2]) / radius
+        height = sum(c * u**i * v**j for (i, j), c in one.coefficients.items())
+        laid = np.einsum("kb,kcb->bc", radius * np.stack([u, v, height]), axes)
+        shift[rows[out]] = laid[out]
     return shift
 
 

@@ -10,8 +10,9 @@ import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 # How the names of unfinished files begin; the number of the process follows.
 PARTIAL = ".umbilics-partial-"
@@ -23,8 +24,9 @@ def whole_file(path: Path | str) -> Iterator[Path]:
 
     The path lies in the same folder, made if it is missing, and has the same ending. Where the
     block fails nothing is left and the file that was there stays as it was. A link is followed.
-    What is no ordinary file, such as a pipe, is written to as it is. What the process has open, as
-    /dev/stdout and /dev/fd/3 name it, gets the whole at its end, be it a file or not.
+    What is no ordinary file, such as a pipe, and what the process has open, as /dev/stdout and
+    /dev/fd/3 name it, be it a file or not, gets the whole at its end: what writes it may read it
+    again, or put another file into its place.
 
     Raises
     ------
@@ -40,23 +42,17 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     >>> Path("cup.txt").read_text()
     'whole'
     """
-    descriptor = _open_already(path)
-    if descriptor is not None:
-        with tempfile.TemporaryDirectory() as folder:
-            partial = Path(folder, f"{PARTIAL}{descriptor}{Path(path).suffix}")
-            yield partial
-            with (
-                _named(path, partial),
-                open(partial, "rb") as whole,
-                open(os.dup(descriptor), "wb") as stream,
-            ):
-                shutil.copyfileobj(whole, stream)
-        return
     place = Path(os.path.realpath(path))
-    place.parent.mkdir(parents=True, exist_ok=True)
-    if place.exists() and not stat.S_ISREG(place.stat().st_mode) and not place.is_dir():
-        yield Path(path)
+    stream = _stream(path)
+    if stream is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            partial = Path(folder, f"{PARTIAL}{os.getpid()}{Path(path).suffix}")
+            with _named(path, partial):
+                yield partial
+                with open(partial, "rb") as whole, stream() as out:
+                    shutil.copyfileobj(whole, out)
         return
+    place.parent.mkdir(parents=True, exist_ok=True)
     # Short, as a name may be as long as the file system allows.
     name = f"{PARTIAL}{os.getpid()}-{secrets.token_hex(4)}{place.suffix[:16]}"
     partial = place.with_name(name)
@@ -74,6 +70,21 @@ def whole_file(path: Path | str) -> Iterator[Path]:
         with contextlib.suppress(OSError):
             partial.unlink()
         raise
+
+
+def _stream(path: Path | str) -> Callable[[], BinaryIO] | None:
+    """Opens what the path names, if that is something that is written to from begin to end and
+    cannot be put into a place; None if it is a file, or will be."""
+    descriptor = _open_already(path)
+    if descriptor is not None:
+        return lambda: open(os.dup(descriptor), "wb")
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return None
+    if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
+        return None
+    return lambda: open(path, "wb")
 
 
 def _open_already(path: Path | str) -> int | None:

@@ -115,6 +115,24 @@ def test_shrinkwrap_materials_and_groups_on_request(obj):
     assert right <= inside and not inside & left
 
 
+def test_what_modifiers_make_has_its_materials_and_keys_that_cannot_follow_are_said(obj, capfd):
+    for name in ("one", "two"):
+        obj.data.materials.append(bpy.data.materials.new(name))
+    for polygon in obj.data.polygons:
+        polygon.material_index = int(polygon.center.x > 0)
+    obj.shape_key_add(name="Basis")
+    obj.shape_key_add(name="Other")
+    obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    capfd.readouterr()
+    made = remesh(transfer=True)
+    assert "Shape keys were not carried over" in capfd.readouterr().out
+    assert {polygon.material_index for polygon in made.data.polygons} == {0, 1}
+    for polygon in made.data.polygons:
+        if abs(polygon.center.x) > 0.2:
+            assert polygon.material_index == int(polygon.center.x > 0)
+    assert made.data.shape_keys is None
+
+
 def test_shape_keys_move_the_quads_as_the_surface_below(obj):
     """A key that scales, one relative to it, one through a group: seen, and each alone."""
     points = np.array([vertex.co for vertex in obj.data.vertices])

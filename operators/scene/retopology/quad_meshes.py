@@ -15,6 +15,7 @@ from .... import core
 from ...data.remeshing import Delivery
 from ...mesh.attributes import write_attributes
 from ...mesh.build import from_polygons
+from ...mesh.evaluated import evaluated_mesh
 from ...mesh.fetch import fetch
 from ...mesh.read import MeshArrays
 from .. import empties, homes
@@ -89,6 +90,11 @@ def add(
     return made
 
 
+def lacks_keys(source: bpy.types.Object, made: bpy.types.Object) -> bool:
+    """Whether the source has shape keys that could not be carried over."""
+    return bool(source.data.shape_keys) and not made.data.shape_keys
+
+
 def _transfer(
     context: bpy.types.Context,
     source: bpy.types.Object,
@@ -100,8 +106,8 @@ def _transfer(
     slots = [slot.material for slot in source.material_slots]
     for material in slots:
         made.data.materials.append(material)
-    if len(slots) > 1 and arrays.polygon_count == len(source.data.polygons):
-        index = fetch(source.data.polygons, "material_index", 1, np.int32)
+    index = _slot_of_faces(context, source, arrays) if len(slots) > 1 else None
+    if index is not None:
         corners = index[arrays.polygon[quads.source_triangle[quads.quads]]]
         # The one that most corners have, the first of equals.
         votes = (corners[:, :, None] == corners[:, None, :]).sum(axis=2)
@@ -125,6 +131,19 @@ def _transfer(
                     data_type=kind, use_create=True, layers_select_dst="NAME", **options
                 )
     shape_keys.carry_over(source, made, arrays)
+
+
+def _slot_of_faces(
+    context: bpy.types.Context, source: bpy.types.Object, arrays: MeshArrays
+) -> np.ndarray | None:
+    """(faces,) int32 material slot of each face that was analysed, of the mesh or of what its
+    modifiers make of it; None where neither has as many faces."""
+    if arrays.polygon_count == len(source.data.polygons):
+        return fetch(source.data.polygons, "material_index", 1, np.int32)
+    with evaluated_mesh(source, context.evaluated_depsgraph_get()) as seen:
+        if arrays.polygon_count == len(seen.polygons):
+            return fetch(seen.polygons, "material_index", 1, np.int32)
+    return None
 
 
 def _come_forward(

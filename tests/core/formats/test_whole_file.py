@@ -3,6 +3,7 @@
 import os
 import stat
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -44,14 +45,26 @@ def test_a_link_leads_to_the_file_and_the_mode_stays(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
-def test_a_pipe_or_device_stays_one(tmp_path):
-    path = tmp_path / "pipe"
+def test_a_pipe_or_device_stays_one_and_gets_the_whole(tmp_path):
+    """Whoever writes it reads it again, to see whether it is whole: a pipe would have him wait for
+    ever, a device may have no end. Or another file takes its place, as Blender's own are saved."""
+    path, data = tmp_path / "pipe", bytes(1 << 17)
     os.mkfifo(path)
-    with core.whole_file(path) as place:
-        assert place == path
-    with core.whole_file(os.devnull) as place, open(place, "w") as file:
-        file.write("nothing")
+    with ThreadPoolExecutor() as pool:
+        read = pool.submit(path.read_bytes)
+        with core.whole_file(path) as place:
+            place.with_name("saved").write_bytes(data)
+            os.replace(place.with_name("saved"), place)
+            assert place.read_bytes() == data
+        assert read.result() == data
+    with core.whole_file(os.devnull) as place:
+        place.write_bytes(data)
     assert path.is_fifo() and not os.path.isfile(os.devnull)
+    if os.path.exists("/dev/full"):
+        full = "/dev/full"
+        with pytest.raises(OSError, match="No space") as caught, core.whole_file(full) as place:
+            place.write_bytes(data)
+        assert caught.value.filename == full
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="streams as Unix names them")
