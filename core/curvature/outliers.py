@@ -14,6 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from ..base.buffers import Workspace
+from ..base.parallel import run
 from ..base.progress import Progress
 from ..base.unit import unit
 from ..fields.frames import frame
@@ -56,7 +57,7 @@ def without_outliers(
     near_border = surface.near_border(RINGS)
     moved = np.zeros(len(surface.vertices), bool)
     for _ in range(PASSES):
-        asked = _roughest(surface, normals, graph) & ~near_border
+        asked = _roughest(surface, normals, graph, progress.quiet()) & ~near_border
         rows = np.flatnonzero(asked)
         if not 0 < len(rows) <= MOST * len(asked):
             break
@@ -73,14 +74,33 @@ def without_outliers(
     return surface, normals, np.flatnonzero(moved)
 
 
-def _roughest(surface: Surface, normals: np.ndarray, graph: sparse.csr_array) -> np.ndarray:
+def _roughest(
+    surface: Surface, normals: np.ndarray, graph: sparse.csr_array, progress: Progress
+) -> np.ndarray:
     """(n,) bool, vertices where the surface is much rougher than usual and rougher than at their
     neighbours: how far they lie off the mean of their ring, less what the ring does of its own."""
-    count = np.diff(surface.neighbour_start)
-    off = np.einsum("nc,nc->n", (graph @ surface.vertices) / count[:, None], normals)
-    off -= np.einsum("nc,nc->n", surface.vertices, normals)
-    rough = np.abs(off - (graph @ off) / count)
-    highest = np.maximum.reduceat(rough[surface.neighbours], surface.neighbour_start[:-1])
+    start, neighbours, vertices = surface.neighbour_start, surface.neighbours, surface.vertices
+    n = len(vertices)
+    count = np.diff(start)
+    off, rough, highest = np.empty((3, n))
+
+    def off_ring(first: int) -> None:
+        rows = slice(first, first + BLOCK)
+        ring = (graph[rows] @ vertices) / count[rows, None]
+        off[rows] = np.einsum("nc,nc->n", ring, normals[rows])
+        off[rows] -= np.einsum("nc,nc->n", vertices[rows], normals[rows])
+
+    def roughness(first: int) -> None:
+        rows = slice(first, first + BLOCK)
+        rough[rows] = np.abs(off[rows] - (graph[rows] @ off) / count[rows])
+
+    def beside(first: int) -> None:
+        begin = start[first : first + BLOCK + 1]
+        around = rough[neighbours[begin[0] : begin[-1]]]
+        highest[first : first + BLOCK] = np.maximum.reduceat(around, begin[:-1] - begin[0])
+
+    for work in (off_ring, roughness, beside):
+        run(work, range(0, n, BLOCK), progress)
     return (rough > max(ROUGH * np.median(rough), ROUNDING)) & (rough >= highest)
 
 
