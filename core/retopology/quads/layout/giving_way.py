@@ -57,7 +57,8 @@ def gentler(
 
     In each of the places the least crease goes, later every crease; where none is left, and in
     every second attempt, the directions are smoothed. Corners there get the number of quads that
-    their angle is nearest to.
+    their angle is nearest to, and poles leave the faults, but for those that a user placed: beside
+    another one, nearer than a quad, a map may unfold around the next vertex what belongs here.
     """
     surface = working.surface
     places = with_rings(surface.triangles, faults, FAULT_RINGS)
@@ -73,7 +74,8 @@ def gentler(
         undirected = fewer.undirected | touched
         fewer = replace(fewer, undirected=undirected, smoothed=fewer.smoothed + 1)
     plain = places if wishes.plain is None else wishes.plain | places
-    return replace(fewer, plain=plain)
+    failed = faults if wishes.failed is None else wishes.failed | faults
+    return replace(fewer, plain=plain, failed=failed if wishes.wanted is None else None)
 
 
 def _without_creases(

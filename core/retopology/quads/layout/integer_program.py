@@ -134,9 +134,7 @@ def program_of(
     )
 
 
-def lengths_of_cuts(
-    cuts: set[frozenset[int]], program: Program, layout: Layout
-) -> LeastSums:
+def lengths_of_cuts(cuts: set[frozenset[int]], program: Program, layout: Layout) -> LeastSums:
     """At least 1 for each of the cuts, and `LEAST_BORDER` around each border: with fewer its edges
     lie on each other and the hole is shut."""
     loops = _borders(layout)

@@ -164,6 +164,5 @@ def _crossed(
 
 
 def _bettered(crossed: Crosses, wishes: Wishes) -> Crosses:
-    return with_better_poles(
-        crossed, wishes.avoided, wishes.mirror, wishes.reach, wishes.plain
-    )
+    avoided = wishes.avoided if wishes.failed is None else wishes.avoided | wishes.failed
+    return with_better_poles(crossed, avoided, wishes.mirror, wishes.reach, wishes.plain)

@@ -41,6 +41,9 @@ class Wishes:
     plain:
         (n,) bool vertices where corners get the number of quads that their angle is nearest to,
         whatever the field says; None for none.
+    failed:
+        (n,) bool vertices around which maps have failed so far, on which no pole is left; None for
+        none.
     smoothed, dropped, unmarked:
         How many places were smoothed, creases left out and marks left out so far.
     """
@@ -57,6 +60,7 @@ class Wishes:
     wanted: WantedPoles | None = None
     reach: float = 1.0
     plain: np.ndarray | None = None
+    failed: np.ndarray | None = None
     smoothed: int = 0
     dropped: int = 0
     unmarked: int = 0

@@ -7,7 +7,7 @@ from hypothesis.strategies import floats, integers
 from quad_guarantees import holds
 from quad_surfaces import bumpy, cube
 from scipy import sparse
-from surfaces import cylinder
+from surfaces import cylinder, ellipsoid
 
 import core
 from core.base.progress import Progress
@@ -259,6 +259,24 @@ def test_layouts_begin_anew_without_creases(monkeypatch, marked):
     wishes = laid[0].wishes
     assert wishes.dropped == 12 and wishes.smoothed == wishes.unmarked == 0
     assert (wishes.feature > 0).any() == marked and not (wishes.feature & CREASE).any()
+
+
+def test_poles_leave_where_a_map_has_failed(monkeypatch):
+    mesh = ellipsoid((3.0, 2.0, 1.0), 4)
+    found, tried = laying_out.injective_map, []
+
+    def fails_at_first(problem, progress):
+        x, faults = found(problem, progress)
+        tried.append(problem.crosses)
+        return x, faults | (problem.crosses.singular if len(tried) == 1 else False)
+
+    monkeypatch.setattr(laying_out, "injective_map", fails_at_first)
+    guide = core.Guide(mesh.vertices, mesh.triangles, core.detect(mesh.vertices, mesh.triangles))
+    given = Given(mesh.triangles, guide.detection, None, None, None, None)
+    prepare(guide, given, core.RemeshSettings(quads=300), Progress())
+    first, second = tried
+    assert np.count_nonzero(first.singular) == np.count_nonzero(second.singular) == 8
+    assert not (first.singular & second.singular).any()
 
 
 @hypothesis.settings(max_examples=3, deadline=None, derandomize=True, phases=FEW)
