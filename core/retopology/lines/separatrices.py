@@ -21,7 +21,7 @@ from .bundles import joined_bundles
 from .polylines import Lines, lines_from, points_of, sparse_rows
 from .streamlines import spacing_of
 from .tracing import BORDER, FEATURE, LIMIT, LOST, MET, OBSTACLE, TURN, Starts, Traces, trace
-from .truncation import Barriers, ended_on_features, truncated
+from .truncation import Barriers, ended_on_features, laid, truncated
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
 # between vertices is not resolved.
@@ -118,7 +118,8 @@ def separatrices(
         np.zeros(len(point), bool),
     )
     limit = np.full(len(point), length_limit(surface, settings))
-    traces = trace(surface, planes, starts, limit, obstacle, progress)
+    place = _places_of(surface, umbilics, inner, obstacle)
+    traces = trace(surface, planes, starts, limit, obstacle, progress, place=place)
     if settings.length_limit in (AUTO, 0.0):
         traces = truncated(surface, planes, traces, BESIDE * spacing_of(surface, settings))
         if barriers is not None and (traces.end == MET).any():
@@ -129,6 +130,19 @@ def separatrices(
     target = np.where(arrived, traces.obstacle, -code[traces.end])
     apart = BUNDLED * spacing_of(surface, settings)
     return _lines(surface, planes, umbilics, inner, traces, family, point, target, apart)
+
+
+def _places_of(
+    surface: Surface, umbilics: Umbilics, inner: np.ndarray, obstacle: np.ndarray
+) -> np.ndarray:
+    """(m,) complex128 places of the umbilics in the planes of the triangles around them, NaN in
+    their own (k,) `inner` and elsewhere."""
+    place = np.full(len(obstacle), complex(np.nan, np.nan))
+    rows = np.flatnonzero((obstacle >= 0) & (obstacle < len(umbilics)))
+    point = (umbilics.position[obstacle[rows]] - surface.origin) / surface.unit
+    place[rows] = laid(surface, rows, point)
+    place[inner[inner >= 0]] = np.nan
+    return place
 
 
 def length_limit(surface: Surface, settings: GuidanceSettings) -> float:
