@@ -13,6 +13,7 @@ from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 import core
 from core.base.progress import Progress
 from core.fields.planes import barycentric_of, in_plane, lay_out
+from core.retopology.lines import tracing
 from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.polylines import points_of
 from core.retopology.lines.separatrices import BUNDLED, ENDS
@@ -260,6 +261,17 @@ def test_a_line_goes_by_what_it_does_not_go_towards():
     assert near.sum() > 8 and far.any()
     assert (every.end[near | far] == OBSTACLE).all()
     assert (some.end[near] == OBSTACLE).all() and (some.end[far] == BORDER).all()
+
+
+def test_separatrices_that_come_to_nothing_else_end_at_what_they_pass(monkeypatch):
+    """Were no line to go towards anything, those that end just before an umbilic would miss it."""
+    usual = guide_of("ellipsoid").separatrices(both_ways=True)
+    assert (usual.target >= 0).all()
+    monkeypatch.setattr(tracing, "LEAST_AIM", 2.0)
+    limit = float(usual.length.max()) - MESHES["ellipsoid"].edge_length
+    short = core.GuidanceSettings(length_limit=limit)
+    found = guide_of("ellipsoid").separatrices(short, both_ways=True)
+    assert (found.target >= 0).all()
 
 
 @pytest.mark.once
