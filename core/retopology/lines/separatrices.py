@@ -18,10 +18,10 @@ from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..settings import GuidanceSettings
 from .bundles import joined_bundles
-from .polylines import Lines, lines_from, points_of, sparse_rows
+from .polylines import Lines, lines_from, points_of, spans, sparse_rows
 from .streamlines import spacing_of
 from .tracing import BORDER, FEATURE, LIMIT, LOST, MET, OBSTACLE, TURN, Starts, Traces, trace
-from .truncation import Barriers, ended_on_features, truncated
+from .truncation import Barriers, ended_on_features, laid, truncated
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
 # between vertices is not resolved.
@@ -118,7 +118,14 @@ def separatrices(
         np.zeros(len(point), bool),
     )
     limit = np.full(len(point), length_limit(surface, settings))
-    traces = trace(surface, planes, starts, limit, obstacle, progress)
+    place = _places_of(surface, umbilics, inner, obstacle)
+    traces = trace(surface, planes, starts, limit, obstacle, progress, place=place)
+    # Those that then come to nothing end at the first umbilic that they pass after all.
+    rows = np.flatnonzero(np.isin(traces.end, (LIMIT, TURN, LOST)))
+    if len(rows):
+        again = Starts(**{name: value[rows] for name, value in vars(starts).items()})
+        other = trace(surface, planes, again, limit[rows], obstacle, progress.quiet())
+        traces = _replaced(traces, rows, other)
     if settings.length_limit in (AUTO, 0.0):
         traces = truncated(surface, planes, traces, BESIDE * spacing_of(surface, settings))
         if barriers is not None and (traces.end == MET).any():
@@ -129,6 +136,37 @@ def separatrices(
     target = np.where(arrived, traces.obstacle, -code[traces.end])
     apart = BUNDLED * spacing_of(surface, settings)
     return _lines(surface, planes, umbilics, inner, traces, family, point, target, apart)
+
+
+def _replaced(traces: Traces, rows: np.ndarray, other: Traces) -> Traces:
+    """Traces with the others (r,) in place of the lines `rows` (r,)."""
+    pick = np.arange(len(traces.end))
+    pick[rows] = len(traces.end) + np.arange(len(rows))
+    both = {
+        name: np.concatenate([getattr(traces, name), getattr(other, name)])
+        for name in ("triangle", "z", "travelled", "end", "obstacle", "direction")
+    }
+    first = np.concatenate([traces.start[:-1], len(traces.triangle) + other.start[:-1]])[pick]
+    count = np.concatenate([np.diff(traces.start), np.diff(other.start)])[pick]
+    points = spans(first, count)
+    parts = {
+        name: value[points if name in ("triangle", "z", "travelled") else pick]
+        for name, value in both.items()
+    }
+    return Traces(start=np.concatenate([[0], np.cumsum(count)]), **parts)
+
+
+def _places_of(
+    surface: Surface, umbilics: Umbilics, inner: np.ndarray, obstacle: np.ndarray
+) -> np.ndarray:
+    """(m,) complex128 places of the umbilics in the planes of the triangles around them, NaN in
+    their own (k,) `inner` and elsewhere."""
+    place = np.full(len(obstacle), complex(np.nan, np.nan))
+    rows = np.flatnonzero((obstacle >= 0) & (obstacle < len(umbilics)))
+    point = (umbilics.position[obstacle[rows]] - surface.origin) / surface.unit
+    place[rows] = laid(surface, rows, point)
+    place[inner[inner >= 0]] = np.nan
+    return place
 
 
 def length_limit(surface: Surface, settings: GuidanceSettings) -> float:

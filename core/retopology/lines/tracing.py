@@ -18,6 +18,10 @@ from ...mesh.surface import Surface
 from .chords import Chords, next_chords
 from .headway import Headway
 
+# Cosine of the angle up to which a line goes towards what it comes near to; beyond, its last chord
+# would turn as far as no other does. Chosen of 0, 0.5 and 0.7 on a torso, a goblet and Spot (0.7
+# leads lines by that have nothing else to end at), confirmed on a face, a hand and a human.
+LEAST_AIM = 0.5
 # Why a line ends.
 LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED, LOST, FEATURE = range(8)
 
@@ -124,6 +128,7 @@ def trace(
     progress: Progress,
     stop: Stop | None = None,
     every: int = 1,
+    place: np.ndarray | None = None,
 ) -> Traces:
     """Trace lines until they meet their limit, a border, an obstacle or a sudden turn.
 
@@ -139,6 +144,10 @@ def trace(
     stop:
         Asked every `every` steps with the rows of the running lines, their triangles, places
         and lengths; answers with the codes of those that must end, -1 for the others.
+    place:
+        (m,) complex128 where the obstacle of each triangle lies, in its plane: a line that goes by
+        rather than towards it goes on, and ends there only where it would turn sharply. NaN where
+        all end.
     """
     count = len(starts)
     running = _Running.begun(starts, limit, planes)
@@ -160,6 +169,9 @@ def trace(
             records.append((ids, chords.triangle, chords.z, running.length))
             block = obstacle[running.triangle]
             hit = running.arrived(block)
+            if place is not None and (block >= 0).any():
+                hit &= ~running.passing(place[running.triangle])
+                hit |= chords.turned & running.beyond(block)
             told: np.ndarray | int = -1
             if stop is not None and steps % every == 0:
                 told = stop(ids, chords.triangle, chords.z, running.length)
@@ -269,13 +281,24 @@ class _Running:
         self.direction, self.heading = chords.direction * turn, chords.heading * turn
         return border, reached
 
+    def passing(self, place: np.ndarray) -> np.ndarray:
+        """(r,) bool, True where a line goes by what lies at `place` (r,), NaN for nothing."""
+        away = place - self.z
+        ahead: np.ndarray = (away * self.direction.conj()).real < LEAST_AIM * np.abs(away)
+        return ahead
+
     def arrived(self, block: np.ndarray) -> np.ndarray:
         """(r,) bool, True where the obstacle `block` (r,) of the triangle entered ends a line."""
         hit = block >= 0
         if hit.any():
             # A line that stayed in its triangle has entered none.
-            hit &= (self.entry >= 0) & ((block != self.own) | (self.length > self.grace))
+            hit &= (self.entry >= 0) & self.beyond(block)
         return hit
+
+    def beyond(self, block: np.ndarray) -> np.ndarray:
+        """(r,) bool, True where the obstacle `block` (r,) is one for the line, and no longer the
+        one that it leaves."""
+        return (block >= 0) & ((block != self.own) | (self.length > self.grace))
 
 
 def _collected(

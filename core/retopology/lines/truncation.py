@@ -116,10 +116,10 @@ def _carried(surface: Surface, planes: FaceFrames, traces: Traces, rows: np.ndar
     """(r,) places, in the planes of the points `rows`, of the points before them."""
     triangle = traces.triangle[rows]
     point = points_of(surface, planes, traces.triangle[rows - 1], traces.z[rows - 1])
-    return _laid(surface, triangle, point)
+    return laid(surface, triangle, point)
 
 
-def _laid(surface: Surface, triangle: np.ndarray, point: np.ndarray) -> np.ndarray:
+def laid(surface: Surface, triangle: np.ndarray, point: np.ndarray) -> np.ndarray:
     """(r,) complex places of points (r, 3) of triangles (r,) in their planes."""
     x, y = side_axes(surface, triangle)
     away = point - surface.vertices[surface.triangles[triangle, 0]]
@@ -164,8 +164,8 @@ def _crossings(
     piece = order[np.repeat(begin, count) + within]
     at = rows[chord]
     here, there = _carried(surface, planes, traces, at), traces.z[at]
-    tail = _laid(surface, barriers.triangle[piece], barriers.tail[piece])
-    head = _laid(surface, barriers.triangle[piece], barriers.head[piece])
+    tail = laid(surface, barriers.triangle[piece], barriers.tail[piece])
+    head = laid(surface, barriers.triangle[piece], barriers.head[piece])
     turn = ((there - here).conj() * (head - tail)).imag
     with np.errstate(divide="ignore", invalid="ignore"):
         share = ((tail - here).conj() * (head - tail)).imag / turn

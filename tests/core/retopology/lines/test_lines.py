@@ -12,13 +12,14 @@ from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
 
 import core
 from core.base.progress import Progress
-from core.fields.planes import barycentric_of, lay_out
+from core.fields.planes import barycentric_of, in_plane, lay_out
+from core.retopology.lines import tracing
 from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.polylines import points_of
 from core.retopology.lines.separatrices import BUNDLED, ENDS
 from core.retopology.lines.streamlines import AUTO_SPACING
-from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, Starts, trace
-from core.retopology.lines.truncation import Barriers, ended_on_features, truncated
+from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, OBSTACLE, Starts, trace
+from core.retopology.lines.truncation import Barriers, ended_on_features, laid, truncated
 
 MESHES = {
     "ellipsoid": ellipsoid(subdivisions=5),
@@ -233,6 +234,44 @@ def test_lines_end_at_borders_and_limits():
     near = trace(surface, planes, starts, np.full(count, 1e-3), free, Progress())
     assert (near.end == LIMIT).all()
     assert near.travelled[near.start[1:] - 1] == pytest.approx(1e-3)
+
+
+def test_a_line_goes_by_what_it_does_not_go_towards():
+    """The last chord of one that passed an umbilic at its side turned to it by a right angle."""
+    mesh = cylinder(columns=128)
+    surface = surface_of(mesh)
+    planes = lay_out(surface, exact_field(mesh, surface).lines, Progress())
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    point, reach = (np.array([1.0, 0.0, 0.0]) - surface.origin) / surface.unit, 0.4
+    away = np.linalg.norm(middle - point, axis=1) * surface.unit
+    obstacle = np.where(away < reach, 0, -1)
+    place = np.full(len(obstacle), complex(np.nan, np.nan))
+    place[obstacle == 0] = laid(surface, np.flatnonzero(obstacle == 0), point)
+    # Upwards from below, beside it by so much.
+    row = np.flatnonzero(np.abs(middle[:, 2] - middle[:, 2].min()) < 1e-9)
+    row = row[np.linalg.norm((middle[row] - point)[:, :2], axis=1) * surface.unit < 0.6]
+    z = planes.corner[row].mean(axis=1)
+    up = in_plane(surface, row, np.tile([0.0, 0.0, 1.0], (len(row), 1)))
+    starts = Starts.plain(row, z, up, np.ones(len(row)))
+    limit = np.full(len(row), np.inf)
+    every = trace(surface, planes, starts, limit, obstacle, Progress())
+    some = trace(surface, planes, starts, limit, obstacle, Progress(), place=place)
+    beside = np.linalg.norm((middle[row] - point)[:, :2], axis=1) * surface.unit / reach
+    near, far = beside < 0.8, (beside > 0.9) & (beside < 0.96)
+    assert near.sum() > 8 and far.any()
+    assert (every.end[near | far] == OBSTACLE).all()
+    assert (some.end[near] == OBSTACLE).all() and (some.end[far] == BORDER).all()
+
+
+def test_separatrices_that_come_to_nothing_else_end_at_what_they_pass(monkeypatch):
+    """Were no line to go towards anything, those that end just before an umbilic would miss it."""
+    usual = guide_of("ellipsoid").separatrices(both_ways=True)
+    assert (usual.target >= 0).all()
+    monkeypatch.setattr(tracing, "LEAST_AIM", 2.0)
+    limit = float(usual.length.max()) - MESHES["ellipsoid"].edge_length
+    short = core.GuidanceSettings(length_limit=limit)
+    found = guide_of("ellipsoid").separatrices(short, both_ways=True)
+    assert (found.target >= 0).all()
 
 
 @pytest.mark.once
