@@ -30,6 +30,9 @@ ROUGH, MOST = 8.0, 0.02
 # What rounding to single precision makes in the unit box, of a vertex and of those around it, is no
 # outlier.
 ROUNDING = 4.0 * np.finfo(np.float32).eps
+# A vertex of more than twice the usual number of edges is the middle of a fan, as of a cap, where a
+# subdivided surface bends as no polynomial does (by .12 edges on Blender's cylinder).
+FAN = 12
 # Degrees and rings of the fits without them.
 DEGREES, RINGS = (4, 2), 3
 # Weights 1 / (1 + d^2 / FOCUS)^3 of the squared distance (mean 1), as on clean meshes.
@@ -101,7 +104,7 @@ def _roughest(
 
     for work in (off_ring, roughness, beside):
         run(work, range(0, n, BLOCK), progress)
-    return (rough > max(ROUGH * np.median(rough), ROUNDING)) & (rough >= highest)
+    return (rough > max(ROUGH * np.median(rough), ROUNDING)) & (rough >= highest) & (count <= FAN)
 
 
 def _shifts(

@@ -104,7 +104,7 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     """
     edges = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
     sample = edges[:: max(len(edges) // SAMPLED, 1)]
-    if len(sample) == 0 or _flat(surface, sample, _turns(surface, sample)).mean() < MOST_FLAT:
+    if len(sample) == 0 or flat_edges(surface, sample).mean() < MOST_FLAT:
         return None
     turns = _turns(surface, edges)
     flat = _flat(surface, edges, turns)
@@ -128,6 +128,11 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     return Tessellation(
         crease, faces.face, tuple(faces.kinds), np.array(faces.curvatures), np.array(faces.axes)
     )
+
+
+def flat_edges(surface: Surface, edges: np.ndarray) -> np.ndarray:
+    """(e,) bool, half-edges (e,) inside the surface across which it does not turn."""
+    return _flat(surface, edges, _turns(surface, edges))
 
 
 def _between(surface: Surface, edges: np.ndarray, flat: np.ndarray, bent: np.ndarray) -> _Faces:

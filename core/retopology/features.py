@@ -10,10 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from ..mesh.creases import marked_half_edges
 from ..mesh.surface import Surface
+from ..mesh.tessellated import flat_edges
 from .crease_chains import crease_chains
 from .lines.truncation import Barriers
 from .ridges.find import CERTAIN, CREST, Chains, Ridges
@@ -92,6 +95,38 @@ def find_features(
     hard = np.flatnonzero(kind >= 0)
     crests = _crests(surface, hard, ridges, shortest)
     return Features(hard, kind[hard], chain[hard], *crests)
+
+
+def between_features(surface: Surface, features: Features) -> np.ndarray:
+    """(m,) bool triangles with all corners on hard features: no vertex is of their face alone."""
+    on = np.zeros(len(surface.vertices), bool)
+    half = features.half_edge
+    on[surface.triangles.ravel()[half]] = True
+    on[surface.triangles[:, [1, 2, 0]].ravel()[half]] = True
+    return np.asarray(on[surface.triangles].all(axis=1))
+
+
+def flat_faces(surface: Surface, features: Features) -> np.ndarray:
+    """(m,) bool triangles of flat faces without a vertex inside, which have no directions.
+
+    Fits at the vertices of their outlines see the faces beyond, and what lies between these is
+    chance. A face is what goes on over flat edges: up to features all around, or over more than the
+    two triangles of a facet of a round face, which the face may run into without a crease.
+    """
+    found = between_features(surface, features)
+    twin, own = surface.twin, np.arange(len(surface.twin)) // 3
+    other = np.where(twin >= 0, twin // 3, own)
+    edges = np.flatnonzero((own < other) & found[own] & found[other])
+    flat = edges[flat_edges(surface, edges)]
+    m = len(found)
+    graph = sparse.coo_array((np.ones(len(flat), np.int8), (own[flat], other[flat])), shape=(m, m))
+    face = csgraph.connected_components(graph, directed=False)[1]
+    closed = np.zeros(len(twin), bool)
+    for half in (flat, features.half_edge):
+        closed[half] = True
+        closed[twin[half][twin[half] >= 0]] = True
+    enclosed = np.bincount(face, ~closed.reshape(-1, 3).all(axis=1))[face] == 0
+    return found & (enclosed | (np.bincount(face)[face] > 2))
 
 
 def barriers(features: Features, crests: Chains) -> Barriers:

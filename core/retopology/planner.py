@@ -22,7 +22,7 @@ from .by_hand import (
 )
 from .crosses.cross_field import cross_field
 from .crosses.smoothing import smoothing_length
-from .features import Features, barriers, find_features
+from .features import Features, barriers, find_features, flat_faces
 from .field.planned import with_poles, with_poles_of_faces
 from .field_settings import USUAL_SMOOTHNESS
 from .groundwork import Groundwork
@@ -225,7 +225,8 @@ class Guide(Groundwork):
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         part = progress.part("Laying out triangles", 0.0, 0.2)
         planes, singular = self._planes_of_lines(settings, part)
-        obstacle = np.where(singular | self.undirected, 0, -1)
+        flat = flat_faces(self.surface, find_features(self.surface, settings))
+        obstacle = np.where(singular | self.undirected | flat, 0, -1)
         part = progress.part("Tracing lines", 0.2, 1.0)
         return evenly_spaced_lines(self.surface, planes, settings, obstacle, part)
 

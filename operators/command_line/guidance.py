@@ -177,7 +177,7 @@ def write(
     progress: core.Progress,
 ) -> tuple[list[str], dict[str, Any]]:
     """Write the files of one mesh; sentences on what was written and what there is not, and
-    what the report says of the quads.
+    what the report says of the plan and the quads.
 
     Raises
     ------
@@ -200,13 +200,15 @@ def write(
     )
     poles = found.guidance.poles
     three = int(np.count_nonzero(poles.valence == 3))
+    five = len(poles) - three
+    warnings = [*found.left_out, *found.guidance.warnings]
     said = [
-        f"Poles: {three} of valence 3, {len(poles) - three} of valence 5. "
+        f"Poles: {three} of valence 3, {five} of valence 5. "
         f"Wrote {', '.join(path.name for path in found.paths)}.",
-        *found.left_out,
-        *found.guidance.warnings,
+        *warnings,
     ]
-    facts = steering.facts(by_hand, found.guidance.warnings)
+    plan = {"valence_3": three, "valence_5": five, "warnings": warnings}
+    facts = {"plan": plan} | steering.facts(by_hand, found.guidance.warnings)
     if found.quads is None or found.check is None:
         return said, facts
     said += [topology.in_words(found.check), *found.quads.warnings]

@@ -26,7 +26,7 @@ from ...fields.planes import FaceFrames, in_plane, lay_out
 from ...fields.transport import rotation
 from ...mesh.surface import Surface
 from ...mesh.tessellated import Tessellation, tessellation
-from ..features import Features, fourth_power
+from ..features import Features, between_features, fourth_power
 from .smoothing import CREST_WEIGHT
 
 # Share of a part's area in such triangles from which they tell its field rather than vertices do.
@@ -116,11 +116,7 @@ def parts_of_faces(
 ) -> tuple[np.ndarray, Tessellation | None]:
     """(components,) bool, those of whose area most is in exact faces or in triangles with all
     corners on features; and these faces."""
-    on = np.zeros(len(surface.vertices), bool)
-    half = features.half_edge
-    on[surface.triangles.ravel()[half]] = True
-    on[surface.triangles[:, [1, 2, 0]].ravel()[half]] = True
-    told = on[surface.triangles].all(axis=1)
+    told = between_features(surface, features)
     faces = tessellation(surface)
     if faces is not None:
         told |= faces.face >= 0

@@ -87,8 +87,15 @@ def objects_in(report: bytes | None) -> list[dict[str, Any]]:
             if "error" in entry:
                 found.append(about | {"error": entry["error"]})
                 continue
-            kept = {name: entry[name] for name in (*NUMBERS, "counts", "warnings")}
-            found.append(about | kept | {"regions": len(entry["regions"])})
+            kept = {name: entry[name] for name in (*NUMBERS, "counts")}
+            # In a batch nobody reads what a single file says of its plan and its quads.
+            warnings = [
+                sentence
+                for part in (entry, *(entry.get(name, {}) for name in ("plan", "quads")))
+                for sentence in part.get("warnings", ())
+            ]
+            more = {"warnings": warnings, "regions": len(entry["regions"])}
+            found.append(about | kept | more)
     except (ValueError, KeyError, TypeError):
         return []
     return found

@@ -89,6 +89,22 @@ def test_tips_creases_and_noise_are_no_outliers(height):
     assert not len(moved)
 
 
+def test_the_middle_of_a_fan_is_no_outlier():
+    r, turn = np.meshgrid(0.1 * np.arange(1, 13), 2.0 * np.pi * np.arange(64) / 64, indexing="ij")
+    dome = np.stack([r * np.cos(turn), r * np.sin(turn), -(r**2)], axis=2).reshape(-1, 3)
+    a = np.arange(11 * 64)
+    right = a - a % 64 + (a + 1) % 64
+    triangles = np.concatenate(
+        [
+            np.stack([a, a + 64, right + 64], axis=1),
+            np.stack([a, right + 64, right], axis=1),
+            np.stack([right[:64], np.full(64, len(dome)), a[:64]], axis=1),
+        ]
+    )
+    _, moved = laid(np.concatenate([dome, [(0.0, 0.0, 0.012)]]), triangles)
+    assert not len(moved)
+
+
 def test_where_much_is_rough_it_is_the_surface():
     vertices, triangles = ellipsoid(3)
     rows = np.random.default_rng(0).permutation(len(vertices))[: len(vertices) // 10]

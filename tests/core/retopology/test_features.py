@@ -5,13 +5,14 @@ import pytest
 from exact_fields import surface_of
 from shapes import cube, rounded_box
 from surfaces import ellipsoid, noisy, plane, random_ellipsoid
+from surfaces.parts import plate, turned
 
 import core
 from core.base.progress import Progress
 from core.mesh.creases import bent_half_edges
 from core.mesh.mending.repair import clean
 from core.retopology.crease_chains import crease_chains
-from core.retopology.features import BORDER, CREASE, MARK, find_features
+from core.retopology.features import BORDER, CREASE, MARK, find_features, flat_faces
 from core.retopology.settings import GuidanceSettings
 
 
@@ -157,3 +158,44 @@ def test_an_ellipsoid_has_eight_poles_at_every_smoothness(mesh):
     for smoothness in (0.0, 0.2, 0.45, 0.7, 1.0):
         poles = guide.guidance(GuidanceSettings(smoothness=smoothness)).poles
         assert len(poles) == 8 and poles.total == 8
+
+
+def on_foot(radius, height, around=32):
+    """A turned body cut off below, the foot a fan of triangles without a vertex inside."""
+    vertices, triangles = turned(radius, height, around)
+    i = np.arange(1, around - 1)
+    foot = np.stack([0 * i, i + 1, i], axis=1)
+    return vertices[1:], np.concatenate([triangles[around:] - 1, foot])
+
+
+def dome():
+    """Half an ellipsoid on its flat foot."""
+    angle = np.linspace(0.0, np.pi / 2, 12)
+    vertices, triangles = on_foot(np.append(0.0, np.cos(angle)), np.append(0.0, np.sin(angle)))
+    return vertices * (1.4, 1.0, 0.8), triangles
+
+
+def test_flat_faces_are_known_from_facets_of_round_ones():
+    """All of a plate but the wall of its hole, and the foot of a can but not its wall."""
+    vertices, triangles = plate(1, 24)
+    hole = np.hypot(*(vertices[triangles].mean(axis=1)[:, :2].T - 0.5)) < 0.125
+    can = on_foot(np.array([0, 1, 1, 0.9, 0]), np.array([0, 0, 1, 1.02, 1.04]))
+    for (points, faces), flat in (
+        ((vertices, triangles), ~hole),
+        (can, np.ptp(can[0][can[1]][:, :, 2], axis=1) == 0.0),
+    ):
+        surface, _ = clean(points, faces)
+        found = flat_faces(surface, find_features(surface, GuidanceSettings()))
+        assert np.array_equal(found, flat[surface.source_triangle])
+
+
+def test_flat_faces_have_no_lines():
+    """They were drawn over the foot from chance, and a thousand over the twelve triangles of a
+    cube."""
+    vertices, triangles = dome()
+    lines = core.Guide(vertices, triangles, core.detect(vertices, triangles)).lines()
+    height = vertices[triangles[lines.triangle], 2]
+    assert len(lines) > 20 and height.any(axis=1).all()
+    guide = core.Guide(*cube(1), core.detect(*cube(1)))
+    with pytest.raises(core.GuidanceError, match="no preferred direction"):
+        guide.lines()

@@ -54,7 +54,9 @@ def test_strokes_steer_the_files_and_the_report_says_so(run, surface, tmp_path):
     hand, report = across(tmp_path), tmp_path / "r.json"
     free, steered = tmp_path / "free", tmp_path / "steered"
     assert run(surface, "--guide", free, "--json", report) == 0
-    assert "steering" not in json.loads(report.read_text())["objects"][0]
+    found = json.loads(report.read_text())["objects"][0]
+    assert "steering" not in found
+    assert found["plan"] == {"valence_3": 8, "valence_5": 0, "warnings": []}
     assert run(surface, "--guide", steered, "--strokes", hand, "--json", report) == 0
     (name,) = (path.stem for path in steered.glob("*.rosy"))
     assert np.median(crosses_at_the_top(free / name)) > 30.0
@@ -129,3 +131,20 @@ def test_what_cannot_be_is_said(run, surface, tmp_path, capfd):
         bpy.ops.mesh.primitive_uv_sphere_add(location=(x, 0, 0))
     assert run(*guide, "--strokes", hand) == 1
     assert "name it with --object" in capfd.readouterr().err
+
+
+def test_what_a_plan_lacks_is_in_the_report_and_in_the_summary(run, part, tmp_path):
+    """It was said on the terminal alone, and in batches nowhere."""
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.mesh.primitive_cube_add()
+    mesh = bpy.context.object.data
+    path, report = tmp_path / "cube.obj", tmp_path / "r.json"
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    write_obj(path, points, np.array([polygon.vertices[:] for polygon in mesh.polygons]))
+    words = ("--guide-files", "csv", "lines", "--json", report)
+    assert run(path, "--guide", tmp_path / "guide", *words) == 0
+    plan = json.loads(report.read_text())["objects"][0]["plan"]
+    assert (plan["valence_3"], plan["valence_5"]) == (8, 0)
+    assert any("no preferred direction" in sentence for sentence in plan["warnings"])
+    (entry,) = part("batch.summary").objects_in(report.read_bytes())
+    assert set(plan["warnings"]) <= set(entry["warnings"])

@@ -88,17 +88,6 @@ def test_modifier_that_keeps_the_vertices_gives_results_on_the_base(reasons):
     assert "edited" in reasons(obj)
 
 
-def test_shape_keys_are_analysed_as_they_show():
-    obj = add_ellipsoid(radii=(1.0, 1.0, 1.0), subdivisions=4)
-    obj.shape_key_add(name="Basis")
-    key = obj.shape_key_add(name="Long")
-    for point, vertex in zip(key.data, obj.data.vertices, strict=True):
-        point.co = (3.0 * vertex.co.x, 2.0 * vertex.co.y, vertex.co.z)
-    key.value = 1.0
-    assert bpy.ops.umbilics.detect() == {"FINISHED"}
-    assert len(empties(obj)) == 4
-
-
 def test_selected_objects_are_all_analysed_and_what_cannot_be_is_left_out():
     first = add_ellipsoid(subdivisions=3, name="First")
     bad = bpy.data.objects.new("Bad", bpy.data.meshes.new("Bad"))
