@@ -23,7 +23,7 @@ from .projection import ClosestPoints
 from .relaxation import relaxed
 from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
-from .worst import opened_beside, worst_opened
+from .worst import worst_opened
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
@@ -153,11 +153,11 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     position = unfolded(one.position, quads, guides, progress)
     if (own_quality(position, quads) <= 0.0).any():
         return None
+    normals = vertex_normals(position, quads)
+    off = np.linalg.norm(guides.surface(position, normals)[1] - position, axis=1)
     side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
-    if _off(position, quads, guides).max() > LOST * side:
+    if off.max() > LOST * side:
         return None
-    position = opened_beside(position, quads, replace(guides, thin=True), progress)
-    off, normals = _off(position, quads, guides), vertex_normals(position, quads)
     surface = one.laid.working.surface
     triangle, _ = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(
         position, normals
@@ -170,12 +170,6 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
         left=int(np.count_nonzero(off > OFF * side)),
         farthest=float(off.max()) * surface.unit,
     )
-
-
-def _off(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
-    """(n,) how far vertices are from the surface."""
-    nearest = guides.surface(position, vertex_normals(position, quads))[1]
-    return np.asarray(np.linalg.norm(nearest - position, axis=1))
 
 
 def _on_fine(

@@ -14,7 +14,6 @@ from ....base.unit import unit
 from ....mesh.rings import with_rings
 from .guides import Guides, moved_along, vertex_normals
 from .mending import oriented_quality
-from .unfolding import laid_on
 
 # Quads below the first scaled Jacobian are tried; what lacks to the second counts by this power.
 # Chosen on a skull (least 0.39 to 0.54); on a sword and a scan of the bunny, where corners that are
@@ -59,22 +58,6 @@ def worst_opened(
         position[rows] = start
         return none
     return rows
-
-
-def opened_beside(
-    position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Progress
-) -> np.ndarray:
-    """Positions (n, 3) of quads that were unfolded beside their surface: the bad ones opened on
-    it, and vertices laid on it where that has made room, as far as no quad folds."""
-    places = position.copy()
-    rows = worst_opened(places, quads, guides, progress)
-    if not len(rows):
-        return position
-    moving = np.zeros(len(position), bool)
-    moving[rows] = True
-    places[~moving] = np.nan
-    position = laid_on(position, moving, quads, guides, places)
-    return laid_on(position, moving & ~guides.fixed, quads, guides)
 
 
 def _worst(position: np.ndarray, quads: np.ndarray, guides: Guides) -> float:

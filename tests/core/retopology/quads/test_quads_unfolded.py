@@ -1,7 +1,5 @@
 """Quads where there is little room for them: thin rods, torn sheets, slivers. None is folded."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from surfaces import plane, torus
@@ -17,7 +15,6 @@ from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
 from core.retopology.quads.finishing.parting import without_folds
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.unfolding import laid_on, own_quality
-from core.retopology.quads.finishing.worst import opened_beside
 from core.retopology.quads.layout.effort import Effort
 from core.retopology.quads.surface.decimation import coarsened
 from core.retopology.quads.surface.subdivision import Triangles, refined
@@ -37,24 +34,6 @@ def torn(seed, share):
     mesh = plane(24)
     kept = np.random.default_rng(seed).uniform(size=len(mesh.triangles)) > share
     return mesh.vertices, mesh.triangles[kept]
-
-
-def on_plane(count):
-    """Guides of so many vertices that only a plane holds."""
-    mesh = plane(2)
-    surface, _ = clean(mesh.vertices, mesh.triangles)
-    none = np.full(count, -1)
-    return Guides(
-        surface=ClosestPoints(
-            9.0 * (surface.vertices - surface.vertices.min(axis=0)), surface.triangles, surface.twin
-        ),
-        direction=np.tile([1.0, 0.0, 0.0], (len(surface.triangles), 1)),
-        size=np.ones(len(surface.triangles)),
-        fixed=none >= 0,
-        curve=none,
-        beside=np.stack([none, none], axis=1),
-        curves={},
-    )
 
 
 def as_triangles(vertices, triangles):
@@ -137,18 +116,13 @@ def test_effort_ends():
     assert not effort.left
 
 
-def squares():
-    """The positions (81, 3) and quads (64, 4) of a flat sheet."""
+def test_parting_does_not_fold():
+    """What would fold by being moved stays, with what hangs on it; the rest goes."""
     at = np.arange(9.0)
     position = np.stack([*(x.ravel() for x in np.meshgrid(at, at)), np.zeros(81)], axis=1)
     row = np.arange(81).reshape(9, 9)
     corners = row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]
-    return position, np.stack(corners, axis=-1).reshape(-1, 4)
-
-
-def test_parting_does_not_fold():
-    """What would fold by being moved stays, with what hangs on it; the rest goes."""
-    position, quads = squares()
+    quads = np.stack(corners, axis=-1).reshape(-1, 4)
     moved = position.copy()
     moved[20] += [0.0, 0.0, 0.2]
     moved[60] += [2.5, 0.0, 0.2]
@@ -166,23 +140,21 @@ def test_a_quad_is_not_left_folded_by_those_beside_it():
     moved[[0, 4], 0], moved[[3, 7], 0] = 4.0, -2.0
     assert (own_quality(moved, quads) > 0.0).tolist() == [True, False, True]
     assert own_quality(without_folds(moved, position, quads), quads).min() > 0.0
-    guides = on_plane(len(position))
+    mesh = plane(2)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    none = np.full(8, -1)
+    guides = Guides(
+        surface=ClosestPoints(surface.vertices, surface.triangles, surface.twin),
+        direction=np.tile([1.0, 0.0, 0.0], (len(surface.triangles), 1)),
+        size=np.ones(len(surface.triangles)),
+        fixed=none >= 0,
+        curve=none,
+        beside=np.stack([none, none], axis=1),
+        curves={},
+    )
     going = (moved != position).any(axis=1)
     laid = laid_on(position, going, quads, guides, np.where(going[:, None], moved, np.nan))
     assert own_quality(laid, quads).min() > 0.0
-
-
-def test_what_was_unfolded_beside_the_surface_is_opened_on_it():
-    """Those around give room to a vertex that would fold quads by going straight back."""
-    position, quads = squares()
-    position[40] += [1.1, 0.0, 0.6]
-    guides = on_plane(len(position))
-    assert own_quality(position, quads).min() > 0.0
-    moving = np.arange(81) == 40
-    straight = laid_on(position, moving, quads, guides)
-    opened = opened_beside(position, quads, guides, Progress())
-    assert abs(straight[40, 2]) > 0.1 > 1e-6 > np.abs(opened[:, 2]).max()
-    assert own_quality(opened, quads).min() > 0.5
 
 
 @pytest.mark.once
@@ -200,31 +172,6 @@ def test_the_last_bad_quads_are_opened_on_the_surface(monkeypatch):
     monkeypatch.setattr(finished, "relaxed", with_a_skewed_quad)
     made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=150))
     assert scaled_jacobian(made.vertices, made.quads).min() > 0.5
-
-
-@pytest.mark.once
-def test_unfolded_quads_go_back_to_the_surface(monkeypatch):
-    evened = finished._evened
-
-    def with_a_fold(*given):
-        one, quality = evened(*given)
-        return replace(one, folded=1, bad=1), quality
-
-    def beside(position, quads, guides, progress):
-        one, other = quads[7, [0, 3]]
-        normal = np.cross(*np.diff(position[quads[7, :3]], axis=0))
-        side = position[other] - position[one]
-        position = position.copy()
-        position[one] += 1.1 * side + 0.6 * np.linalg.norm(side) * normal / np.linalg.norm(normal)
-        assert own_quality(position, quads).min() > 0.0
-        return position
-
-    monkeypatch.setattr(finished, "ATTEMPTS", 1)
-    monkeypatch.setattr(finished, "_evened", with_a_fold)
-    monkeypatch.setattr(finished, "unfolded", beside)
-    mesh = torus(24, 12)
-    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=150))
-    assert unfolded(made) and not [said for said in made.warnings if "off the surface" in said]
 
 
 @pytest.mark.once
