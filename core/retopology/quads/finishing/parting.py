@@ -16,7 +16,7 @@ from ....mesh.surface import Surface
 from .crossings import crossings
 from .guides import vertex_normals
 from .projection import ClosestPoints
-from .unfolding import own_quality
+from .unfolding import own_quality, to_stop
 
 # Rounds, and the way in each by the mean side of the quads that cross.
 ROUNDS, STEP = 16, 0.02
@@ -58,9 +58,7 @@ def without_folds(moved: np.ndarray, position: np.ndarray, quads: np.ndarray) ->
     sound = own_quality(position, quads) > 0.0
     while True:
         folded = sound & (own_quality(moved, quads) <= 0.0)
-        stuck = np.zeros(len(position), bool)
-        stuck[quads[folded]] = True
-        stuck &= (moved != position).any(axis=1)
+        stuck = to_stop(folded, (moved != position).any(axis=1), quads)
         if not stuck.any():
             return moved
         moved = np.where(stuck[:, None], position, moved)

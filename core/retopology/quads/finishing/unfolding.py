@@ -130,9 +130,19 @@ def laid_on(
         going = moving.copy()
         for _ in range(STAYING):
             trial = np.where(going[:, None], position + part * (goal - position), position)
-            stopped = quads[own_quality(trial, quads) < before]
-            if not going[stopped].any():
+            stopped = to_stop(own_quality(trial, quads) < before, going, quads)
+            if not stopped.any():
                 position = trial
                 break
-            going[stopped] = False
+            going &= ~stopped
     return position
+
+
+def to_stop(worse: np.ndarray, going: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(n,) bool the vertices that are `going` (n,) bool and make quads `worse` (q,) bool: corners
+    of these or, where those stay, of the quads around, which tell whether a quad is folded."""
+    stopped = np.zeros(len(going), bool)
+    stopped[quads[worse]] = True
+    others = np.zeros(len(going), bool)
+    others[quads[worse & ~going[quads].any(axis=1)]] = True
+    return (stopped | with_rings(quads, others, 1)) & going

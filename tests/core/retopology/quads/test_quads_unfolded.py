@@ -6,12 +6,15 @@ from surfaces import plane, torus
 
 import core
 from core.base.progress import Progress
+from core.mesh.mending.repair import clean
 from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing import finished, unlaid
+from core.retopology.quads.finishing.guides import Guides
 from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
 from core.retopology.quads.finishing.parting import without_folds
-from core.retopology.quads.finishing.unfolding import own_quality
+from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.quads.finishing.unfolding import laid_on, own_quality
 from core.retopology.quads.layout.effort import Effort
 from core.retopology.quads.surface.decimation import coarsened
 from core.retopology.quads.surface.subdivision import Triangles, refined
@@ -72,7 +75,7 @@ def test_borders_coarsened_keep_the_topology():
     mesh = as_triangles(vertices, triangles)
     made = coarsened(mesh, len(triangles) // 8, Progress(), borders=True)
     before, after = (
-        core.mesh.mending.repair.clean(one.vertices, one.triangles)[0] for one in (mesh, made)
+        clean(one.vertices, one.triangles)[0] for one in (mesh, made)
     )
     assert len(made.triangles) < len(triangles) // 4
     assert after.euler_characteristic.sum() == before.euler_characteristic.sum()
@@ -126,6 +129,32 @@ def test_parting_does_not_fold():
     found = without_folds(moved, position, quads)
     assert own_quality(moved, quads).min() <= 0.0 < own_quality(found, quads).min()
     assert np.array_equal(found[20], moved[20]) and np.array_equal(found[60], position[60])
+
+
+def test_a_quad_is_not_left_folded_by_those_beside_it():
+    """Both beside it turn over, and it alone faces the other way although it has not moved."""
+    across, up = np.meshgrid(np.arange(4.0), np.arange(2.0))
+    position = np.stack([across.ravel(), up.ravel(), np.zeros(8)], axis=1)
+    quads = np.array([[k, k + 1, k + 5, k + 4] for k in range(3)])
+    moved = position.copy()
+    moved[[0, 4], 0], moved[[3, 7], 0] = 4.0, -2.0
+    assert (own_quality(moved, quads) > 0.0).tolist() == [True, False, True]
+    assert own_quality(without_folds(moved, position, quads), quads).min() > 0.0
+    mesh = plane(2)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    none = np.full(8, -1)
+    guides = Guides(
+        surface=ClosestPoints(surface.vertices, surface.triangles, surface.twin),
+        direction=np.tile([1.0, 0.0, 0.0], (len(surface.triangles), 1)),
+        size=np.ones(len(surface.triangles)),
+        fixed=none >= 0,
+        curve=none,
+        beside=np.stack([none, none], axis=1),
+        curves={},
+    )
+    going = (moved != position).any(axis=1)
+    laid = laid_on(position, going, quads, guides, np.where(going[:, None], moved, np.nan))
+    assert own_quality(laid, quads).min() > 0.0
 
 
 @pytest.mark.once
