@@ -197,7 +197,7 @@ def test_another_set_of_columns_is_another_version():
 
 
 @given(data=st.data())
-def test_damaged_bytes_are_refused_and_nothing_else_happens(data):
+def test_damaged_bytes_are_refused_or_say_the_same(data):
     """Cut, flipped, doubled, or any bytes at all."""
     whole = _WHOLE
     kind = data.draw(st.sampled_from(["cut", "flip", "more", "any"]))
@@ -211,8 +211,12 @@ def test_damaged_bytes_are_refused_and_nothing_else_happens(data):
         damaged = whole + data.draw(st.binary(min_size=1))
     else:
         damaged = data.draw(st.binary())
-    with pytest.raises(ValueError):
-        core.unpack(bytes(damaged))
+    try:
+        found = core.unpack(bytes(damaged))
+    except ValueError:
+        return
+    # A compressed stream has bits that fill up a byte, and other ways to say the same.
+    assert kind == "flip" and core.pack(found) == core.pack(core.unpack(whole))
 
 
 _WHOLE = packed()
