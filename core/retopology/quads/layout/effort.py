@@ -1,5 +1,5 @@
-"""How much is tried before a surface is given up, counted in work and not in seconds: a slow machine
-tries as much as a fast one."""
+"""How much is tried before a surface is given up, counted in work and not in seconds: a slow
+machine tries as much as a fast one."""
 
 from __future__ import annotations
 
