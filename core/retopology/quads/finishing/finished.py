@@ -17,7 +17,7 @@ from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
 from .directions import guiding_directions
 from .guides import Guides, vertex_normals
-from .mending import mend, oriented_quality
+from .mending import against, mend, oriented_quality
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed
@@ -145,7 +145,7 @@ def _evened(
 
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     """Without folded quads, vertices off the surface where it leaves no room; None where that was
-    not found."""
+    not found. Those that still face against the surface are told as folded."""
     guides, quads = guides_of(one.placed, one.laid), one.placed.quads
     fine = one.laid.working.fine
     if fine is not None:
@@ -166,7 +166,7 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
         one,
         position=position,
         triangle=triangle,
-        folded=0,
+        folded=int(np.count_nonzero(against(position, quads, guides.surface))),
         left=int(np.count_nonzero(off > OFF * side)),
         farthest=float(off.max()) * surface.unit,
     )

@@ -80,6 +80,19 @@ def vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
     return np.stack(total, axis=1)
 
 
+def beside(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(q, 3) sum of the unit normals of the quads across the sides of each."""
+    at = position[quads]
+    normal = unit(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]))
+    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    key, back = tail * len(position) + head, head * len(position) + tail
+    order = np.argsort(key)
+    place = np.minimum(np.searchsorted(key, back, sorter=order), len(key) - 1)
+    other = order[place]
+    shared = key[other] == back
+    return np.where(shared[:, None], normal[other // 4], 0.0).reshape(-1, 4, 3).sum(axis=1)
+
+
 def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndarray:
     """(q, 3) unit normals of the planes in which quads (q, 4, 3), with normals (q, 4, 3) at their
     corners, are seen."""

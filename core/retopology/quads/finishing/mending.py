@@ -14,8 +14,9 @@ from ....base.subsets import places_in
 from ....base.unit import unit
 from ....mesh.rings import with_rings
 from ..conformity import scaled_jacobian
-from .guides import Guides, moved_along, surface_axes, vertex_normals
+from .guides import Guides, beside, moved_along, surface_axes, vertex_normals
 from .opening import Opening
+from .projection import ClosestPoints
 
 # Below the scaled Jacobian in front quads are bad, and their corners are opened up to the sine
 # behind it: first all that are worse than a pole of valence 3 needs them (0.87), which makes the
@@ -80,21 +81,41 @@ def _opened(
 
 
 def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
-    """(q,) scaled Jacobians, negative where a quad faces against the surface; where this may be
-    thin, where no part of it within half of a side faces as the quad does."""
-    at = position[quads]
-    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    around = vertex_normals(position, quads)[quads].sum(axis=1)
-    middle = at.mean(axis=1)
-    triangle, _ = guides.surface(middle, around)
-    against = np.einsum("qc,qc->q", guides.surface.normal[triangle], normal) < 0.0
-    # A quad that is turned against those around is turned in any way.
-    rows = np.flatnonzero(against & (np.einsum("qc,qc->q", around, normal) > 0.0))
-    if guides.thin and len(rows):
-        side = np.linalg.norm(np.roll(at[rows], -1, axis=1) - at[rows], axis=2)
-        against[rows] = ~guides.surface.faced(middle[rows], normal[rows], 0.5 * side.max(axis=1))
+    """(q,) scaled Jacobians, negative where a quad faces against the surface: as `against` has it
+    and, but where this may be thin, against the closest triangle that faces the quads around."""
+    away, turned = _seen(position, quads, guides.surface)
+    against_ = turned if guides.thin else turned | away
     quality = scaled_jacobian(position, quads)
-    return np.where(against, -np.abs(quality) - 1e-6, quality)
+    return np.where(against_, -np.abs(quality) - 1e-6, quality)
+
+
+def against(position: np.ndarray, quads: np.ndarray, surface: ClosestPoints) -> np.ndarray:
+    """(q,) bool quads that face against the surface: away from the closest triangle, and from the
+    quads across their sides as a mean or from every triangle within half a side. At sharp edges
+    and on thin sheets the closest alone says little."""
+    return _seen(position, quads, surface)[1]
+
+
+def _seen(
+    position: np.ndarray, quads: np.ndarray, surface: ClosestPoints
+) -> tuple[np.ndarray, np.ndarray]:
+    """(q,) bool quads that face away from the closest triangle of those that face the quads
+    around, and those `against` the surface."""
+    at = position[quads]
+    normal, middle = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), at.mean(axis=1)
+    reach = 0.5 * np.linalg.norm(np.roll(at, -1, axis=1) - at, axis=2).max(axis=1)
+    around = vertex_normals(position, quads)[quads].sum(axis=1)
+    triangle, place = surface(middle, around)
+    side = np.einsum("qc,qc->q", surface.normal[triangle], normal)
+    turned = np.einsum("qc,qc->q", beside(position, quads), normal) < 0.0
+    found = turned | (side <= 0.0) | (np.linalg.norm(place - middle, axis=1) > reach)
+    rows = np.flatnonzero(found)
+    if len(rows):
+        triangle, _ = surface(middle[rows])
+        found[rows] = np.einsum("qc,qc->q", surface.normal[triangle], normal[rows]) <= 0.0
+        rows = np.flatnonzero(found & ~turned)
+        found[rows] = ~surface.faced(middle[rows], normal[rows], reach[rows])
+    return side < 0.0, found
 
 
 def _won(
