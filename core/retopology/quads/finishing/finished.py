@@ -20,7 +20,7 @@ from .guides import Guides, vertex_normals
 from .mending import against, mend, oriented_quality
 from .placement import Placement, place
 from .projection import ClosestPoints
-from .relaxation import relaxed
+from .relaxation import relaxed, squared
 from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
 from .worst import worst_opened
@@ -131,13 +131,15 @@ def _evened(
     """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
-    mapped = guides.surface
+    mapped = guides
     position, triangle = relaxed(placed.position, quads, guides, steps, progress)
     if laid.working.fine is not None:
         position, guides = _on_fine(position, quads, guides, laid.working.fine, progress)
     moved = worst_opened(position, quads, guides, progress)
+    if steps:
+        moved = np.union1d(moved, squared(position, quads, guides, mapped, progress))
     normals = vertex_normals(position, quads)[moved]
-    triangle[moved] = mapped(position[moved], normals)[0]
+    triangle[moved] = mapped.surface(position[moved], normals)[0]
     quality = oriented_quality(position, quads, guides)
     folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
     return Finished(laid, grid, placed, position, triangle, folded, bad), quality

@@ -8,6 +8,8 @@ features along them.
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ....base.progress import Progress
 from ....base.subsets import places_in
@@ -72,7 +74,7 @@ def _opened(
         some = quads[mine]
         up = surface_axes(position[some], vertex_normals(position, quads)[some], guides)
         local = places_in(rows, len(position))[some]
-        axes = _axes(position, quads, guides, rows)
+        axes = move_axes(position, quads, guides, rows)
         step = Opening(position[some], up, local, axes, STAY, wanted).step()
         if _won(position, some, guides, rows, step, wanted) <= little:
             if rings == MOST_RINGS:
@@ -126,22 +128,54 @@ def _won(
     step: np.ndarray,
     wanted: float,
 ) -> float:
-    """Move the vertices by the step, by a part of it where it makes quads worse, in place, if all
-    is better then: the part of what is missing that this wins."""
+    """Move the vertices by the step, by a part of it where it makes quads worse, in place, in each
+    place where all is better then: the part of what is missing that this wins.
+
+    Places are sets of moving vertices that quads connect: what cannot be mended in one of them
+    does not hold up the others.
+    """
     before = position[rows]
     missing = _missing(position, quads, guides, wanted)
+    of_row, of_quad = _places(quads, rows, len(position))
+    count = int(of_row.max()) + 1
+    mine = of_quad >= 0
+    had = np.bincount(of_quad[mine], missing[mine], count)
+    done = np.zeros(count, bool)
     part = np.ones(len(rows))
     for _ in range(HALVINGS):
-        by = step * part[:, None]
-        position[rows] = moved_along(before, by, rows, position, quads, guides)
+        going = ~done[of_row]
+        by = (step * part[:, None])[going]
+        start, some = before[going], rows[going]
+        position[some] = moved_along(start, by, some, position, quads, guides)
         now = _missing(position, quads, guides, wanted)
-        if now.sum() < missing.sum():
-            return float(1.0 - now.sum() / missing.sum())
+        better = np.bincount(of_quad[mine], now[mine], count) < had
+        position[some] = np.where(better[of_row[going], None], position[some], start)
+        done |= better
+        if done.all():
+            break
         worse = np.zeros(len(position), bool)
         worse[quads[now > missing]] = True
         part = np.where(worse[rows], 0.5 * part, part)
-        position[rows] = before
-    return 0.0
+    if not done.any():
+        return 0.0
+    return float(1.0 - _missing(position, quads, guides, wanted).sum() / missing.sum())
+
+
+def _places(
+    quads: np.ndarray, rows: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The connected set of moving vertices that each of the rows (r,) and quads (q,) is in, -1 for
+    quads in none."""
+    local = places_in(rows, count)[quads]
+    one, other = local.ravel(), np.roll(local, -1, axis=1).ravel()
+    far, across = local[:, :2].ravel(), local[:, 2:].ravel()
+    one, other = np.concatenate([one, far]), np.concatenate([other, across])
+    both = (one >= 0) & (other >= 0)
+    n = len(rows)
+    graph = sparse.coo_array((np.ones(both.sum()), (one[both], other[both])), shape=(n, n))
+    _, label = csgraph.connected_components(graph, directed=False)
+    chosen = local.max(axis=1)
+    return label, np.where(chosen >= 0, label[np.maximum(chosen, 0)], -1)
 
 
 def _missing(
@@ -151,7 +185,7 @@ def _missing(
     return np.maximum(wanted - oriented_quality(position, quads, guides), 0.0) ** 2
 
 
-def _axes(
+def move_axes(
     position: np.ndarray, quads: np.ndarray, guides: Guides, rows: np.ndarray
 ) -> np.ndarray:
     """(r, 2, 3) directions in which vertices may move, the second 0 on features."""
