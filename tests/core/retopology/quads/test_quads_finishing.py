@@ -103,13 +103,13 @@ def test_what_stays_against_the_surface_is_said(monkeypatch):
 
 
 def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
-    position, quads = grid(12)
-    row = np.arange(169).reshape(13, 13)
-    good, hopeless = row[3, 3], row[9, 9]
+    position, quads = grid(16)
+    row = np.arange(289).reshape(17, 17)
+    good, hopeless = row[3, 3], row[13, 13]
     position[good] += [0.6, 0.6, 0.0]
     position[hopeless] += [0.45, 0.45, 0.0]
     start = position.copy()
-    guides = guided(*sheet(12, 3.0), len(position))
+    guides = guided(*sheet(16, 3.0), len(position))
     quality = mending.oriented_quality
 
     def stubborn(place, some, held):
