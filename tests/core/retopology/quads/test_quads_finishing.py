@@ -12,8 +12,10 @@ from core.retopology.quads.finishing import finished, mending
 from core.retopology.quads.finishing.guides import Guides
 from core.retopology.quads.finishing.mending import against, oriented_quality
 from core.retopology.quads.finishing.opening import Squaring
+from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.relaxation import squared
+from core.retopology.quads.finishing.reporting import words_of_shape
 from core.retopology.quads.finishing.unfolding import unfolded
 
 
@@ -54,7 +56,8 @@ def sheet(sides, thick):
     wall = np.concatenate(
         [np.stack([ring + n, ahead + n, ahead], 1), np.stack([ring + n, ahead, ring], 1)]
     )
-    return np.concatenate([position, low]), np.concatenate([triangles, triangles[:, ::-1] + n, wall])
+    triangles = np.concatenate([triangles, triangles[:, ::-1] + n, wall])
+    return np.concatenate([position, low]), triangles
 
 
 def folded_strip():
@@ -100,6 +103,26 @@ def test_what_stays_against_the_surface_is_said(monkeypatch):
     monkeypatch.setattr(finished, "against", first)
     made = core.remesh(*bumpy(0, 3), core.RemeshSettings(quads=200))
     assert any("1 quad folded" in said for said in made.warnings)
+
+
+def test_skewed_quads_are_told_and_why():
+    """A sharp corner of the border allows no better quad; others could be."""
+    position, quads = grid(3)
+    n = len(position)
+    along = np.full((n, 2), -1)
+    ring = [0, 1, 2, 3, 7, 11, 15, 14, 13, 12, 8, 4]
+    along[ring] = np.stack([np.roll(ring, 1), np.roll(ring, -1)], axis=1)
+    none = np.full(n, -1)
+    placed = Placement(quads, position, none, none, none, along)
+    assert words_of_shape([(placed, position)]) == []
+    sharp = position.copy()
+    sharp[0] = [-6.0, -6.0, 0.0]
+    (said,) = words_of_shape([(placed, sharp)])
+    assert said.startswith("1 quad as sharp as the corners of creases")
+    skewed = position.copy()
+    skewed[5, :2] += 0.45
+    said = words_of_shape([(placed, skewed)])
+    assert len(said) == 1 and "skewed" in said[0]
 
 
 def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
