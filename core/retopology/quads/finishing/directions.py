@@ -12,6 +12,9 @@ from ....fields.transport import as_complex
 from ..layout.laying_out import LaidOut
 from ..surface.working_surface import WorkingSurface
 
+# Gaps between the curvatures beyond this share of the triangles count like those at it.
+MOST_GAP = 0.95
+
 
 def deviators(working: WorkingSurface) -> np.ndarray:
     """(m,) complex deviator of the curvature in the middle of each triangle."""
@@ -40,3 +43,19 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     held = crosses.on_feature[crosses.triangles].any(axis=1)
     angle = np.where(held, np.angle(of_cross), angle)
     return np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y
+
+
+def direction_weights(laid: LaidOut) -> np.ndarray:
+    """(m,) float64 how much it matters that quads follow the directions in each triangle, 1 as a
+    mean over the area: as much as the curvatures differ, the largest twentieth like the next. Where
+    they hardly do any direction is as good. Along features and strokes it is 1 at least."""
+    surface = laid.working.surface
+    gap = np.abs(deviators(laid.working))
+    gap = np.minimum(gap, np.quantile(gap, MOST_GAP))
+    area = surface.face_normal_area[1]
+    mean = float((gap * area).sum() / area.sum())
+    weight = gap / mean if mean > 0.0 else np.ones(len(gap))
+    crosses = laid.map_.crosses
+    asked = crosses.on_feature[crosses.triangles].any(axis=1)
+    asked |= laid.planned.pulled[surface.triangles].max(axis=1) > 0.0
+    return np.where(asked, np.maximum(weight, 1.0), weight)

@@ -15,7 +15,7 @@ from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
-from .directions import guiding_directions
+from .directions import direction_weights, guiding_directions
 from .guides import Guides, vertex_normals
 from .mending import against, mend, oriented_quality
 from .placement import Placement, place
@@ -131,7 +131,7 @@ def _evened(
     """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
-    mapped = guides
+    mapped = replace(guides, weight=direction_weights(laid))
     position, triangle = relaxed(placed.position, quads, guides, steps, progress)
     if laid.working.fine is not None:
         position, guides = _on_fine(position, quads, guides, laid.working.fine, progress)

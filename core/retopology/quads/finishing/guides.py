@@ -41,6 +41,9 @@ class Guides:
     thin:
         Whether sheets and rods may be thinner than quads: those at hand then count more than the
         surface that is nearest, which may be that of another side.
+    weight:
+        (m,) float64 how much the directions count in its triangles, 1 as a mean; None for all
+        alike.
     """
 
     surface: ClosestPoints
@@ -51,6 +54,7 @@ class Guides:
     beside: np.ndarray
     curves: dict[int, tuple[np.ndarray, np.ndarray]]
     thin: bool = False
+    weight: np.ndarray | None = None
 
 
 def on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

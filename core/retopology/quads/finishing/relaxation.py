@@ -39,7 +39,7 @@ BETWEEN = 2
 # side costs, the sine up to which corners are opened first, the scaled Jacobian below which no quad
 # gets worse, and how often a step is halved, and then not made, where one would. Chosen on Suzanne,
 # the skull and wave 1 of the benchmark; confirmed on its other surfaces.
-PULL, STAYING, LOW, SOUND, HALVINGS = 0.4, 0.02, 0.75, 0.6, 12
+PULL, STAYING, LOW, SOUND, HALVINGS = 0.5, 0.02, 0.75, 0.6, 12
 # Rings around folded quads in which steps are undone, more each time.
 UNDONE_RINGS = 2
 
@@ -54,12 +54,16 @@ def relaxed(
     start, position = position, position.copy()
     n = len(position)
     count = np.bincount(quads.ravel(), minlength=n)
-    inner = _inner(quads, guides)
+    inner = np.ones(len(quads), bool)
+    irregular = count != 4
+    irregular &= guides.curve < 0
+    inner[irregular[quads].any(axis=1)] = False
     together = _Together(quads, ~guides.fixed & (guides.curve < 0), count)
     for step in range(steps):
         progress.step(step / max(steps, 1))
         if step % BETWEEN == 0:
-            plane = _planes(position, quads, guides)
+            x, y, triangle = _planes(position, quads, guides)
+            plane = x, y, guides.size[triangle]
         wanted = _wanted(position, quads, plane, inner)
         target = _mean(wanted, quads, count)
         together.step(position, wanted)
@@ -159,10 +163,11 @@ def squared(
     if not len(rows):
         return rows
     progress.step(1.0)
-    inner, local = _inner(quads, guides), places_in(rows, len(position))[quads]
-    x, y, _ = _planes(position, quads, mapped)
+    local = places_in(rows, len(position))[quads]
+    x, y, triangle = _planes(position, quads, mapped)
     off = np.degrees(np.abs(_off_axis(_axis(position[quads], x, y)[0])))
-    pull = PULL * np.where(inner, np.clip((LEFT - off) / (LEFT - TURNED), 0.0, 1.0), 0.0)
+    weight = 1.0 if mapped.weight is None else mapped.weight[triangle]
+    pull = PULL * weight * np.clip((LEFT - off) / (LEFT - TURNED), 0.0, 1.0)
     axes = move_axes(position, quads, guides, rows)
     problem = Squaring(position[quads], x, y, pull, local, axes, STAYING, LOW)
     by = problem.step()
@@ -183,16 +188,9 @@ def squared(
     return rows
 
 
-def _inner(quads: np.ndarray, guides: Guides) -> np.ndarray:
-    """(q,) bool quads that are not at a pole: these turn as it lets them."""
-    irregular = np.bincount(quads.ravel(), minlength=len(guides.fixed)) != 4
-    irregular &= guides.curve < 0
-    return np.asarray(~irregular[quads].any(axis=1))
-
-
 def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np.ndarray, ...]:
-    """(q, 3) two axes along the directions of the surface under each quad, (q,) the
-    length that edges shall have."""
+    """(q, 3) two axes along the directions of the surface under each quad, (q,) its triangle
+    there."""
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     triangle, _ = guides.surface(at.mean(axis=1), normal)
@@ -200,7 +198,7 @@ def _planes(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[np
     up = own_planes(normal, around, triangle, guides)
     x = guides.direction[triangle]
     x = unit(x - up * np.einsum("qc,qc->q", x, up)[:, None])
-    return x, np.cross(up, x), guides.size[triangle]
+    return x, np.cross(up, x), triangle
 
 
 def _wanted(
