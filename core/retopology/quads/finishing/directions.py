@@ -34,8 +34,7 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     deviator = deviators(laid.working)
     size = np.abs(deviator)
     of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2
-    sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)
-    sure = np.where(laid.wishes.undirected, 0.0, sure)
+    sure = _sure(laid)
     # What a user has drawn is surer.
     sure *= laid.planned.pulled[laid.working.surface.triangles].max(axis=1) == 0.0
     angle = np.angle((1.0 - sure) * of_cross**4 + sure * of_curvature) / 4.0
@@ -45,16 +44,23 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     return np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y
 
 
+def _sure(laid: LaidOut) -> np.ndarray:
+    """(m,) 0 to 1 confidence in the directions of the curvature."""
+    sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)
+    return np.where(laid.wishes.undirected, 0.0, sure)
+
+
 def direction_weights(laid: LaidOut) -> np.ndarray:
-    """(m,) float64 how much it matters that quads follow the directions in each triangle, 1 as a
-    mean over the area: as much as the curvatures differ, the largest twentieth like the next. Where
-    they hardly do any direction is as good. Along features and strokes it is 1 at least."""
+    """(m,) float64 how much it matters that quads follow the directions in each triangle: as much
+    as the curvatures differ, the largest twentieth like the next, 1 where they do as in the mean
+    over the area, times the confidence in them. Where they hardly differ any direction is as good.
+    Along features and strokes it is 1 at least."""
     surface = laid.working.surface
     gap = np.abs(deviators(laid.working))
     gap = np.minimum(gap, np.quantile(gap, MOST_GAP))
     area = surface.face_normal_area[1]
     mean = float((gap * area).sum() / area.sum())
-    weight = gap / mean if mean > 0.0 else np.ones(len(gap))
+    weight = gap / mean * _sure(laid) if mean > 0.0 else np.zeros(len(gap))
     crosses = laid.map_.crosses
     asked = crosses.on_feature[crosses.triangles].any(axis=1)
     asked |= laid.planned.pulled[surface.triangles].max(axis=1) > 0.0

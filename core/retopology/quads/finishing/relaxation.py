@@ -39,7 +39,8 @@ BETWEEN = 2
 # side costs, the sine up to which corners are opened first, the scaled Jacobian below which no quad
 # gets worse, and how often a step is halved, and then not made, where one would. Chosen on Suzanne,
 # the skull and wave 1 of the benchmark; confirmed on its other surfaces.
-PULL, STAYING, LOW, SOUND, HALVINGS = 0.5, 0.02, 0.75, 0.6, 12
+PULL, STAYING, LOW, SOUND, HALVINGS = 0.6, 0.02, 0.75, 0.6, 12
+ROUNDING = 1e-9
 # Rings around folded quads in which steps are undone, more each time.
 UNDONE_RINGS = 2
 
@@ -146,7 +147,7 @@ def squared(
 
     Rectangles that quads want pull at the squares of what is missing; here it counts as it is, so
     that the means of corners and angles become best where whole numbers leave no room for both.
-    No corner gets worse that is bad.
+    No corner gets worse that is bad, and nothing is done where the mean gets no better by it.
 
     Parameters
     ----------
@@ -177,13 +178,15 @@ def squared(
         moved = moved_along(before, part[:, None] * by, rows, position, quads, guides)
         position[rows] = np.where(part[:, None] > 0.0, moved, before)
         now = oriented_quality(position, quads, guides)
-        worse = now < np.minimum(start, SOUND) - 1e-9
+        worse = now < np.minimum(start, SOUND) - ROUNDING
         if not worse.any():
             break
         near = np.zeros(len(position), bool)
         near[quads[worse]] = True
         near = with_rings(quads, near, 1)[rows]
         part = np.where(near, 0.5 * part if number < HALVINGS // 2 else 0.0, part)
+    # What is better in the planes of quads that bend far may not be so on the surface.
+    if worse.any() or now.mean() < start.mean():
         position[rows] = before
     return rows
 
