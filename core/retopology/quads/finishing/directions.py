@@ -51,16 +51,16 @@ def _sure(laid: LaidOut) -> np.ndarray:
 
 
 def direction_weights(laid: LaidOut) -> np.ndarray:
-    """(m,) float64 how much it matters that quads follow the directions in each triangle: as much
-    as the curvatures differ, the largest twentieth like the next, 1 where they do as in the mean
-    over the area, times the confidence in them. Where they hardly differ any direction is as good.
-    Along features and strokes it is 1 at least."""
+    """(m,) float64 how much it matters that quads follow the directions in each triangle: the
+    confidence in them, half of it times what the curvatures differ beside the mean over the area,
+    the largest twentieth like the next. Along features and strokes it is 1 at least."""
     surface = laid.working.surface
     gap = np.abs(deviators(laid.working))
     gap = np.minimum(gap, np.quantile(gap, MOST_GAP))
     area = surface.face_normal_area[1]
     mean = float((gap * area).sum() / area.sum())
-    weight = gap / mean * _sure(laid) if mean > 0.0 else np.zeros(len(gap))
+    share = gap / mean if mean > 0.0 else np.zeros(len(gap))
+    weight = 0.5 * (1.0 + share) * _sure(laid)
     crosses = laid.map_.crosses
     asked = crosses.on_feature[crosses.triangles].any(axis=1)
     asked |= laid.planned.pulled[surface.triangles].max(axis=1) > 0.0
