@@ -23,7 +23,7 @@ from .finishing.crossings import crossings
 from .finishing.finished import filled
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
-from .finishing.reporting import reported
+from .finishing.reporting import reported, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three
 from .layout.counting import countable, counted
 from .layout.grids import Grids
@@ -122,6 +122,7 @@ def remesh(
             f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
             f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
         )
+    warnings += words_of_shape([(one.placed, one.position) for one in done])
     pieces = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
     pieces += [made for made, _ in cut]
     clock.lap("report")

@@ -12,6 +12,9 @@ from ....fields.transport import as_complex
 from ..layout.laying_out import LaidOut
 from ..surface.working_surface import WorkingSurface
 
+# Gaps between the curvatures beyond this share of the triangles count like those at it.
+MOST_GAP = 0.95
+
 
 def deviators(working: WorkingSurface) -> np.ndarray:
     """(m,) complex deviator of the curvature in the middle of each triangle."""
@@ -31,8 +34,7 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     deviator = deviators(laid.working)
     size = np.abs(deviator)
     of_curvature = np.divide(deviator, size, out=np.zeros_like(deviator), where=size > 0) ** 2
-    sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)
-    sure = np.where(laid.wishes.undirected, 0.0, sure)
+    sure = _sure(laid)
     # What a user has drawn is surer.
     sure *= laid.planned.pulled[laid.working.surface.triangles].max(axis=1) == 0.0
     angle = np.angle((1.0 - sure) * of_cross**4 + sure * of_curvature) / 4.0
@@ -40,3 +42,26 @@ def guiding_directions(laid: LaidOut) -> np.ndarray:
     held = crosses.on_feature[crosses.triangles].any(axis=1)
     angle = np.where(held, np.angle(of_cross), angle)
     return np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y
+
+
+def _sure(laid: LaidOut) -> np.ndarray:
+    """(m,) 0 to 1 confidence in the directions of the curvature."""
+    sure = laid.planned.cross.confidence[laid.working.surface.triangles].min(axis=1)
+    return np.where(laid.wishes.undirected, 0.0, sure)
+
+
+def direction_weights(laid: LaidOut) -> np.ndarray:
+    """(m,) float64 how much it matters that quads follow the directions in each triangle: the
+    confidence in them, half of it times what the curvatures differ beside the mean over the area,
+    the largest twentieth like the next. Along features and strokes it is 1 at least."""
+    surface = laid.working.surface
+    gap = np.abs(deviators(laid.working))
+    gap = np.minimum(gap, np.quantile(gap, MOST_GAP))
+    area = surface.face_normal_area[1]
+    mean = float((gap * area).sum() / area.sum())
+    share = gap / mean if mean > 0.0 else np.zeros(len(gap))
+    weight = 0.5 * (1.0 + share) * _sure(laid)
+    crosses = laid.map_.crosses
+    asked = crosses.on_feature[crosses.triangles].any(axis=1)
+    asked |= laid.planned.pulled[surface.triangles].max(axis=1) > 0.0
+    return np.where(asked, np.maximum(weight, 1.0), weight)

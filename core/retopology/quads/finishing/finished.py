@@ -15,12 +15,12 @@ from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
-from .directions import guiding_directions
+from .directions import direction_weights, guiding_directions
 from .guides import Guides, vertex_normals
-from .mending import mend, oriented_quality
+from .mending import against, mend, oriented_quality
 from .placement import Placement, place
 from .projection import ClosestPoints
-from .relaxation import relaxed
+from .relaxation import relaxed, squared
 from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
 from .worst import worst_opened
@@ -131,13 +131,15 @@ def _evened(
     """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
-    mapped = guides.surface
+    mapped = replace(guides, weight=direction_weights(laid))
     position, triangle = relaxed(placed.position, quads, guides, steps, progress)
     if laid.working.fine is not None:
         position, guides = _on_fine(position, quads, guides, laid.working.fine, progress)
     moved = worst_opened(position, quads, guides, progress)
+    if steps:
+        moved = np.union1d(moved, squared(position, quads, guides, mapped, progress))
     normals = vertex_normals(position, quads)[moved]
-    triangle[moved] = mapped(position[moved], normals)[0]
+    triangle[moved] = mapped.surface(position[moved], normals)[0]
     quality = oriented_quality(position, quads, guides)
     folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
     return Finished(laid, grid, placed, position, triangle, folded, bad), quality
@@ -145,7 +147,7 @@ def _evened(
 
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     """Without folded quads, vertices off the surface where it leaves no room; None where that was
-    not found."""
+    not found. Those that still face against the surface are told as folded."""
     guides, quads = guides_of(one.placed, one.laid), one.placed.quads
     fine = one.laid.working.fine
     if fine is not None:
@@ -166,7 +168,7 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
         one,
         position=position,
         triangle=triangle,
-        folded=0,
+        folded=int(np.count_nonzero(against(position, quads, guides.surface))),
         left=int(np.count_nonzero(off > OFF * side)),
         farthest=float(off.max()) * surface.unit,
     )

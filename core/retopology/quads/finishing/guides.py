@@ -41,6 +41,9 @@ class Guides:
     thin:
         Whether sheets and rods may be thinner than quads: those at hand then count more than the
         surface that is nearest, which may be that of another side.
+    weight:
+        (m,) float64 how much the directions count in its triangles, 1 as a mean; None for all
+        alike.
     """
 
     surface: ClosestPoints
@@ -51,6 +54,7 @@ class Guides:
     beside: np.ndarray
     curves: dict[int, tuple[np.ndarray, np.ndarray]]
     thin: bool = False
+    weight: np.ndarray | None = None
 
 
 def on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -78,6 +82,19 @@ def vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
         for axis in range(3)
     ]
     return np.stack(total, axis=1)
+
+
+def beside(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(q, 3) sum of the unit normals of the quads across the sides of each."""
+    at = position[quads]
+    normal = unit(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]))
+    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    key, back = tail * len(position) + head, head * len(position) + tail
+    order = np.argsort(key)
+    place = np.minimum(np.searchsorted(key, back, sorter=order), len(key) - 1)
+    other = order[place]
+    shared = key[other] == back
+    return np.where(shared[:, None], normal[other // 4], 0.0).reshape(-1, 4, 3).sum(axis=1)
 
 
 def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndarray:

@@ -8,14 +8,17 @@ features along them.
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ....base.progress import Progress
 from ....base.subsets import places_in
 from ....base.unit import unit
 from ....mesh.rings import with_rings
 from ..conformity import scaled_jacobian
-from .guides import Guides, moved_along, surface_axes, vertex_normals
+from .guides import Guides, beside, moved_along, surface_axes, vertex_normals
 from .opening import Opening
+from .projection import ClosestPoints
 
 # Below the scaled Jacobian in front quads are bad, and their corners are opened up to the sine
 # behind it: first all that are worse than a pole of valence 3 needs them (0.87), which makes the
@@ -71,7 +74,7 @@ def _opened(
         some = quads[mine]
         up = surface_axes(position[some], vertex_normals(position, quads)[some], guides)
         local = places_in(rows, len(position))[some]
-        axes = _axes(position, quads, guides, rows)
+        axes = move_axes(position, quads, guides, rows)
         step = Opening(position[some], up, local, axes, STAY, wanted).step()
         if _won(position, some, guides, rows, step, wanted) <= little:
             if rings == MOST_RINGS:
@@ -80,21 +83,41 @@ def _opened(
 
 
 def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
-    """(q,) scaled Jacobians, negative where a quad faces against the surface; where this may be
-    thin, where no part of it within half of a side faces as the quad does."""
-    at = position[quads]
-    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    around = vertex_normals(position, quads)[quads].sum(axis=1)
-    middle = at.mean(axis=1)
-    triangle, _ = guides.surface(middle, around)
-    against = np.einsum("qc,qc->q", guides.surface.normal[triangle], normal) < 0.0
-    # A quad that is turned against those around is turned in any way.
-    rows = np.flatnonzero(against & (np.einsum("qc,qc->q", around, normal) > 0.0))
-    if guides.thin and len(rows):
-        side = np.linalg.norm(np.roll(at[rows], -1, axis=1) - at[rows], axis=2)
-        against[rows] = ~guides.surface.faced(middle[rows], normal[rows], 0.5 * side.max(axis=1))
+    """(q,) scaled Jacobians, negative where a quad faces against the surface: as `against` has it
+    and, but where this may be thin, against the closest triangle that faces the quads around."""
+    away, turned = _seen(position, quads, guides.surface)
+    against_ = turned if guides.thin else turned | away
     quality = scaled_jacobian(position, quads)
-    return np.where(against, -np.abs(quality) - 1e-6, quality)
+    return np.where(against_, -np.abs(quality) - 1e-6, quality)
+
+
+def against(position: np.ndarray, quads: np.ndarray, surface: ClosestPoints) -> np.ndarray:
+    """(q,) bool quads that face against the surface: away from the closest triangle, and from the
+    quads across their sides as a mean or from every triangle within half a side. At sharp edges
+    and on thin sheets the closest alone says little."""
+    return _seen(position, quads, surface)[1]
+
+
+def _seen(
+    position: np.ndarray, quads: np.ndarray, surface: ClosestPoints
+) -> tuple[np.ndarray, np.ndarray]:
+    """(q,) bool quads that face away from the closest triangle of those that face the quads
+    around, and those `against` the surface."""
+    at = position[quads]
+    normal, middle = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), at.mean(axis=1)
+    reach = 0.5 * np.linalg.norm(np.roll(at, -1, axis=1) - at, axis=2).max(axis=1)
+    around = vertex_normals(position, quads)[quads].sum(axis=1)
+    triangle, place = surface(middle, around)
+    side = np.einsum("qc,qc->q", surface.normal[triangle], normal)
+    turned = np.einsum("qc,qc->q", beside(position, quads), normal) < 0.0
+    found = turned | (side <= 0.0) | (np.linalg.norm(place - middle, axis=1) > reach)
+    rows = np.flatnonzero(found)
+    if len(rows):
+        triangle, _ = surface(middle[rows])
+        found[rows] = np.einsum("qc,qc->q", surface.normal[triangle], normal[rows]) <= 0.0
+        rows = np.flatnonzero(found & ~turned)
+        found[rows] = ~surface.faced(middle[rows], normal[rows], reach[rows])
+    return side < 0.0, found
 
 
 def _won(
@@ -105,22 +128,54 @@ def _won(
     step: np.ndarray,
     wanted: float,
 ) -> float:
-    """Move the vertices by the step, by a part of it where it makes quads worse, in place, if all
-    is better then: the part of what is missing that this wins."""
+    """Move the vertices by the step, by a part of it where it makes quads worse, in place, in each
+    place where all is better then: the part of what is missing that this wins.
+
+    Places are sets of moving vertices that quads connect: what cannot be mended in one of them
+    does not hold up the others.
+    """
     before = position[rows]
     missing = _missing(position, quads, guides, wanted)
+    of_row, of_quad = _places(quads, rows, len(position))
+    count = int(of_row.max()) + 1
+    mine = of_quad >= 0
+    had = np.bincount(of_quad[mine], missing[mine], count)
+    done = np.zeros(count, bool)
     part = np.ones(len(rows))
     for _ in range(HALVINGS):
-        by = step * part[:, None]
-        position[rows] = moved_along(before, by, rows, position, quads, guides)
+        going = ~done[of_row]
+        by = (step * part[:, None])[going]
+        start, some = before[going], rows[going]
+        position[some] = moved_along(start, by, some, position, quads, guides)
         now = _missing(position, quads, guides, wanted)
-        if now.sum() < missing.sum():
-            return float(1.0 - now.sum() / missing.sum())
+        better = np.bincount(of_quad[mine], now[mine], count) < had
+        position[some] = np.where(better[of_row[going], None], position[some], start)
+        done |= better
+        if done.all():
+            break
         worse = np.zeros(len(position), bool)
         worse[quads[now > missing]] = True
         part = np.where(worse[rows], 0.5 * part, part)
-        position[rows] = before
-    return 0.0
+    if not done.any():
+        return 0.0
+    return float(1.0 - _missing(position, quads, guides, wanted).sum() / missing.sum())
+
+
+def _places(
+    quads: np.ndarray, rows: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The connected set of moving vertices that each of the rows (r,) and quads (q,) is in, -1 for
+    quads in none."""
+    local = places_in(rows, count)[quads]
+    one, other = local.ravel(), np.roll(local, -1, axis=1).ravel()
+    far, across = local[:, :2].ravel(), local[:, 2:].ravel()
+    one, other = np.concatenate([one, far]), np.concatenate([other, across])
+    both = (one >= 0) & (other >= 0)
+    n = len(rows)
+    graph = sparse.coo_array((np.ones(both.sum()), (one[both], other[both])), shape=(n, n))
+    _, label = csgraph.connected_components(graph, directed=False)
+    chosen = local.max(axis=1)
+    return label, np.where(chosen >= 0, label[np.maximum(chosen, 0)], -1)
 
 
 def _missing(
@@ -130,7 +185,7 @@ def _missing(
     return np.maximum(wanted - oriented_quality(position, quads, guides), 0.0) ** 2
 
 
-def _axes(
+def move_axes(
     position: np.ndarray, quads: np.ndarray, guides: Guides, rows: np.ndarray
 ) -> np.ndarray:
     """(r, 2, 3) directions in which vertices may move, the second 0 on features."""

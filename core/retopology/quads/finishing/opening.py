@@ -26,6 +26,11 @@ STEPS, MEMORY, HALVINGS, ARMIJO = 80, 12, 20, 1e-4
 # A step that wins less than this part is the last.
 LITTLE = 1e-6
 TINY = 1e-30
+# What corners lack to the sine that is wanted counts so much beside what they lack to a right one.
+LOW_WEIGHT = 4.0
+# Middle lines of a quad as sums of its corners, and the sine below which a pull on them fades.
+LINES = 0.5 * np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
+NEARLY = 0.1
 
 
 class Opening:
@@ -77,24 +82,7 @@ class Opening:
         """The sum that is minimized, and its gradient."""
         at = self._base.copy()
         at[self._moves] += self._moved(unknown)[self._local]
-        up, side = self._up, self._side
-        out = np.roll(at, -1, axis=1) - at
-        back = np.roll(at, 1, axis=1) - at
-        length = np.sqrt((out**2).sum(axis=2) + (SOFT * side) ** 2)
-        before = np.roll(length, 1, axis=1)
-        sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
-        sine /= length * before
-        open_ = np.maximum(self._wanted - sine, 0.0)
-        short = np.maximum(LEAST_SIDE - length / side, 0.0)
-        value = (open_**2).sum() + SIDE_WEIGHT * (short**2).sum()
-        value += self._stay * (unknown**2).sum()
-        # By the two sides at each corner, the one that leaves and the one back.
-        by_sine = (-2.0 * open_ / (length * before))[:, :, None]
-        turn = (2.0 * open_ * sine)[:, :, None]
-        by_out = by_sine * np.cross(back, up) + turn * out / (length**2)[:, :, None]
-        by_back = by_sine * np.cross(up, out) + turn * back / (before**2)[:, :, None]
-        by_out -= (2.0 * SIDE_WEIGHT / side * short / length)[:, :, None] * out
-        force = np.roll(by_out, 1, axis=1) + np.roll(by_back, -1, axis=1) - by_out - by_back
+        value, force = self._corners(at)
         total = np.stack(
             [
                 np.bincount(self._local, force[..., k][self._moves], minlength=len(self._axes))
@@ -102,8 +90,88 @@ class Opening:
             ],
             axis=1,
         )
-        slope = side * np.einsum("rc,rkc->rk", total, self._axes)
-        return float(value), slope.ravel() + 2.0 * self._stay * unknown
+        slope = self._side * np.einsum("rc,rkc->rk", total, self._axes)
+        value += self._stay * float((unknown**2).sum())
+        return value, slope.ravel() + 2.0 * self._stay * unknown
+
+    def _corners(self, at: np.ndarray) -> tuple[float, np.ndarray]:
+        """What the corners (q, 4, 3) of the quads lack, and its slopes."""
+        up, side = self._up, self._side
+        out = np.roll(at, -1, axis=1) - at
+        back = np.roll(at, 1, axis=1) - at
+        length = np.sqrt((out**2).sum(axis=2) + (SOFT * side) ** 2)
+        before = np.roll(length, 1, axis=1)
+        sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
+        sine /= length * before
+        value, steep = self._lack(sine)
+        short = np.maximum(LEAST_SIDE - length / side, 0.0)
+        value += SIDE_WEIGHT * float((short**2).sum())
+        # By the two sides at each corner, the one that leaves and the one back.
+        by_sine = (-steep / (length * before))[:, :, None]
+        turn = (steep * sine)[:, :, None]
+        by_out = by_sine * np.cross(back, up) + turn * out / (length**2)[:, :, None]
+        by_back = by_sine * np.cross(up, out) + turn * back / (before**2)[:, :, None]
+        by_out -= (2.0 * SIDE_WEIGHT / side * short / length)[:, :, None] * out
+        return value, np.roll(by_out, 1, axis=1) + np.roll(by_back, -1, axis=1) - by_out - by_back
+
+    def _lack(self, sine: np.ndarray) -> tuple[float, np.ndarray]:
+        """What sines (q, 4) lack together, and by how much less it is for more of each."""
+        open_ = np.maximum(self._wanted - sine, 0.0)
+        return float((open_**2).sum()), 2.0 * open_
+
+
+class Squaring(Opening):
+    """The problem of making all corners square and turning the quads to directions at once.
+
+    What a corner lacks to a right angle counts as it is and not squared, so that the mean becomes
+    best; what it lacks to `wanted` counts besides, squared. Both middle lines of a quad are pulled
+    to the nearer of two axes by a pull that hardly grows with the angle.
+
+    Parameters
+    ----------
+    x, y:
+        (q, 3) unit axes in the planes that the quads are seen in.
+    pull:
+        (q,) how much a middle line halfway between the axes counts, beside a corner that misses
+        all.
+    """
+
+    def __init__(
+        self,
+        base: np.ndarray,
+        x: np.ndarray,
+        y: np.ndarray,
+        pull: np.ndarray,
+        local: np.ndarray,
+        axes: np.ndarray,
+        stay: float,
+        wanted: float,
+    ) -> None:
+        super().__init__(base, np.cross(x, y), local, axes, stay, wanted)
+        self._x, self._y, self._pull = x, y, pull
+
+    def _corners(self, at: np.ndarray) -> tuple[float, np.ndarray]:
+        value, force = super()._corners(at)
+        for line in LINES:
+            middle = np.einsum("k,qkc->qc", line, at)
+            along = np.einsum("qc,qc->q", middle, self._x)
+            across = np.einsum("qc,qc->q", middle, self._y)
+            square = along**2 + across**2 + (SOFT * self._side) ** 2
+            # Half the sine of twice the angle.
+            off = along * across / square
+            size = np.sqrt(off**2 + NEARLY**2)
+            value += float((self._pull * (size - NEARLY)).sum())
+            steep = self._pull * off / size / square
+            by_x = steep * (across - 2.0 * off * along)
+            by_y = steep * (along - 2.0 * off * across)
+            slope = by_x[:, None] * self._x + by_y[:, None] * self._y
+            force += line[:, None] * slope[:, None]
+        return value, force
+
+    def _lack(self, sine: np.ndarray) -> tuple[float, np.ndarray]:
+        low = np.maximum(self._wanted - sine, 0.0)
+        lacks = (1.0 - sine).sum() + LOW_WEIGHT * (low**2).sum()
+        return float(lacks), 1.0 + 2.0 * LOW_WEIGHT * low
 
 
 def least_in_box(

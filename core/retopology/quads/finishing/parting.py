@@ -15,6 +15,7 @@ from ....base.unit import unit
 from ....mesh.surface import Surface
 from .crossings import crossings
 from .guides import vertex_normals
+from .mending import against
 from .projection import ClosestPoints
 from .unfolding import own_quality, to_stop
 
@@ -44,7 +45,8 @@ def parted(
     best, least = position, len(pairs)
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
-        position = without_folds(_apart(position, quads, held, pairs, closest), position, quads)
+        moved = _apart(position, quads, held, pairs, closest)
+        position = without_folds(moved, position, quads, closest)
         pairs = made_crossings(position, quads, whole)
         if len(pairs) < least:
             best, least = position, len(pairs)
@@ -53,11 +55,22 @@ def parted(
     return best
 
 
-def without_folds(moved: np.ndarray, position: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """What was moved, but for the vertices of quads that would fold by it."""
+def without_folds(
+    moved: np.ndarray,
+    position: np.ndarray,
+    quads: np.ndarray,
+    surface: ClosestPoints | None = None,
+) -> np.ndarray:
+    """What was moved, but for the vertices of quads that would fold by it or, where there is a
+    surface, face against it."""
     sound = own_quality(position, quads) > 0.0
+    facing = np.zeros(len(quads), bool)
+    if surface is not None:
+        facing = ~against(position, quads, surface)
     while True:
         folded = sound & (own_quality(moved, quads) <= 0.0)
+        if surface is not None:
+            folded |= facing & against(moved, quads, surface)
         stuck = to_stop(folded, (moved != position).any(axis=1), quads)
         if not stuck.any():
             return moved

@@ -9,7 +9,7 @@ from ....base.subsets import places_in
 from ....fields.frames import side_axes
 from ....fields.transport import as_complex
 from ...poles import UNATTACHED
-from ..conformity import conformity
+from ..conformity import conformity, scaled_jacobian
 from ..field.crosses import QUARTER
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut
@@ -18,6 +18,9 @@ from ..surface.working_surface import WorkingSurface
 from .directions import deviators
 from .placement import Placement
 from .projection import ClosestPoints
+
+# Quads of a scaled Jacobian below this are told.
+SKEWED = 0.3
 
 
 def reported(
@@ -49,6 +52,52 @@ def reported(
         angle=angle_to_curvature(laid.working, position, placed.quads),
         source_triangle=surface.source_triangle[triangle],
     )
+
+
+def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
+    """What is said of quads of a scaled Jacobian below `SKEWED`, of each piece its placement and
+    positions (n, 3): whether the corners of creases and borders that they fill are as sharp."""
+    sharp, skewed = [], []
+    for placed, position in pieces:
+        quads = placed.quads
+        quality = scaled_jacobian(position, quads)
+        rows = np.flatnonzero((quality < SKEWED) & (quality > 0.0))
+        filling = _fills_a_corner(position, quads[rows], placed.beside)
+        sharp += quality[rows[filling]].tolist()
+        skewed += quality[rows[~filling]].tolist()
+    said = []
+    if sharp:
+        number = len(sharp)
+        said.append(
+            f"{number} quad{'' if number == 1 else 's'} as sharp as the corners of creases or "
+            f"borders there, with a scaled Jacobian of {min(sharp):.2f} at least: quads that "
+            "follow them can be no better."
+        )
+    if skewed:
+        number = len(skewed)
+        said.append(
+            f"{number} quad{'' if number == 1 else 's'} skewed, with a scaled Jacobian of "
+            f"{min(skewed):.2f} at least: the surface is thinner there than quads of this size, or "
+            "creases lie nearer to each other. Ask for more quads."
+        )
+    return said
+
+
+def _fills_a_corner(position: np.ndarray, quads: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """(q,) bool whether both sides at the worst corner of each quad run along features."""
+    at = position[quads]
+    out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    sine = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
+    sine /= np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), 1e-300)
+    row, worst = np.arange(len(quads)), sine.argmin(axis=1)
+    corner = quads[row, worst]
+    found = np.ones(len(quads), bool)
+    for step in (1, 3):
+        other = quads[row, (worst + step) % 4]
+        along = (beside[corner] == other[:, None]).any(axis=1)
+        found &= along | (beside[other] == corner[:, None]).any(axis=1)
+    return found
 
 
 def angle_to_curvature(

@@ -15,7 +15,8 @@ from ....base.subsets import places_in
 from ....base.unit import unit
 from ....mesh.rings import with_rings
 from ..conformity import conformity, scaled_jacobian
-from .guides import Guides, on_curve, vertex_normals
+from .guides import Guides, beside, on_curve, vertex_normals
+from .mending import against
 from .opening import Opening
 
 # Rings around folded quads that move, how much a move costs beside a corner that misses all, and
@@ -39,31 +40,60 @@ def unfolded(
 ) -> np.ndarray:
     """Positions (n, 3) of which no quad is folded, where that was found; off the surface where
     it cannot be on it."""
-    start = position
-    position = position.copy()
+    found = _attempts(position, quads, guides, progress, len(RINGS), False)
+    if against(found, quads, guides.surface).any():
+        trial = _attempts(found, quads, guides, progress, CREASES_GIVE, True)
+        if _worth(trial, quads, guides) < _worth(found, quads, guides):
+            found = trial
+    return found
+
+
+def _attempts(
+    start: np.ndarray,
+    quads: np.ndarray,
+    guides: Guides,
+    progress: Progress,
+    attempts: int,
+    facing: bool,
+) -> np.ndarray:
+    """Positions after so many attempts at most; `facing` says whether quads are unfolded as well
+    that face against the surface. These are seen as the quads beside them are: with their own
+    normals among those they would stay as they are."""
+    position = start.copy()
     borders = conformity(quads, len(position)).border
-    for rings, stay, averaged, number in zip(RINGS, STAY, AVERAGED, range(len(RINGS)), strict=True):
+    for number in range(attempts):
         held = guides.fixed | (guides.curve >= 0) if number < CREASES_GIVE else borders
         for _ in range(ROUNDS):
             progress.step(number / len(RINGS))
-            up = _around(position, quads, averaged)
+            up = _around(position, quads, AVERAGED[number])
             bad = own_quality(position, quads) < FOLDED
+            if facing:
+                turned = against(position, quads, guides.surface)
+                up[turned] = unit(beside(position, quads)[turned])
+                bad |= turned
             if not bad.any():
                 return _on_surface(position, start, quads, guides)
             near = np.zeros(len(position), bool)
             near[quads[bad]] = True
-            near = with_rings(quads, near, rings)
+            near = with_rings(quads, near, RINGS[number])
             rows = np.flatnonzero(near & ~held)
             if not len(rows):
                 break
             mine = np.flatnonzero(near[quads].any(axis=1))
             local = places_in(rows, len(position))[quads[mine]]
             axes = np.broadcast_to(np.eye(3), (len(rows), 3, 3))
+            stay = STAY[number]
             step = Opening(position[quads[mine]], up[mine], local, axes, stay, WANTED).step()
             position[rows] += step
     if (own_quality(position, quads) <= 0.0).any() and not fewer(position, start, quads):
         return start
     return _on_surface(position, start, quads, guides)
+
+
+def _worth(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[int, int]:
+    """How many quads are folded, and how many face against the surface: less is better."""
+    folded = int(np.count_nonzero(own_quality(position, quads) <= 0.0))
+    return folded, int(np.count_nonzero(against(position, quads, guides.surface)))
 
 
 def fewer(position: np.ndarray, before: np.ndarray, quads: np.ndarray) -> bool:
@@ -77,9 +107,9 @@ def own_quality(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
     up = _around(position, quads, 0)
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    against = np.einsum("qc,qc->q", normal, up) < 0.0
+    turned = np.einsum("qc,qc->q", normal, up) < 0.0
     quality = scaled_jacobian(position, quads)
-    return np.where(against, -np.abs(quality) - 1e-6, quality)
+    return np.where(turned, -np.abs(quality) - 1e-6, quality)
 
 
 def _around(position: np.ndarray, quads: np.ndarray, averaged: int) -> np.ndarray:
@@ -127,10 +157,13 @@ def laid_on(
         if places is not None:
             goal = np.where(np.isnan(places), goal, places)
         before = np.minimum(own_quality(position, quads), KEPT)
+        facing = ~against(position, quads, guides.surface)
         going = moving.copy()
         for _ in range(STAYING):
             trial = np.where(going[:, None], position + part * (goal - position), position)
-            stopped = to_stop(own_quality(trial, quads) < before, going, quads)
+            worse = own_quality(trial, quads) < before
+            worse |= facing & against(trial, quads, guides.surface)
+            stopped = to_stop(worse, going, quads)
             if not stopped.any():
                 position = trial
                 break

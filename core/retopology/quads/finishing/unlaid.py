@@ -22,7 +22,7 @@ from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import WorkingSurface
 from .guides import Guides, on_curve, vertex_normals
-from .mending import mend
+from .mending import against, mend
 from .parting import without_folds
 from .projection import ClosestPoints
 from .reporting import angle_to_curvature
@@ -80,9 +80,10 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
     position = laid_on(position, moving, quads, guides, places)
     better = position.copy()
     mend(better, quads, guides, progress)
-    position = without_folds(better, position, quads)
+    position = without_folds(better, position, quads, closest)
     position = unfolded(position, quads, guides, progress)
-    folded = int(np.count_nonzero(own_quality(position, quads) <= 0.0))
+    wrong = (own_quality(position, quads) <= 0.0) | against(position, quads, closest)
+    folded = int(np.count_nonzero(wrong))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular

@@ -1,0 +1,225 @@
+"""Steps of the finishing: what counts as folded, mending place by place, corners made square."""
+
+import numpy as np
+import pytest
+from quad_surfaces import bumpy
+from scipy.spatial import cKDTree
+from surfaces import ellipsoid
+
+import core
+from benchmarks.quads import Judge
+from core.base.progress import Progress
+from core.mesh.mending.repair import clean
+from core.retopology.quads.conformity import scaled_jacobian
+from core.retopology.quads.finishing import finished, mending
+from core.retopology.quads.finishing.directions import direction_weights
+from core.retopology.quads.finishing.guides import Guides
+from core.retopology.quads.finishing.mending import against, oriented_quality
+from core.retopology.quads.finishing.opening import Squaring
+from core.retopology.quads.finishing.placement import Placement
+from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.quads.finishing.relaxation import squared
+from core.retopology.quads.finishing.reporting import words_of_shape
+from core.retopology.quads.finishing.unfolding import unfolded
+from core.retopology.quads.preparation import Given, prepare
+
+
+def grid(sides, size=1.0):
+    """A flat square of sides² quads."""
+    at = size * np.arange(sides + 1.0)
+    position = np.stack([*(x.ravel() for x in np.meshgrid(at, at)), 0.0 * at.repeat(sides + 1)], 1)
+    row = np.arange((sides + 1) ** 2).reshape(sides + 1, -1)
+    corners = row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]
+    return position, np.stack(corners, axis=-1).reshape(-1, 4)
+
+
+def guided(vertices, triangles, count, fixed=None, thin=False):
+    surface, _ = clean(vertices, triangles)
+    place = surface.vertices * surface.unit + surface.origin
+    none = np.full(count, -1)
+    return Guides(
+        surface=ClosestPoints(place, surface.triangles, surface.twin),
+        direction=np.tile([1.0, 0.0, 0.0], (len(surface.triangles), 1)),
+        size=np.ones(len(surface.triangles)),
+        fixed=none >= 0 if fixed is None else fixed,
+        curve=none,
+        beside=np.stack([none, none], axis=1),
+        curves={},
+        thin=thin,
+    )
+
+
+def sheet(sides, thick):
+    """A closed plate: the top at height 0, the other side `thick` below."""
+    position, quads = grid(sides)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    low = position - [0.0, 0.0, thick]
+    n = len(position)
+    row = np.arange(n).reshape(sides + 1, -1)
+    ring = np.concatenate([row[0, :-1], row[:-1, -1], row[-1, :0:-1], row[:0:-1, 0]])
+    ahead = np.roll(ring, -1)
+    wall = np.concatenate(
+        [np.stack([ring + n, ahead + n, ahead], 1), np.stack([ring + n, ahead, ring], 1)]
+    )
+    triangles = np.concatenate([triangles, triangles[:, ::-1] + n, wall])
+    return np.concatenate([position, low]), triangles
+
+
+def folded_strip():
+    """Five quads in a row, the third of which runs back and outweighs both beside it."""
+    x = np.array([0.0, 1.0, 3.9, -0.1, 3.0, 4.0]) + 0.5
+    position = np.stack([np.tile(x, 2), np.repeat([1.0, 2.0], 6), np.zeros(12)], axis=1)
+    return position, np.array([[k, k + 1, k + 7, k + 6] for k in range(5)])
+
+
+@pytest.mark.parametrize("thick", [0.05, 0.4])
+def test_a_large_turned_quad_is_folded_whatever_sheet_lies_below(thick):
+    """The other side of a thin plate faces as it does; the quads across its sides do not."""
+    position, quads = folded_strip()
+    guides = guided(*sheet(5, thick), len(position), thin=True)
+    assert np.flatnonzero(against(position, quads, guides.surface)).tolist() == [2]
+    assert np.flatnonzero(oriented_quality(position, quads, guides) < 0.0).tolist() == [2]
+
+
+def test_a_quad_against_the_surface_is_unfolded():
+    position, quads = folded_strip()
+    position[:, :2] += np.random.default_rng(0).uniform(-0.15, 0.15, (12, 2))
+    ends = np.isin(np.arange(12) % 6, [0, 5])
+    guides = guided(*sheet(5, 0.3), len(position), ends, thin=True)
+    found = unfolded(position, quads, guides, Progress())
+    assert not against(found, quads, guides.surface).any()
+    assert scaled_jacobian(found, quads).min() > 0.0
+
+
+@pytest.mark.once
+def test_what_stays_against_the_surface_is_said(monkeypatch):
+    """A quad that no step could turn is never left in silence."""
+    quality = finished.oriented_quality
+
+    def one_folded(*arguments):
+        found = quality(*arguments)
+        found[0] = -0.5
+        return found
+
+    def first(position, quads, surface):
+        return np.arange(len(quads)) == 0
+
+    monkeypatch.setattr(finished, "oriented_quality", one_folded)
+    monkeypatch.setattr(finished, "against", first)
+    made = core.remesh(*bumpy(0, 3), core.RemeshSettings(quads=200))
+    assert any("1 quad folded" in said for said in made.warnings)
+
+
+def test_skewed_quads_are_told_and_why():
+    """A sharp corner of the border allows no better quad; others could be."""
+    position, quads = grid(3)
+    n = len(position)
+    along = np.full((n, 2), -1)
+    ring = [0, 1, 2, 3, 7, 11, 15, 14, 13, 12, 8, 4]
+    along[ring] = np.stack([np.roll(ring, 1), np.roll(ring, -1)], axis=1)
+    none = np.full(n, -1)
+    placed = Placement(quads, position, none, none, none, along)
+    assert words_of_shape([(placed, position)]) == []
+    sharp = position.copy()
+    sharp[0] = [-6.0, -6.0, 0.0]
+    (said,) = words_of_shape([(placed, sharp)])
+    assert said.startswith("1 quad as sharp as the corners of creases")
+    skewed = position.copy()
+    skewed[5, :2] += 0.45
+    said = words_of_shape([(placed, skewed)])
+    assert len(said) == 1 and "skewed" in said[0]
+
+
+def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
+    position, quads = grid(16)
+    row = np.arange(289).reshape(17, 17)
+    good, hopeless = row[3, 3], row[13, 13]
+    position[good] += [0.6, 0.6, 0.0]
+    position[hopeless] += [0.45, 0.45, 0.0]
+    start = position.copy()
+    guides = guided(*sheet(16, 3.0), len(position))
+    quality = mending.oriented_quality
+
+    def stubborn(place, some, held):
+        found = quality(place, some, held)
+        at = (some == hopeless).any(axis=1)
+        moved = (place[hopeless] != start[hopeless]).any()
+        return np.where(at, -1.0 if moved else 0.5, found)
+
+    monkeypatch.setattr(mending, "oriented_quality", stubborn)
+    mending.mend(position, quads, guides, Progress())
+    assert np.array_equal(position[hopeless], start[hopeless])
+    others = ~(quads == hopeless).any(axis=1)
+    assert quality(position, quads, guides)[others].min() > 0.69
+
+
+def test_slopes_of_squaring_are_those_of_its_sum():
+    random = np.random.default_rng(1)
+    position, quads = grid(4)
+    position += 0.25 * random.normal(size=position.shape) * [1.0, 1.0, 0.1]
+    q = len(quads)
+    turn = random.uniform(0.0, np.pi, q)
+    x = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    y = np.cross([0.0, 0.0, 1.0], x)
+    axes = np.broadcast_to(np.eye(3)[:2], (len(position), 2, 3))
+    pull = random.uniform(0.0, 1.0, q)
+    problem = Squaring(position[quads], x, y, pull, quads, axes, 0.1, 0.7)
+    unknown = 0.1 * random.normal(size=2 * len(position))
+    _, slope = problem._value(unknown)
+    step = 1e-6 * np.eye(len(unknown))
+    ahead = np.array([problem._value(unknown + by)[0] for by in step])
+    behind = np.array([problem._value(unknown - by)[0] for by in step])
+    assert np.abs((ahead - behind) / 2e-6 - slope).max() < 1e-6 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("turn", [0.0, 20.0])
+def test_squared_corners_and_directions(turn):
+    """On a plane nothing is in the way: quads become rectangles along the directions; at the
+    border, which stays, they are bent as little as before."""
+    position, quads = grid(9)
+    edge = (position[:, :2] == 0.0).any(axis=1) | (position[:, :2] == 9.0).any(axis=1)
+    inside = np.flatnonzero(~edge)
+    shaken = np.random.default_rng(2).uniform(-0.3, 0.3, (len(inside), 2))
+    position[inside, :2] += shaken
+    guides = guided(*sheet(9, 3.0), len(position), edge)
+    angle = np.radians(turn)
+    guides.direction[:] = [np.cos(angle), np.sin(angle), 0.0]
+    before = scaled_jacobian(position, quads)
+    squared(position, quads, guides, guides, Progress())
+    after = scaled_jacobian(position, quads)
+    assert after.mean() > before.mean() + (0.05 if turn == 0.0 else 0.02)
+    assert (after >= np.minimum(before, 0.6) - 1e-9).all()
+    if turn == 0.0:
+        assert after.min() > 0.95
+
+
+def test_directions_count_where_the_curvatures_differ():
+    """At umbilics they do not; the mean over the area is 1 where they are sure."""
+    mesh = ellipsoid(subdivisions=4)
+    detection = core.detect(mesh.vertices, mesh.triangles)
+    given = Given(mesh.triangles, detection, None, None, None, None)
+    guide = core.Guide(mesh.vertices, mesh.triangles, detection)
+    laid = prepare(guide, given, core.RemeshSettings(quads=300), core.Progress()).parts[0]
+    weight, surface = direction_weights(laid), laid.working.surface
+    _, area = surface.face_normal_area
+    assert (weight >= 0.0).all()
+    assert (weight * area).sum() / area.sum() == pytest.approx(1.0, abs=0.1)
+    middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
+    _, at = cKDTree(middle).query(detection.umbilics.position)
+    assert weight[at].max() < 0.2
+
+
+@pytest.mark.slow
+def test_squaring_makes_the_mean_better_and_costs_no_angle(monkeypatch):
+    made = []
+    for square in (lambda *_: np.zeros(0, np.int64), squared):
+        monkeypatch.setattr(finished, "squared", square)
+        made.append(core.remesh(*bumpy(3), core.RemeshSettings(quads=800)))
+    means = [scaled_jacobian(one.vertices, one.quads).mean() for one in made]
+    assert means[1] > means[0] + 0.001
+    judge = Judge(*bumpy(3))
+    surface = judge.surface
+    angles = [
+        judge.angle((one.vertices - surface.origin) / surface.unit, one.quads) for one in made
+    ]
+    assert angles[1] < angles[0] + 0.1
