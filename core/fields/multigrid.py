@@ -147,6 +147,7 @@ def solve(
     progress: Progress,
     tolerance: float = 2e-4,
     most: int = 200,
+    precondition: Multigrid | None = None,
 ) -> np.ndarray:
     """(n,) complex128 solution of matrix @ x = right by preconditioned conjugate gradients.
 
@@ -161,8 +162,10 @@ def solve(
         residual would not do: rows that weigh much, as those of features, drown all others in it.
     most:
         Steps after which the best so far is returned.
+    precondition:
+        That of the very matrix, where it is solved with again; made here without.
     """
-    precondition = Multigrid(matrix)
+    precondition = precondition or Multigrid(matrix)
     # Begun at zero: the first step is a whole V-cycle and has the coarse shape right at once.
     x = np.zeros(len(right), np.complex128)
     residual = right.astype(np.complex128)
