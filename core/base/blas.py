@@ -25,9 +25,32 @@ _NAMES = [
     for last in ("", "64_")
 ]
 
-_lock = threading.Lock()
-_inside = 0
-_before: list[int] = []
+
+class _Switch:
+    """How many are within, and how many threads there were before the first of them."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._inside = 0
+        self._before: list[int] = []
+
+    def enter(self) -> None:
+        with self._lock:
+            if not self._inside:
+                self._before = [get() for get, _ in libraries()]
+                for _, set_ in libraries():
+                    set_(1)
+            self._inside += 1
+
+    def leave(self) -> None:
+        with self._lock:
+            self._inside -= 1
+            if not self._inside:
+                for (_, set_), count in zip(libraries(), self._before, strict=True):
+                    set_(count)
+
+
+_switch = _Switch()
 
 
 @contextmanager
@@ -35,30 +58,11 @@ def one_blas_thread() -> Iterator[None]:
     """Everything within, also a function that this decorates, has OpenBLAS work in one thread;
     after the last that is within at a time as many as before. Other libraries (MKL, Accelerate)
     are left as they are."""
-    _enter()
+    _switch.enter()
     try:
         yield
     finally:
-        _leave()
-
-
-def _enter() -> None:
-    global _inside
-    with _lock:
-        if not _inside:
-            _before[:] = [get() for get, _ in libraries()]
-            for _, set_ in libraries():
-                set_(1)
-        _inside += 1
-
-
-def _leave() -> None:
-    global _inside
-    with _lock:
-        _inside -= 1
-        if not _inside:
-            for (_, set_), count in zip(libraries(), _before, strict=True):
-                set_(count)
+        _switch.leave()
 
 
 @cache

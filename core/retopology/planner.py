@@ -183,12 +183,12 @@ class Guide(Groundwork):
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         crests_only = settings.ridge_kinds == "crests"
         slopes = self.slopes(progress.part("Measuring ridges", 0.0, 0.9), crests_only)
-        progress.part("Joining ridges", 0.9, 1.0)
         found = find_ridges(
             self.surface,
             slopes,
             crests_only=crests_only,
             least_bend=settings.least_bend,
+            progress=progress.part("Joining ridges", 0.9, 1.0),
         )
         return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)
 

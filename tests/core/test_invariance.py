@@ -94,7 +94,8 @@ def bits(result) -> dict[str, object]:
         parts = {str(number): item for number, item in enumerate(result)}
     else:
         return {"": np.asarray(result).tobytes() if isinstance(result, np.ndarray) else result}
-    return {f"{name}.{more}": value for name, part in parts.items() for more, value in bits(part).items()}
+    found = {name: bits(part) for name, part in parts.items()}
+    return {f"{name}.{more}": value for name, of in found.items() for more, value in of.items()}
 
 
 @pytest.fixture

@@ -257,7 +257,7 @@ def _smoothest(
     part = system[rows][:, rows].tocsr()
     value = u[rows]
     component = surface.component[rows]
-    precondition = Multigrid(part)
+    precondition = Multigrid(part, progress)
     for _ in range(INVERSE_STEPS):
         value = solve(part, area[rows] * value, progress, precondition=precondition)
         size = np.sqrt(np.bincount(component, weights=area[rows] * np.abs(value) ** 2))

@@ -178,9 +178,9 @@ def test_every_long_step_asks_whether_to_stop(monkeypatch):
         watched(module, name)
     made = Multigrid.__init__
 
-    def counted(self, matrix):
+    def counted(self, matrix, progress):
         levels.update(inside)
-        made(self, matrix)
+        made(self, matrix, progress)
 
     monkeypatch.setattr(Multigrid, "__init__", counted)
     mesh = sphere(subdivisions=4)
