@@ -16,6 +16,7 @@ from core.fields.multigrid import Multigrid
 from core.mesh.mending.repair import clean
 from core.retopology.crosses import cross_field
 from core.retopology.quads.field.crosses import crosses
+from core.retopology.quads.finishing import projection
 from core.retopology.quads.layout import laying_out
 from core.retopology.quads.mapping import untangling
 from core.retopology.quads.mapping.elimination import free_basis
@@ -188,3 +189,16 @@ def test_every_long_step_asks_whether_to_stop(monkeypatch):
     core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300), progress)
     assert set(asked) == {name for _, name in steps}
     assert levels["_smoothest"] == 1
+
+
+@pytest.mark.parametrize("facing", [True, False])
+def test_points_that_threads_look_up_are_those_looked_up_at_once(monkeypatch, facing):
+    mesh = ellipsoid(subdivisions=3)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    closest = projection.ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    points = np.random.default_rng(0).normal(scale=0.4, size=(500, 3))
+    normals = points if facing else None
+    at_once = closest(points, normals)
+    monkeypatch.setattr(projection, "BLOCK", 37)
+    for one, other in zip(closest(points, normals), at_once, strict=True):
+        np.testing.assert_array_equal(one, other)
