@@ -1,13 +1,13 @@
 """Quad meshes beside those of other programs: docs/quads.md.
 
     benchmarks/quads [--quads N ...] [--meshes FOLDER] [--only NAME ...] [--out FILE]
-    benchmarks/quads --speed [--quads N] [--only NAME ...]
+    benchmarks/quads --speed [--quads N] [--only NAME ...] [--alone]
     benchmarks/quads --random FIRST LAST
 
 The tables of other numbers of quads stay in the page. The second writes only the page's section on
-speed: seconds by stage and memory, up to more than a million triangles. The third remeshes random
-closed surfaces, numbered from 0, and prints every guarantee that is not held; its exit status is
-how many surfaces have one.
+speed: seconds by stage and memory, up to more than a million triangles, without the other programs
+if asked for alone. The third remeshes random closed surfaces, numbered from 0, and prints every
+guarantee that is not held; its exit status is how many surfaces have one.
 
 Analytic and random surfaces are always there; real ones are read from the folder where it exists.
 """
@@ -275,12 +275,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "quads.md")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "umbilics" / "peers")
     parser.add_argument("--speed", action="store_true")
+    parser.add_argument("--alone", action="store_true", help="without the other programs")
     parser.add_argument("--random", type=int, nargs=2, metavar=("FIRST", "LAST"))
     options = parser.parse_args(arguments)
     if options.random:
         return guarantees(range(*options.random))
     where = machine()
-    known, words = programs(options.cache)
+    known, words = ({OURS: ours}, "") if options.alone else programs(options.cache)
     page = options.out.read_text(encoding="utf-8") if options.out.exists() else ""
     if options.speed:
         large = [
