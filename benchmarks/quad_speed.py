@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,13 +26,13 @@ from .peers.measurement import memory_mb
 from .peers.quad_meshers import PeerError
 
 TITLE = "## Speed"
-# Larger surfaces than this are not handed to the other programs.
-PEERS_UP_TO = 400_000
+# Larger surfaces than this are not handed to the other programs, nor are more quads asked of them.
+PEERS_UP_TO, PEERS_QUADS = 400_000, 5_000
 
 _TEXT = """{title}
 
 Written by `benchmarks/quads --speed` on {machine}.
-{quads:,} quads asked for, the detection included. Stages are seconds by the clock and depend on
+The detection is included. Stages are seconds by the clock and depend on
 the load; *processor* is what all threads took together. *Memory* is what the process takes at most
 less what it takes with the input alone, in MB.
 {words}
@@ -39,26 +40,31 @@ less what it takes with the input alone, in MB.
 """
 
 
-def speed_section(
-    surfaces: list[tuple[str, np.ndarray, np.ndarray]],
-    peers: dict[str, Callable],
-    quads: int,
-    words: str,
-) -> str:
-    """The table of all surfaces, name, vertices and triangles of each, as a section of the page."""
+@dataclass(frozen=True)
+class Asked:
+    """A surface and how many quads are asked of it."""
+
+    name: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+    quads: int
+
+
+def speed_section(asked: list[Asked], peers: dict[str, Callable], words: str) -> str:
+    """The table of all that is asked, as a section of the page."""
     where = machine()
     found = []
-    for name, vertices, triangles in surfaces:
-        figures = _measured(vertices, triangles, quads)
+    for one in asked:
+        figures = _measured(one)
         stages = figures.get("stages", {})
-        beside = [_of_peer(make, vertices, triangles, quads) for make in peers.values()]
-        found.append((name, f"{len(triangles):,}", figures, stages, beside))
-        print(name, len(triangles), figures, beside, flush=True)
-    columns = list(dict.fromkeys(stage for row in found for stage in row[3]))
-    head = ["Surface", "Triangles", "Quads", *map(str.capitalize, columns)]
+        beside = [_of_peer(make, one) for make in peers.values()]
+        found.append((one, figures, stages, beside))
+        print(one.name, len(one.triangles), one.quads, figures, beside, flush=True)
+    columns = list(dict.fromkeys(stage for row in found for stage in row[2]))
+    head = ["Surface", "Triangles", "Asked", "Quads", *map(str.capitalize, columns)]
     head += ["Seconds", "Processor", "Memory", *peers]
     rows = []
-    for name, count, figures, stages, beside in found:
+    for one, figures, stages, beside in found:
         cells = [f"{stages[stage]:.2f}" if stage in stages else "" for stage in columns]
         if "error" in figures:
             last = [figures["error"], "", ""]
@@ -68,10 +74,10 @@ def speed_section(
                 f"{figures['processor']:.1f}",
                 f"{figures['peak_mb'] - figures['input_mb']:,.0f}",
             ]
-        rows.append([name, count, f"{figures.get('quads', 0):,}", *cells, *last, *beside])
+        counts = (len(one.triangles), one.quads, figures.get("quads", 0))
+        rows.append([one.name, *(f"{count:,}" for count in counts), *cells, *last, *beside])
     words = words and f"{words}\n"
-    made = table(head, rows)
-    return _TEXT.format(title=TITLE, machine=where, quads=quads, words=words, table=made)
+    return _TEXT.format(title=TITLE, machine=where, words=words, table=table(head, rows))
 
 
 def with_speed(page: str, section: str) -> str:
@@ -85,22 +91,22 @@ def speed_of(page: str) -> str:
     return title + after
 
 
-def _of_peer(make: Callable, vertices: np.ndarray, triangles: np.ndarray, quads: int) -> str:
-    if len(triangles) > PEERS_UP_TO:
+def _of_peer(make: Callable, one: Asked) -> str:
+    if len(one.triangles) > PEERS_UP_TO or one.quads > PEERS_QUADS:
         return "not run"
     try:
-        return f"{make(vertices, triangles, quads)[2]:.1f}"
+        return f"{make(one.vertices, one.triangles, one.quads)[2]:.1f}"
     except PeerError as error:
         return str(error)
 
 
-def _measured(vertices: np.ndarray, triangles: np.ndarray, quads: int) -> dict:
+def _measured(one: Asked) -> dict:
     """Figures of a process of its own; only an error where there is one."""
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / "mesh.npz"
-        np.savez(mesh, vertices=vertices, triangles=triangles)
+        np.savez(mesh, vertices=one.vertices, triangles=one.triangles)
         done = subprocess.run(
-            [sys.executable, "-m", "benchmarks.quad_speed", str(mesh), str(quads)],
+            [sys.executable, "-m", "benchmarks.quad_speed", str(mesh), str(one.quads)],
             cwd=ROOT,
             capture_output=True,
             text=True,

@@ -1,13 +1,13 @@
 """Quad meshes beside those of other programs: docs/quads.md.
 
     benchmarks/quads [--quads N ...] [--meshes FOLDER] [--only NAME ...] [--out FILE]
-    benchmarks/quads --speed [--quads N] [--only NAME ...]
+    benchmarks/quads --speed [--quads N] [--only NAME ...] [--alone]
     benchmarks/quads --random FIRST LAST
 
 The tables of other numbers of quads stay in the page. The second writes only the page's section on
-speed: seconds by stage and memory, up to more than a million triangles. The third remeshes random
-closed surfaces, numbered from 0, and prints every guarantee that is not held; its exit status is
-how many surfaces have one.
+speed: seconds by stage and memory, up to more than a million triangles, without the other programs
+if asked for alone. The third remeshes random closed surfaces, numbered from 0, and prints every
+guarantee that is not held; its exit status is how many surfaces have one.
 
 Analytic and random surfaces are always there; real ones are read from the folder where it exists.
 """
@@ -33,9 +33,10 @@ from core.retopology.quads.conformity import Conformity, conformity, scaled_jaco
 from core.retopology.quads.finishing.projection import ClosestPoints
 
 from . import ROOT
+from .loop_subdivision import loop_subdivided
 from .pages import machine, table
 from .peers.quad_meshers import PeerError, instant_meshes, quadriflow, run
-from .quad_speed import speed_of, speed_section, with_speed
+from .quad_speed import Asked, speed_of, speed_section, with_speed
 from .random_surfaces import random_surface
 
 # Real surfaces: organic, scans, CAD, open, of genus 1 and 2.
@@ -53,6 +54,8 @@ FILES = (
     "skull_os.obj",
 )
 OURS = "Umbilics"
+# Numbers of quads, few to many, that one surface is remeshed to where speed is measured.
+MANY = (300, 20_000, 100_000)
 
 PAGE = """# Quads beside those of other programs
 
@@ -98,12 +101,24 @@ def surfaces(folder: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
     return found
 
 
-def large_surfaces(folder: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, vertices and triangles of what speed is measured on."""
-    names = ("spot_os.obj", "rocker-arm.obj", "bunny_hr_os.obj", "skull_os.obj")
-    found = [(name, *read_mesh(folder / name)) for name in names if (folder / name).exists()]
+def large_surfaces(folder: Path, quads: int) -> list[Asked]:
+    """What speed is measured on: many at the same number of quads, one at very few and very many,
+    and a scan made finer."""
+    even = sphere()
+    found = [Asked("sphere", even.vertices, even.triangles, quads)]
+    found.append(Asked("bumps 2", *bumpy(2), quads))
+    names = ("spot_os", "hand_closed_os", "rocker-arm", "face_gpjs", "bunny_hr_os", "skull_os")
+    files = {name: folder / f"{name}.obj" for name in names}
+    meshes = {name: read_mesh(path) for name, path in files.items() if path.exists()}
+    found += [Asked(name, *mesh, quads) for name, mesh in meshes.items()]
     levels = {"bumps 0": 5, "bumps 0, finer": 6, "bumps 0, finest": 8}
-    return found + [(name, *bumpy(0, level)) for name, level in levels.items()]
+    found += [Asked(name, *bumpy(0, level), quads) for name, level in levels.items()]
+    if "skull_os" in meshes:
+        found += [Asked("skull_os", *meshes["skull_os"], many) for many in MANY]
+    if "bunny_hr_os" in meshes:
+        finer = loop_subdivided(*loop_subdivided(*meshes["bunny_hr_os"]))
+        found += [Asked("bunny_hr_os, finest", *finer, many) for many in (quads, 10 * quads)]
+    return found
 
 
 def bumpy(seed: int, subdivisions: int = 5) -> tuple[np.ndarray, np.ndarray]:
@@ -260,21 +275,22 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "quads.md")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "umbilics" / "peers")
     parser.add_argument("--speed", action="store_true")
+    parser.add_argument("--alone", action="store_true", help="without the other programs")
     parser.add_argument("--random", type=int, nargs=2, metavar=("FIRST", "LAST"))
     options = parser.parse_args(arguments)
     if options.random:
         return guarantees(range(*options.random))
     where = machine()
-    known, words = programs(options.cache)
+    known, words = ({OURS: ours}, "") if options.alone else programs(options.cache)
     page = options.out.read_text(encoding="utf-8") if options.out.exists() else ""
     if options.speed:
         large = [
             item
-            for item in large_surfaces(options.meshes)
-            if not options.only or item[0] in options.only
+            for item in large_surfaces(options.meshes, options.quads[0])
+            if not options.only or item.name in options.only
         ]
         others = {name: make for name, make in known.items() if name != OURS}
-        section = speed_section(large, others, options.quads[0], words)
+        section = speed_section(large, others, words)
         options.out.write_text(with_speed(page, section), encoding="utf-8")
         return 0
     chosen = [

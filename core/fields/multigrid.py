@@ -41,17 +41,19 @@ class _Level:
 class Multigrid:
     """One V-cycle of the matrix (n, n), in single precision: a preconditioner, not a solver."""
 
-    def __init__(self, matrix: sparse.csr_array) -> None:
+    def __init__(self, matrix: sparse.csr_array, progress: Progress) -> None:
         # Single precision holds numbers up to 1e38: slivers weigh more.
         self._size = float(np.abs(matrix.data).max(initial=0.0)) or 1.0
         matrix = (matrix * (1.0 / self._size)).astype(np.complex64)
         self._levels: list[_Level] = []
         while matrix.shape[0] > SMALLEST and len(self._levels) < LEVELS:
+            progress.ask()
             level, coarser = _coarsened(matrix)
             if coarser.shape[0] > 0.8 * matrix.shape[0]:
                 break  # nothing left to gather: unconnected vertices
             self._levels.append(level)
             matrix = coarser
+        progress.ask()
         self._solve = splu(matrix.astype(np.complex128).tocsc(), permc_spec="MMD_AT_PLUS_A").solve
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
@@ -147,6 +149,7 @@ def solve(
     progress: Progress,
     tolerance: float = 2e-4,
     most: int = 200,
+    precondition: Multigrid | None = None,
 ) -> np.ndarray:
     """(n,) complex128 solution of matrix @ x = right by preconditioned conjugate gradients.
 
@@ -161,8 +164,10 @@ def solve(
         residual would not do: rows that weigh much, as those of features, drown all others in it.
     most:
         Steps after which the best so far is returned.
+    precondition:
+        That of the very matrix, where it is solved with again; made here without.
     """
-    precondition = Multigrid(matrix)
+    precondition = precondition or Multigrid(matrix, progress)
     # Begun at zero: the first step is a whole V-cycle and has the coarse shape right at once.
     x = np.zeros(len(right), np.complex128)
     residual = right.astype(np.complex128)

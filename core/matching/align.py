@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.blas import one_blas_thread
 from ..base.errors import MatchError
 from ..base.progress import Progress
 from .closest_points import Fit, polished, refined
@@ -58,6 +59,7 @@ class Alignment:
     pairs: np.ndarray
 
 
+@one_blas_thread()
 def align(
     one: Shape, other: Shape, progress: Progress | None = None, *, scaled: bool = False
 ) -> Alignment:

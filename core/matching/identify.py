@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..base.blas import one_blas_thread
 from ..base.errors import MatchError
 from ..base.progress import Progress
 from .align import Alignment, align
 from .shape import Shape
 
 
+@one_blas_thread()
 def identify(
     shape: Shape, others: Sequence[Shape], progress: Progress | None = None, *, scaled: bool = True
 ) -> list[Alignment | None]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.blas import one_blas_thread
 from ..base.errors import MatchError
 from ..base.progress import Progress
 from ..fields.transport import tangents
@@ -46,6 +47,7 @@ class RotationSymmetry(Symmetry):
     axis_error: float
 
 
+@one_blas_thread()
 def find_rotation(shape: Shape, progress: Progress | None = None) -> RotationSymmetry:
     """The rotation symmetry of highest order, among equals that of the least error.
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from ..base.parallel import run, threads
+from ..base.parallel import run
 from ..base.progress import Progress
 from .rings import adjacency
 from .surface import BLOCK, Surface
+
+# Parts of a large surface that threads sum on their own, few since each has sums of all vertices.
+# As many whatever the machine has, and added in order: sums are the same everywhere, to the bit.
+PARTS = 4
 
 
 def vertex_normals(surface: Surface) -> np.ndarray:
@@ -20,8 +24,7 @@ def vertex_normals(surface: Surface) -> np.ndarray:
     """
     normal, area = surface.face_normal_area
     m, n = len(surface.triangles), len(surface.vertices)
-    # Few parts, since each has sums of its own for all vertices.
-    size = -(-m // threads()) if m > BLOCK else m
+    size = -(-m // PARTS) if m > BLOCK else m
     parts: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def part(first: int) -> None:
@@ -35,7 +38,8 @@ def vertex_normals(surface: Surface) -> np.ndarray:
 
     run(part, range(0, m, size), Progress())
     total, scale = parts.pop(0)
-    for more, weights in parts.values():
+    for first in sorted(parts):
+        more, weights = parts[first]
         total += more
         scale += weights
     return _unit_or_largest_face(surface, total, scale)

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from ..base.blas import one_blas_thread
 from ..base.progress import Progress
 from ..fields.face_index import face_field_singularities
 from ..matching.mirror import MirrorPlane, find_mirror_plane
@@ -77,6 +78,7 @@ class Guide(Groundwork):
     4
     """
 
+    @one_blas_thread()
     def guidance(
         self,
         settings: GuidanceSettings | None = None,
@@ -150,6 +152,7 @@ class Guide(Groundwork):
         timings = {"cross field": middle - begin, "poles": end - middle}
         return guidance_of(surface, self._counts, cross, poles, features, timings, warnings)
 
+    @one_blas_thread()
     def features(
         self,
         settings: GuidanceSettings | None = None,
@@ -168,6 +171,7 @@ class Guide(Groundwork):
         shortest = CREST_LENGTHS * smoothing_length(self.surface, usual)
         return find_features(self.surface, settings, sharp, ridges, shortest)
 
+    @one_blas_thread()
     def ridges(
         self, settings: GuidanceSettings | None = None, progress: Progress | None = None
     ) -> RidgeLines:
@@ -179,15 +183,16 @@ class Guide(Groundwork):
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         crests_only = settings.ridge_kinds == "crests"
         slopes = self.slopes(progress.part("Measuring ridges", 0.0, 0.9), crests_only)
-        progress.part("Joining ridges", 0.9, 1.0)
         found = find_ridges(
             self.surface,
             slopes,
             crests_only=crests_only,
             least_bend=settings.least_bend,
+            progress=progress.part("Joining ridges", 0.9, 1.0),
         )
         return ridge_lines(self.surface, slopes, found.chains, self.detection.umbilics)
 
+    @one_blas_thread()
     def singular_vertices(self, guidance: Guidance) -> tuple[np.ndarray, np.ndarray]:
         """Input vertices (s,) where the field of the faces is singular, and 4 times its index."""
         planes = self.planes(Progress())
@@ -195,6 +200,7 @@ class Guide(Groundwork):
         vertex, quarters = face_field_singularities(self.surface, planes, direction)
         return self.surface.source_vertex[vertex], quarters
 
+    @one_blas_thread()
     def symmetry(self, progress: Progress | None = None) -> MirrorPlane:
         """The mirror plane of the surface.
 
@@ -212,6 +218,7 @@ class Guide(Groundwork):
             progress or Progress(),
         )
 
+    @one_blas_thread()
     def lines(
         self, settings: GuidanceSettings | None = None, progress: Progress | None = None
     ) -> Lines:
@@ -230,6 +237,7 @@ class Guide(Groundwork):
         part = progress.part("Tracing lines", 0.2, 1.0)
         return evenly_spaced_lines(self.surface, planes, settings, obstacle, part)
 
+    @one_blas_thread()
     def separatrices(
         self,
         settings: GuidanceSettings | None = None,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.blas import one_blas_thread
 from ..base.errors import InvalidMeshError
 from ..base.progress import Progress
 from ..fields.planes import FaceFrames, in_plane
@@ -95,6 +96,7 @@ class TopologyCheck:
         return float(self.distance.max(initial=0.0)) / self.edge if self.edge > 0.0 else 0.0
 
 
+@one_blas_thread()
 def check_topology(
     vertices: np.ndarray,
     corners: np.ndarray,
@@ -182,6 +184,7 @@ def check_topology(
     )
 
 
+@one_blas_thread()
 def check_quads(
     mesh: QuadMesh, guide: Guide, poles: Poles, progress: Progress | None = None
 ) -> TopologyCheck:

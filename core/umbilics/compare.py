@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.blas import one_blas_thread
 from ..base.errors import ChartError
 from ..base.progress import Progress
 from ..base.settings import Settings
@@ -63,6 +64,7 @@ class MethodResult:
     error: float = float("nan")
 
 
+@one_blas_thread()
 def compare(
     vertices: np.ndarray,
     triangles: np.ndarray,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..base.blas import one_blas_thread
 from ..base.options import AUTO
 from ..base.progress import Progress
 from ..base.settings import Settings
@@ -41,6 +42,7 @@ from .shown_curves import without_shown
 USUAL_OPENING = 2
 
 
+@one_blas_thread()
 def detect(
     vertices: np.ndarray,
     triangles: np.ndarray,

@@ -149,6 +149,7 @@ def refine(
             so_many, degree = map(int, window)
             around = neighbourhood.around_triangles(corners, so_many, 1 << 15, ask)
             for some, members in around:
+                ask.ask()
                 own = same[some]
                 _refine_block(surface, normals, own, members, degree, focused, factor, walk, places)
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.buffers import Workspace
-from ...base.parallel import run, threads
+from ...base.parallel import run
 from ...base.progress import Progress
 from ...fields.frames import frame, principal_directions
 from ...mesh.neighbourhoods import Neighbourhood
@@ -24,9 +24,10 @@ from .height_fit import HeightFit, solve_heights, sum_count, sum_samples
 from .monge import operator_of_heights
 
 DEGREE = 3
-# Vertices whose fits are solved together: their systems take 14 MB in each thread. Of few each
-# thread takes a part, but not fewer than that.
-CHUNK, FEWEST = 16384, 64
+# Vertices whose fits are solved together: their systems take 14 MB in each thread. Fewer are dealt
+# out in so many parts, of not fewer than that; round-off depends on the parts, and so they depend
+# on the surface alone, not on the machine.
+CHUNK, PARTS, FEWEST = 16384, 4, 64
 # Rings that are added, one at a time, where the samples leave a cubic undetermined.
 RETRIES = 2
 # Samples that are summed together. Smaller blocks would stay in the second cache, but in short
@@ -149,7 +150,7 @@ def fit_each(
         determined[slots[order]] = fits.determined
         store(fits, radius, axes, slots[order])
 
-    size = CHUNK if c > CHUNK else max(-(-c // threads()), FEWEST)
+    size = CHUNK if c > CHUNK else max(-(-c // PARTS), FEWEST)
 
     def chunk(first: int) -> None:
         fit(np.arange(first, min(first + size, c)), neighbourhood)

@@ -22,7 +22,7 @@ from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...fields.connection import connection_laplacian, weights_and_areas
 from ...fields.directions import DirectionField
-from ...fields.multigrid import solve
+from ...fields.multigrid import Multigrid, solve
 from ...fields.transport import tangents
 from ...mesh.normals import vertex_normals
 from ...mesh.surface import Surface
@@ -197,7 +197,9 @@ class _Problem:
         diagonal = (weight + 1e-12 * pull).astype(complex)
         system = (self.matrix + sparse.diags_array(diagonal)).tocsr()
         u = solve(system, right, progress.part("Solving", 0.0, 0.8))
-        u = _smoothest(surface, system, u, self.confidence, self.area, feature)
+        u = _smoothest(
+            surface, system, u, self.confidence, self.area, feature, progress.quiet()
+        )
         e1, e2 = self.axis.real.T, self.axis.imag.T
         edge = smoothing_lengths(surface, self.area, QUAD_EDGE)
         apart = float(np.median(np.minimum(length, edge)))
@@ -243,6 +245,7 @@ def _smoothest(
     confidence: np.ndarray,
     area: np.ndarray,
     feature: np.ndarray,
+    progress: Progress,
 ) -> np.ndarray:
     """u, made the smoothest field on components that have no direction of their own."""
     mean = per_component(surface, confidence * area) / per_component(surface, area)
@@ -254,8 +257,9 @@ def _smoothest(
     part = system[rows][:, rows].tocsr()
     value = u[rows]
     component = surface.component[rows]
+    precondition = Multigrid(part, progress)
     for _ in range(INVERSE_STEPS):
-        value = solve(part, area[rows] * value, Progress())
+        value = solve(part, area[rows] * value, progress, precondition=precondition)
         size = np.sqrt(np.bincount(component, weights=area[rows] * np.abs(value) ** 2))
         value /= np.maximum(size, np.finfo(float).tiny)[component]
     u = u.copy()

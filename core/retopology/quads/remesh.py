@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...base.blas import one_blas_thread
 from ...base.errors import RemeshError
 from ...base.progress import Progress
 from ...mesh.surface import Surface
@@ -38,6 +39,7 @@ from .settings import RemeshSettings
 CROWDED = 2.0
 
 
+@one_blas_thread()
 def remesh(
     vertices: np.ndarray,
     triangles: np.ndarray,
@@ -137,6 +139,7 @@ def remesh(
     return replace(made, warnings=(*made.warnings, *said))
 
 
+@one_blas_thread()
 def quad_layout(
     vertices: np.ndarray,
     triangles: np.ndarray,

@@ -108,7 +108,12 @@ def measure_slopes(
 
 
 def find_ridges(
-    surface: Surface, slopes: Slopes, *, crests_only: bool = True, least_bend: float = 0.0
+    surface: Surface,
+    slopes: Slopes,
+    *,
+    crests_only: bool = True,
+    least_bend: float = 0.0,
+    progress: Progress | None = None,
 ) -> Ridges:
     """The ridges of both families that stand out of the noise.
 
@@ -119,12 +124,13 @@ def find_ridges(
     least_bend:
         Degrees that the normal turns across each somewhere; half of that along all of it.
     """
+    progress = progress or Progress()
     signs = edge_signs(surface, slopes)
-    wanted = crests_only, least_bend
-    parts = [
-        _family_chains(surface, slopes, crossings(surface, slopes, signs, family), family, *wanted)
-        for family in (FIRST, SECOND)
-    ]
+    parts = []
+    for family in progress.track((FIRST, SECOND), 2):
+        found = crossings(surface, slopes, signs, family)
+        progress.ask()
+        parts.append(_family_chains(surface, slopes, found, family, crests_only, least_bend))
     return Ridges(_joined(parts), slopes)
 
 

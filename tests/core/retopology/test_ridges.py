@@ -296,6 +296,13 @@ def test_meshes_too_small_for_a_fit_have_no_ridges():
     assert len(core.Guide(points * AXES, triangles, detection).ridges()) == 0
 
 
+def test_joining_asks_for_each_family_whether_to_stop():
+    guide, asked = guided(ellipsoid(subdivisions=4)), []
+    progress = Progress(cancelled=lambda: asked.append(1))
+    find_ridges(guide.surface, guide.slopes(Progress()), progress=progress)
+    assert len(asked) >= 4
+
+
 def test_cancelling_stops_the_measuring():
     mesh = ellipsoid(subdivisions=4)
     with pytest.raises(core.CancelledError):

@@ -57,10 +57,12 @@ def planned_field(
     avoided: np.ndarray,
     strokes: Strokes | None,
     wanted: WantedPoles | None,
-    most: float = np.inf,
+    most: float,
+    progress: Progress,
 ) -> PlannedField | None:
     """The field of a plan, see `Wishes` for the arguments; None where it has more than `most`
-    poles."""
+    poles. How long it takes nobody knows; it asks `progress` whether to stop."""
+    ask = progress.quiet()
     # Its own input, so that rows are its own.
     surface = replace(
         working.surface, source_triangle=np.arange(len(working.surface.triangles), dtype=np.int32)
@@ -73,13 +75,13 @@ def planned_field(
         surface,
         working.field,
         GuidanceSettings(smoothness=smoothness),
-        Progress(),
+        ask,
         undirected=undirected,
         features=features,
         # Parts have been divided to about the size of the quads.
         on_outlines=False,
     )
-    planes: FaceFrames = lay_out(surface, working.field.lines, Progress())
+    planes: FaceFrames = lay_out(surface, working.field.lines, ask)
     if wanted is not None:
         poles = planned_by_hand(surface, [], wanted)
     else:
@@ -87,7 +89,7 @@ def planned_field(
         if len(poles.triangle) > most:
             return None
     cross = with_poles(
-        surface, planes, cross, features, poles.triangle, 4 - poles.valence, Progress(), exact=False
+        surface, planes, cross, features, poles.triangle, 4 - poles.valence, ask, exact=False
     )
     pulled = np.zeros(len(surface.vertices))
     not_held: tuple[str, ...] = ()

@@ -179,6 +179,7 @@ def _on_fine(
 ) -> tuple[np.ndarray, Guides]:
     """Positions (n, 3) on the surface that the mapped one was coarsened from."""
     surface = ClosestPoints(fine.vertices, fine.triangles, fine.twin)
+    progress.ask()
     guides = replace(guides, surface=surface)
     free = ~guides.fixed & (guides.curve < 0)
     position = position.copy()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ....base.parallel import run
+from ....base.progress import Progress
 from ....base.unit import unit
 
 # Triangles are sampled about as densely as the median one, with so many rows at most.
@@ -14,7 +16,8 @@ CANDIDATES, ROUNDS = 6, 4
 # Samples looked at where the nearest ones may all be those of another sheet, and at most: more may
 # be the closest only to points far off.
 MANY, MOST_CANDIDATES = 64, 768
-BLOCK = 1 << 13
+# Points that a thread takes at a time, and samples of all its points where each has many.
+BLOCK, AT_ONCE = 1 << 11, 1 << 13
 
 
 class ClosestPoints:
@@ -47,12 +50,15 @@ class ClosestPoints:
         """
         triangle = np.empty(len(points), np.int64)
         closest = np.empty((len(points), 3))
-        for first in range(0, len(points), BLOCK):
+
+        def block(first: int) -> None:
             rows = slice(first, first + BLOCK)
             facing = None if normals is None else normals[rows]
             triangle[rows], closest[rows], square = self._block(points[rows], facing)
             if facing is None:
                 self._exactly(points[rows], triangle[rows], closest[rows], square)
+
+        run(block, range(0, len(points), BLOCK), Progress())
         return triangle, closest
 
     def below(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -67,8 +73,8 @@ class ClosestPoints:
         """(p,) bool whether any triangle within `reach` (p,) of a point faces its normal (p, 3)."""
         found = np.zeros(len(points), bool)
         count = min(MANY, self._tree.n)
-        for first in range(0, len(points), BLOCK // MANY):
-            rows = slice(first, first + BLOCK // MANY)
+        for first in range(0, len(points), AT_ONCE // MANY):
+            rows = slice(first, first + AT_ONCE // MANY)
             _, near = self._tree.query(points[rows], k=count)
             triangles = self._owner[near.reshape(-1, count)]
             square = _closest(points[rows, None], self._plane.take(triangles, axis=0))[2]
@@ -85,7 +91,7 @@ class ClosestPoints:
         while len(rows) and count <= MOST_CANDIDATES:
             count = min(count, self._tree.n)
             left = []
-            for mine in np.array_split(rows, len(rows) * count // (MANY * BLOCK // 4) + 1):
+            for mine in np.array_split(rows, len(rows) * count // (MANY * AT_ONCE // 4) + 1):
                 away, near = self._tree.query(points[mine], k=count)
                 near = self._owner[near.reshape(-1, count)]
                 found, there, distance = self._best(points[mine], None, near)

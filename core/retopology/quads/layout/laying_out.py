@@ -138,6 +138,7 @@ def _crossed(
             wishes.strokes,
             wishes.wanted,
             most,
+            progress,
         )
         if planned is None:
             return None

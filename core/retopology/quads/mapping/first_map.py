@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from ....base.progress import Progress
 from ..field.crosses import Crosses
 from .elimination import least_step
 from .seamless_map import SeamlessProblem, determinant
@@ -18,7 +19,7 @@ FLIPPED = 1e-3
 MOST_RESIDUAL = 5.0
 
 
-def first_map(problem: SeamlessProblem) -> np.ndarray:
+def first_map(problem: SeamlessProblem, progress: Progress) -> np.ndarray:
     """(unknowns,) the least-squares map, its triangles weighed anew while many are flipped."""
     weight = problem.weight
     x = least_squares(problem, weight)
@@ -26,6 +27,7 @@ def first_map(problem: SeamlessProblem) -> np.ndarray:
     best, least = x, np.count_nonzero(flips)
     around = _around(problem.crosses)
     for _ in range(REWEIGHINGS):
+        progress.ask()
         if least <= FEW_FLIPS * len(weight):
             break
         off = problem.jacobian(x) - np.array([1.0, 0.0, 0.0, 1.0])

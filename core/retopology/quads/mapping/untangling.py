@@ -53,12 +53,12 @@ def injective_map(problem: SeamlessProblem, progress: Progress) -> tuple[np.ndar
         which the map makes the wrong number of turns; none where the map is injective around
         every point.
     """
-    x = first_map(problem)
+    x = first_map(problem, progress)
     progress.step(0.4)
     flipped = _flipped(problem, x, 0.0)
     if np.count_nonzero(flipped) > HOPELESS * len(flipped):
         return x, flipped
-    x = _stiffened(problem, x)
+    x = _stiffened(problem, x, progress)
     progress.step(0.6)
     rings, least, idle = FIRST_RINGS, len(problem.weight), 0
     while rings <= MOST_RINGS and idle < PATIENCE:
@@ -93,13 +93,14 @@ def _region(
     return problem.basis(np.flatnonzero(moves)), triangles
 
 
-def _stiffened(problem: SeamlessProblem, x: np.ndarray) -> np.ndarray:
+def _stiffened(problem: SeamlessProblem, x: np.ndarray, progress: Progress) -> np.ndarray:
     """Folded fans of poles, and fans with wrong turns, pulled nearer to their directions."""
     crosses = problem.crosses
     boost = np.ones(len(crosses.triangles))
     target = problem.target.copy()
     best, least = x, (np.inf, np.inf)
     for attempt in range(STIFFENINGS + 1):
+        progress.ask()
         flipped, wound = _flipped(problem, x), problem.wound_wrongly(x)
         # Flips can be undone later, wrong turns hardly; targets that contradict make more of both.
         found = float(len(wound)), float(np.count_nonzero(flipped))

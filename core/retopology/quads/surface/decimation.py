@@ -142,7 +142,7 @@ class _Coarsening:
         refused = self._dented(stars, aim)
         refused[stars.whose[_spoiled(self._place, stars, aim) & ~stars.dead]] = True
         refused |= ~self._linked(stars)
-        refused |= _repeated(stars, refused, len(self._vertex))
+        refused |= _repeated(stars, refused, self._on_border)
         going = ~refused[stars.whose]
         self.triangles.reshape(-1)[stars.corner[going]] = stars.kept[stars.whose[going]]
         alive = np.ones(len(self.triangles), bool)
@@ -249,8 +249,9 @@ class _Coarsening:
         return np.asarray(both.sum(axis=1)).ravel() == np.where(self._on_border[stars.gone], 1, 2)
 
 
-def _repeated(stars: _Stars, refused: np.ndarray, n: int) -> np.ndarray:
+def _repeated(stars: _Stars, refused: np.ndarray, on_border: np.ndarray) -> np.ndarray:
     """(k,) bool vertices whose going makes an edge that another's makes as well."""
+    n = len(on_border)
     dead, kept = stars.dead, stars.kept[stars.whose]
     # Where the fan of new triangles begins lies an edge that was there before.
     begin = np.full(len(stars.gone), -1)
@@ -258,10 +259,13 @@ def _repeated(stars: _Stars, refused: np.ndarray, n: int) -> np.ndarray:
     begin[stars.whose[starting]] = stars.two[starting]
     rows = np.flatnonzero(~dead & (stars.one != begin[stars.whose]) & ~refused[stars.whose])
     one, two = stars.one[rows], kept[rows]
-    # Where the fan of a vertex on a border ends lies another new one.
-    last = np.flatnonzero(~np.isin(
-        stars.whose * np.int64(n) + stars.two, stars.whose * np.int64(n) + stars.one
-    ) & ~dead & ~refused[stars.whose])
+    # Where the fan of a vertex on a border ends lies another new one; other fans end where they
+    # begin.
+    open_ = np.flatnonzero(on_border[stars.gone][stars.whose])
+    fan = stars.whose[open_] * np.int64(n)
+    ending = ~np.isin(fan + stars.two[open_], fan + stars.one[open_])
+    ending &= ~dead[open_] & ~refused[stars.whose[open_]]
+    last = open_[ending]
     rows = np.concatenate([rows, last])
     one, two = np.concatenate([one, stars.two[last]]), np.concatenate([two, kept[last]])
     key = np.minimum(one, two).astype(np.int64) * n + np.maximum(one, two)

@@ -11,7 +11,7 @@ from surfaces import cylinder, ellipsoid, icosphere, noisy, plane, quartic, sphe
 import core
 from core.base.progress import Progress
 from core.fields.face_index import face_field_singularities
-from core.fields.multigrid import solve, solve_diagonal
+from core.fields.multigrid import SMALLEST, Multigrid, solve, solve_diagonal
 from core.fields.planes import lay_out
 from core.mesh.creases import is_convex
 from core.mesh.mending.repair import clean
@@ -219,3 +219,15 @@ def test_the_diagonal_alone_solves_where_it_weighs_enough(kind, most):
     found = solve_diagonal(matrix, matrix @ exact, Progress(), 1e-4, most)
     assert found.dtype == kind
     assert np.linalg.norm(found - exact) < 2e-3 * np.linalg.norm(exact)
+
+
+def test_levels_are_not_made_when_the_user_wants_to_stop():
+    count = 2 * SMALLEST
+    chain = sparse.diags_array([-np.ones(count - 1), np.full(count, 2.1)], offsets=[-1, 0])
+    matrix = (chain + sparse.triu(chain.T, 1)).tocsr().astype(complex)
+    with pytest.raises(core.CancelledError):
+        Multigrid(matrix, Progress(cancelled=lambda: True))
+    asked = []
+    Multigrid(matrix, Progress(cancelled=lambda: asked.append(1)))
+    # One level and the factors of the coarsest.
+    assert len(asked) == 2

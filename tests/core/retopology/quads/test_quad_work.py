@@ -1,5 +1,6 @@
 """Short cuts on the way to quads change nothing, and the work is bounded by what is asked for."""
 
+from collections import Counter
 from dataclasses import replace
 
 import hypothesis
@@ -11,8 +12,13 @@ from surfaces import ellipsoid, sphere, torus
 
 import core
 from core.base.factors import definite_factors
+from core.fields.multigrid import Multigrid
 from core.mesh.mending.repair import clean
+from core.retopology.crosses import cross_field
 from core.retopology.quads.field.crosses import crosses
+from core.retopology.quads.finishing import projection
+from core.retopology.quads.layout import laying_out
+from core.retopology.quads.mapping import untangling
 from core.retopology.quads.mapping.elimination import free_basis
 from core.retopology.quads.mapping.seamless_map import pose
 from core.retopology.quads.surface import working_surface as working
@@ -144,3 +150,55 @@ def test_coarse_and_fine_inputs_get_the_same_poles():
         off = ((made.vertices / [3.0, 2.0, 1.0]) ** 2).sum(axis=1) - 1.0
         assert np.abs(off).max() < 0.02
     assert found[0] == found[1] == [3] * 8
+
+
+@pytest.mark.slow
+def test_every_long_step_asks_whether_to_stop(monkeypatch):
+    """Fields without a direction of their own, too, whose matrix gets its levels once."""
+    steps = (
+        (laying_out, "planned_field"),
+        (cross_field, "_smoothest"),
+        (untangling, "first_map"),
+        (untangling, "_stiffened"),
+    )
+    inside, asked, levels = [], Counter(), Counter()
+
+    def watched(module, name):
+        plain = getattr(module, name)
+
+        def step(*arguments, **named):
+            inside.append(name)
+            try:
+                return plain(*arguments, **named)
+            finally:
+                inside.pop()
+
+        monkeypatch.setattr(module, name, step)
+
+    for module, name in steps:
+        watched(module, name)
+    made = Multigrid.__init__
+
+    def counted(self, matrix, progress):
+        levels.update(inside)
+        made(self, matrix, progress)
+
+    monkeypatch.setattr(Multigrid, "__init__", counted)
+    mesh = sphere(subdivisions=4)
+    progress = core.Progress(cancelled=lambda: asked.update(inside))
+    core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300), progress)
+    assert set(asked) == {name for _, name in steps}
+    assert levels["_smoothest"] == 1
+
+
+@pytest.mark.parametrize("facing", [True, False])
+def test_points_that_threads_look_up_are_those_looked_up_at_once(monkeypatch, facing):
+    mesh = ellipsoid(subdivisions=3)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    closest = projection.ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+    points = np.random.default_rng(0).normal(scale=0.4, size=(500, 3))
+    normals = points if facing else None
+    at_once = closest(points, normals)
+    monkeypatch.setattr(projection, "BLOCK", 37)
+    for one, other in zip(closest(points, normals), at_once, strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -1,0 +1,74 @@
+"""One thread for the linear algebra, and as many as before afterwards."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from core.base import blas
+
+pytestmark = pytest.mark.skipif(
+    not blas.libraries(), reason="NumPy and SciPy stand on something else than OpenBLAS here"
+)
+
+
+def counts() -> list[int]:
+    return [get() for get, _ in blas.libraries()]
+
+
+@pytest.fixture
+def several():
+    """Three threads, as on a machine that has them."""
+    before = [(set_, get()) for get, set_ in blas.libraries()]
+    for set_, _ in before:
+        set_(3)
+    yield
+    for set_, count in before:
+        set_(count)
+
+
+def test_one_thread_within_and_as_many_as_before_after(several):
+    @blas.one_blas_thread()
+    def work():
+        """Words."""
+        with blas.one_blas_thread():
+            assert set(counts()) == {1}
+        assert set(counts()) == {1}
+        raise ValueError
+
+    for _ in range(2):
+        with pytest.raises(ValueError):
+            work()
+        assert set(counts()) == {3}
+    assert work.__doc__ == "Words."
+
+
+def test_the_last_to_leave_sets_back(several):
+    inside, leave = threading.Event(), threading.Event()
+
+    def work():
+        with blas.one_blas_thread():
+            inside.set()
+            leave.wait(10.0)
+
+    other = threading.Thread(target=work)
+    with blas.one_blas_thread():
+        other.start()
+        assert inside.wait(10.0)
+    assert set(counts()) == {1}
+    leave.set()
+    other.join()
+    assert set(counts()) == {3}
+
+
+def test_sums_do_not_hang_on_the_number_of_threads(several):
+    # Long enough to be divided: with one, two and four threads three different sums come of it.
+    one, other = np.random.default_rng(0).normal(size=(2, 100_001))
+    values = one + 1j * other
+    found = set()
+    for count in (1, 2, 4):
+        for _, set_ in blas.libraries():
+            set_(count)
+        with blas.one_blas_thread():
+            found.add(np.vdot(values, values).tobytes())
+    assert len(found) == 1
