@@ -20,7 +20,7 @@ from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..crosses.smoothing import NOISE_RATIO, WEAK_GAP
-from .agreement import with_index
+from .agreement import Agreement, with_index
 from .filled import filled_in
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
@@ -31,6 +31,8 @@ STIFF = 10.0
 # first. Between ellipsoids of heavy noise (one in 7 to 10), on which directions then err half as
 # much, and Suzanne (one in 13), whose plan is met exactly without.
 ZONE = 12
+# Rounds of leading singularities to their umbilics, without those that would not go before.
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -108,9 +110,64 @@ def simplify_field(
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
     part = progress.part("Simplifying the field", 0.6, 1.0)
-    found = with_index(surface, lines, wanted, priority, stiffness, part, winding=winding)
+    found = with_index(surface, lines, wanted, priority, stiffness, part.part("", 0.0, 0.9), winding=winding)
+    stayed = found.stayed
+    place, _ = places_on_surface(surface, candidates.triangle, candidates.barycentric)
+    at = np.flatnonzero(kept & (found.index[single] == index[single]))
+    found = _led(surface, found, single[at], place[candidate[at]], inside, certainty, part)
     changed = replace(field, d1=found.field.direction, d2=found.field.across)
-    return SimplifiedField(changed, found.index, found.stayed)
+    return SimplifiedField(changed, found.index, stayed)
+
+
+def _led(
+    surface: Surface,
+    found: Agreement,
+    source: np.ndarray,
+    target: np.ndarray,
+    inside: np.ndarray,
+    certainty: np.ndarray,
+    progress: Progress,
+) -> Agreement:
+    """The field with its singularities in the triangles where the umbilics lie.
+
+    The directions at the vertices turn around another triangle than the one in which closer fits
+    have the umbilic. A singularity that cannot be led there stays where it was.
+
+    Parameters
+    ----------
+    source, target:
+        (s,) the triangles of a singularity and of its umbilic, -1 for none.
+    inside:
+        (m,) bool triangles of regions, into which none is led.
+    """
+    index = found.index
+    going = (target >= 0) & (target != source)
+    going[going] = ~inside[target[going]]
+    for _ in range(ROUNDS):
+        # A triangle holds one half at most.
+        while going.any():
+            wanted = index.copy()
+            np.subtract.at(wanted, source[going], index[source[going]])
+            np.add.at(wanted, target[going], index[source[going]])
+            count = np.bincount(target[going], minlength=len(index))
+            full = (count > 1) | ((count == 1) & (np.abs(wanted) != 0.5))
+            crowded = going.copy()
+            crowded[going] = full[target[going]]
+            if not crowded.any():
+                break
+            going &= ~crowded
+        if not going.any():
+            return found
+        led = with_index(
+            surface, found.field, wanted, np.zeros(len(index)), certainty, progress.quiet()
+        )
+        if not len(led.stayed):
+            return led
+        astray = np.isin(target, led.stayed) | np.isin(source, led.stayed)
+        if not (going & astray).any():
+            return found
+        going &= ~astray
+    return found
 
 
 def in_doubt(
