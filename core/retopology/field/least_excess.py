@@ -20,8 +20,8 @@ WANTED = 0.95
 # What a turn costs where it is larger than that, in what the largest of the others costs: one is
 # enough for none to be larger that need not be.
 DEAR = 2.0
-# Edges of a piece beyond which it is not looked at, and of pieces that are looked at at once: what a
-# program takes grows with their square, and from a few hundred on no longer with the calls.
+# Edges of a piece beyond which it is not looked at, and of pieces that are looked at at once: what
+# a program takes grows with their square, and from a few hundred on no longer with the calls.
 MOST, TOGETHER = 6_000, 600
 
 

@@ -1,7 +1,8 @@
 """The principal directions without the umbilics that were dropped.
 
 Pairs that noise made, or that the user left out, still swirl in the directions at the vertices.
-Here they leave: the field's certified singularities are then the kept umbilics and the regions.
+Here they leave: the field's certified singularities are then the kept umbilics, in the triangles
+where these lie, and the regions.
 """
 
 from __future__ import annotations
@@ -109,14 +110,14 @@ def simplify_field(
         # What is left then turns as readily as an edge.
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
-    part = progress.part("Simplifying the field", 0.6, 1.0)
-    found = with_index(surface, lines, wanted, priority, stiffness, part.part("", 0.0, 0.9), winding=winding)
-    stayed = found.stayed
+    part = progress.part("Simplifying the field", 0.6, 0.9)
+    found = with_index(surface, lines, wanted, priority, stiffness, part, winding=winding)
     place, _ = places_on_surface(surface, candidates.triangle, candidates.barycentric)
     at = np.flatnonzero(kept & (found.index[single] == index[single]))
-    found = _led(surface, found, single[at], place[candidate[at]], inside, certainty, part)
-    changed = replace(field, d1=found.field.direction, d2=found.field.across)
-    return SimplifiedField(changed, found.index, stayed)
+    part = progress.part("Simplifying the field", 0.9, 1.0)
+    led = _led(surface, found, single[at], place[candidate[at]], inside, certainty, part)
+    changed = replace(field, d1=led.field.direction, d2=led.field.across)
+    return SimplifiedField(changed, led.index, found.stayed)
 
 
 def _led(
@@ -130,8 +131,8 @@ def _led(
 ) -> Agreement:
     """The field with its singularities in the triangles where the umbilics lie.
 
-    The directions at the vertices turn around another triangle than the one in which closer fits
-    have the umbilic. A singularity that cannot be led there stays where it was.
+    The directions at the vertices may turn around another triangle than the one in which closer
+    fits have the umbilic. A singularity that cannot be led there stays where it was.
 
     Parameters
     ----------
@@ -144,28 +145,26 @@ def _led(
     going = (target >= 0) & (target != source)
     going[going] = ~inside[target[going]]
     for _ in range(ROUNDS):
-        # A triangle holds one half at most.
+        wanted = index.copy()
         while going.any():
             wanted = index.copy()
             np.subtract.at(wanted, source[going], index[source[going]])
             np.add.at(wanted, target[going], index[source[going]])
+            # A triangle holds one half at most.
             count = np.bincount(target[going], minlength=len(index))
-            full = (count > 1) | ((count == 1) & (np.abs(wanted) != 0.5))
-            crowded = going.copy()
-            crowded[going] = full[target[going]]
-            if not crowded.any():
+            full = (count > 1) | ((count > 0) & (np.abs(wanted) != 0.5))
+            if not full.any():
                 break
-            going &= ~crowded
+            going[going] = ~full[target[going]]
         if not going.any():
-            return found
-        led = with_index(
-            surface, found.field, wanted, np.zeros(len(index)), certainty, progress.quiet()
-        )
+            break
+        free = np.zeros(len(index))
+        led = with_index(surface, found.field, wanted, free, certainty, progress.quiet())
         if not len(led.stayed):
             return led
         astray = np.isin(target, led.stayed) | np.isin(source, led.stayed)
         if not (going & astray).any():
-            return found
+            break
         going &= ~astray
     return found
 

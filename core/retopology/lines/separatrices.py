@@ -39,9 +39,9 @@ BESIDE = 0.5
 # Separatrices that run beside each other nearer than this many spacings, over so many times that,
 # go on as one; or nearer than two edges, over four, where these are longer.
 BUNDLED, RUN = 0.25, 4.0
-# Cosine of the angle (30 degrees) up to which the last chord of a separatrix turns to its umbilic; one
-# that would turn more leaves the line earlier, up to twice the reach before.
-STRAIGHT_IN = 0.866
+# Cosine of the angle (30 degrees) up to which the last chord of a separatrix turns to its umbilic;
+# where it would turn more it begins earlier, up to so many of those reaches before.
+STRAIGHT_IN, BEFORE = 0.866, 2.0
 # Points are left out as long as this many edges lie between two.
 DETAIL = 1.0
 # What a separatrix may end at, by number. "itself": it came back beside itself and was cut there.
@@ -274,7 +274,7 @@ def _straight_in(
     points = points_of(surface, planes, triangle, traces.z[rows])
     normal = surface.face_normal_area[0][triangle]
     end = (umbilics.position - surface.origin) / surface.unit
-    reach = 2.0 * _reach(surface, umbilics, surface.mean_sides(inner))
+    reach = BEFORE * _reach(surface, umbilics, surface.mean_sides(inner))
     first = np.searchsorted(line, np.arange(len(target) + 1))
     kept = np.ones(len(rows), bool)
     for number in np.flatnonzero(target >= 0):

@@ -81,7 +81,7 @@ def placed_slopes(
     placing = replace(fitting.wider(FARTHER), degree=PLACING, focus=None)
     found = fit_slopes(surface, axes, placing, progress, rows)
     shared = shared_errors(surface, axes, PLACING, placing.neighbourhood.rings)
-    e = slopes.e.copy()
+    e, shown = slopes.e.copy(), slopes.shown.copy()
     ridge = np.repeat(np.arange(len(chains)), np.diff(chains.start))
     for family in range(2):
         points = np.flatnonzero(chains.family[ridge] == family)
@@ -100,8 +100,9 @@ def placed_slopes(
         beside = np.intersect1d(rows, ring_around(surface, corners, BESIDE), assume_unique=True)
         _, nearest = cKDTree(chains.position[points]).query(surface.vertices[beside])
         along = np.einsum("bc,bc->b", slopes.d[family, beside], chains.d[points[nearest]])
+        shown[family, beside] = True
         e[family, beside] += np.where(along < 0.0, -lacking[nearest], lacking[nearest])
-    return replace(slopes, e=e)
+    return replace(slopes, e=e, shown=shown)
 
 
 def _at_points(
@@ -116,7 +117,8 @@ def _at_points(
     vertices `rows` that slopes are of; NaN beside one that is not determined."""
     corner = places_in(rows, len(surface.vertices))[surface.triangles[chains.triangle[points]]]
     known = (corner >= 0) & slopes.determined[corner]
-    weight = np.where(known | (chains.barycentric[points] == 0.0), chains.barycentric[points], np.nan)
+    weight = chains.barycentric[points]
+    weight = np.where(known | (weight == 0.0), weight, np.nan)
     along = np.einsum("qkc,qc->qk", slopes.d[family][corner], chains.d[points])
     e = np.where(along < 0.0, -slopes.e[family][corner], slopes.e[family][corner])
     return (weight * e).sum(axis=1), (weight * slopes.error[family][corner]).sum(axis=1)

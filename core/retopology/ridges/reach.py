@@ -93,7 +93,7 @@ def shared_errors(surface: Surface, axes: np.ndarray, degree: int, rings: int) -
     smaller = nested.slopes()
     nested.widen()
     change, expected = _change(smaller, nested.slopes())
-    return max(change / expected, 1.0) if 0.0 < expected and np.isfinite(change) else 1.0
+    return max(change / expected, 1.0) if expected > 0.0 and np.isfinite(change) else 1.0
 
 
 def _sample(surface: Surface) -> np.ndarray:

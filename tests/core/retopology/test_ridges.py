@@ -146,7 +146,8 @@ def test_a_crest_with_unlike_sides_is_where_its_curvature_is_largest(noise, off)
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_errors_that_neighbours_share_do_not_move_a_crest(noise):
     """Those of voxels make the two fits differ by more than independent ones would."""
-    form = ImplicitSurface("ellipsoid", lambda x, y, z: x * x * (1 / 9) + y * y * 0.25 + z * z - 1.0, 3.2)
+    value = lambda x, y, z: x * x * (1 / 9) + y * y * 0.25 + z * z - 1.0  # noqa: E731
+    form = ImplicitSurface("ellipsoid", value, 3.2)
     vertices, triangles = marching_tetrahedra(form, 44)
     edge = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).mean()
     vertices = vertices + noise * edge * np.random.default_rng(0).normal(size=vertices.shape)

@@ -16,10 +16,10 @@ from surfaces import (
     monkey_saddle,
     noisy,
     quartic,
-    random_field as random_surface,
     random_harmonics,
     sphere,
 )
+from surfaces import random_field as random_surface
 from surfaces.parts import divided, plate
 
 import core
