@@ -44,7 +44,9 @@ class SimplifiedField:
     ----------
     curvature:
         The shape operators at the vertices of the surface, with other directions where umbilics
-        left.
+        left and around those that the directions had in another triangle.
+    cleared:
+        The same with other directions only where umbilics left.
     index:
         (m,) float64 its certified index in each triangle.
     stayed:
@@ -53,6 +55,7 @@ class SimplifiedField:
     """
 
     curvature: CurvatureField
+    cleared: CurvatureField
     index: np.ndarray
     stayed: np.ndarray
 
@@ -84,7 +87,7 @@ def simplify_field(
     index = winding.index
     # Methods that pair nothing find other points than these.
     if len(candidates) and np.isnan(candidates.persistence).all():
-        return SimplifiedField(field, index, np.zeros(0, np.int64))
+        return SimplifiedField(field, field, index, np.zeros(0, np.int64))
     inside = np.zeros(len(index), bool)
     for rows in regions:
         inside[rows] = True
@@ -116,8 +119,10 @@ def simplify_field(
     at = np.flatnonzero(kept & (found.index[single] == index[single]))
     part = progress.part("Simplifying the field", 0.9, 1.0)
     led = _led(surface, found, single[at], place[candidate[at]], inside, certainty, part)
-    changed = replace(field, d1=led.field.direction, d2=led.field.across)
-    return SimplifiedField(changed, led.index, found.stayed)
+    changed, cleared = (
+        replace(field, d1=some.field.direction, d2=some.field.across) for some in (led, found)
+    )
+    return SimplifiedField(changed, cleared, led.index, found.stayed)
 
 
 def _led(
@@ -170,7 +175,7 @@ def _led(
 
 
 def in_doubt(
-    surface: Surface, measured: CurvatureField, simplified: CurvatureField
+    surface: Surface, measured: CurvatureField, cleared: CurvatureField
 ) -> CurvatureField:
     """The measured directions with the errors that simplifying them tells of.
 
@@ -182,7 +187,7 @@ def in_doubt(
     if not np.isfinite(noise).any():
         noise, _ = field_noise(surface, measured.k1, measured.k2, measured.d1, measured.normal)
     # Of the deviator: the chord between it before and after.
-    cosine = np.einsum("nc,nc->n", measured.d1, simplified.d1)
+    cosine = np.einsum("nc,nc->n", measured.d1, cleared.d1)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     return replace(measured, noise=np.hypot(noise, 2.0 * measured.gap * sine))
 

@@ -135,8 +135,9 @@ def _closed_cleanly(canvas: Canvas, drawn: Round) -> Round:
         over = points[late] - points[rows[0]]
         along = over @ ahead
         beside = np.linalg.norm(over - along[:, None] * ahead, axis=1)
-        # The chord that closes the line goes ahead rather than aside.
-        keep[late[along < 2.0 * beside]] = False
+        # The chord that closes the line goes ahead rather than aside; what comes before stays.
+        fitting = np.flatnonzero(along >= 2.0 * beside)
+        keep[late[fitting[-1] + 1 if len(fitting) else 0 :]] = False
         closed[line] = beside[np.abs(along).argmin()] < 0.25 * canvas.near
     return Round(
         drawn.line[keep],

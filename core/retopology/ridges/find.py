@@ -26,8 +26,8 @@ WEAK, CERTAIN = 5.0, 20.0
 # A chain must be longer than this many radii of the fits: shorter ones say the same thing once.
 # Two lose crests at the corners of a stretched quartic under noise, one leaves false ones on
 # marching cubes of a skewed ellipsoid; x^8 + y^8 + z^8 = 1 is the same with all three.
-# One that was found before its place was corrected may have come out so long: of a decimated quartic
-# under 5 % of noise one of four short crests was lost.
+# One that was found before its place was corrected may have come out shorter: of a decimated
+# quartic under 5 % of noise one of four short crests was lost.
 SHORTEST, SHOWN = 1.5, 1.0
 # Kinds, by number: elliptic means a maximum of the larger curvature or a minimum of the smaller.
 KINDS = ("crest", "maximal", "minimal", "hyperbolic maximal", "hyperbolic minimal")
