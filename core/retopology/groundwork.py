@@ -58,7 +58,7 @@ class Groundwork:
 
     def measured(self, progress: Progress) -> CurvatureField:
         """The measured directions, for the cross field, in doubt where umbilics were dropped."""
-        return in_doubt(self.surface, self._field, self.simplified(progress).cleared)
+        return in_doubt(self.surface, self._field, self.simplified(progress).curvature)
 
     @property
     def undirected(self) -> np.ndarray:

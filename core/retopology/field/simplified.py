@@ -1,8 +1,7 @@
 """The principal directions without the umbilics that were dropped.
 
 Pairs that noise made, or that the user left out, still swirl in the directions at the vertices.
-Here they leave: the field's certified singularities are then the kept umbilics, in the triangles
-where these lie, and the regions.
+Here they leave: the field's certified singularities are then the kept umbilics and the regions.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..crosses.smoothing import NOISE_RATIO, WEAK_GAP
-from .agreement import Agreement, with_index
+from .agreement import with_index
 from .filled import filled_in
 
 # Resistance to turning, in that of an edge, of directions that are sure and of those around a kept
@@ -32,8 +31,6 @@ STIFF = 10.0
 # first. Between ellipsoids of heavy noise (one in 7 to 10), on which directions then err half as
 # much, and Suzanne (one in 13), whose plan is met exactly without.
 ZONE = 12
-# Rounds of leading singularities to their umbilics, without those that would not go before.
-ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -44,9 +41,7 @@ class SimplifiedField:
     ----------
     curvature:
         The shape operators at the vertices of the surface, with other directions where umbilics
-        left and around those that the directions had in another triangle.
-    cleared:
-        The same with other directions only where umbilics left.
+        left.
     index:
         (m,) float64 its certified index in each triangle.
     stayed:
@@ -55,7 +50,6 @@ class SimplifiedField:
     """
 
     curvature: CurvatureField
-    cleared: CurvatureField
     index: np.ndarray
     stayed: np.ndarray
 
@@ -87,7 +81,7 @@ def simplify_field(
     index = winding.index
     # Methods that pair nothing find other points than these.
     if len(candidates) and np.isnan(candidates.persistence).all():
-        return SimplifiedField(field, field, index, np.zeros(0, np.int64))
+        return SimplifiedField(field, index, np.zeros(0, np.int64))
     inside = np.zeros(len(index), bool)
     for rows in regions:
         inside[rows] = True
@@ -113,69 +107,14 @@ def simplify_field(
         # What is left then turns as readily as an edge.
         stiffness = certainty.copy()
     stiffness[surface.triangles[single[kept]]] = STIFF
-    part = progress.part("Simplifying the field", 0.6, 0.9)
+    part = progress.part("Simplifying the field", 0.6, 1.0)
     found = with_index(surface, lines, wanted, priority, stiffness, part, winding=winding)
-    place, _ = places_on_surface(surface, candidates.triangle, candidates.barycentric)
-    at = np.flatnonzero(kept & (found.index[single] == index[single]))
-    part = progress.part("Simplifying the field", 0.9, 1.0)
-    led = _led(surface, found, single[at], place[candidate[at]], inside, certainty, part)
-    changed, cleared = (
-        replace(field, d1=some.field.direction, d2=some.field.across) for some in (led, found)
-    )
-    return SimplifiedField(changed, cleared, led.index, found.stayed)
-
-
-def _led(
-    surface: Surface,
-    found: Agreement,
-    source: np.ndarray,
-    target: np.ndarray,
-    inside: np.ndarray,
-    certainty: np.ndarray,
-    progress: Progress,
-) -> Agreement:
-    """The field with its singularities in the triangles where the umbilics lie.
-
-    The directions at the vertices may turn around another triangle than the one in which closer
-    fits have the umbilic. A singularity that cannot be led there stays where it was.
-
-    Parameters
-    ----------
-    source, target:
-        (s,) the triangles of a singularity and of its umbilic, -1 for none.
-    inside:
-        (m,) bool triangles of regions, into which none is led.
-    """
-    index = found.index
-    going = (target >= 0) & (target != source)
-    going[going] = ~inside[target[going]]
-    for _ in range(ROUNDS):
-        wanted = index.copy()
-        while going.any():
-            wanted = index.copy()
-            np.subtract.at(wanted, source[going], index[source[going]])
-            np.add.at(wanted, target[going], index[source[going]])
-            # A triangle holds one half at most.
-            count = np.bincount(target[going], minlength=len(index))
-            full = (count > 1) | ((count > 0) & (np.abs(wanted) != 0.5))
-            if not full.any():
-                break
-            going[going] = ~full[target[going]]
-        if not going.any():
-            break
-        free = np.zeros(len(index))
-        led = with_index(surface, found.field, wanted, free, certainty, progress.quiet())
-        if not len(led.stayed):
-            return led
-        astray = np.isin(target, led.stayed) | np.isin(source, led.stayed)
-        if not (going & astray).any():
-            break
-        going &= ~astray
-    return found
+    changed = replace(field, d1=found.field.direction, d2=found.field.across)
+    return SimplifiedField(changed, found.index, found.stayed)
 
 
 def in_doubt(
-    surface: Surface, measured: CurvatureField, cleared: CurvatureField
+    surface: Surface, measured: CurvatureField, simplified: CurvatureField
 ) -> CurvatureField:
     """The measured directions with the errors that simplifying them tells of.
 
@@ -187,7 +126,7 @@ def in_doubt(
     if not np.isfinite(noise).any():
         noise, _ = field_noise(surface, measured.k1, measured.k2, measured.d1, measured.normal)
     # Of the deviator: the chord between it before and after.
-    cosine = np.einsum("nc,nc->n", measured.d1, cleared.d1)
+    cosine = np.einsum("nc,nc->n", measured.d1, simplified.d1)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     return replace(measured, noise=np.hypot(noise, 2.0 * measured.gap * sine))
 
