@@ -40,7 +40,7 @@ EASY = 0.7
 SOFTER = 0.02
 # Rings around turns that are still too large within which they are made as small as can be.
 SURE_RINGS = (1, 2, 4, 8, 16, 32)
-# Stored entries of a system up to which it is solved exactly: 10,000 directions take .03 s so, three
+# Stored entries of a system up to which it is solved exactly: 10,000 directions take .03 s, three
 # times as long as by the diagonal; late rounds, whose weights lie far apart, have fewer.
 EXACT = 60_000
 # A trace of stiffness keeps the directions of an island without a fixed one from floating.
