@@ -78,7 +78,7 @@ class Implicit:
         nothing, some = np.zeros_like(k), np.full(len(k1), 1e-3)
         return Slopes(
             k, e * unit**2, bending * unit**3, nothing, np.full_like(k, 1e-9),
-            np.stack([d1, d2]), normal, some, some, np.ones(len(k1), bool),
+            np.stack([d1, d2]), normal, some, some, np.ones(len(k1), bool), k < -np.inf,
         )  # fmt: skip
 
     def _slope(self, points: np.ndarray, family: int) -> tuple[np.ndarray, np.ndarray]:

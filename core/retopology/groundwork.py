@@ -14,7 +14,7 @@ from ..mesh.surface import Surface
 from ..umbilics.result import Detection
 from .field.simplified import SimplifiedField, in_doubt, simplify_field
 from .field.smoothed import smoothed_field, smoothness_by_noise
-from .ridges.find import measure_slopes
+from .ridges.measure import measure_slopes
 from .ridges.slopes import Slopes
 from .settings import GuidanceSettings
 

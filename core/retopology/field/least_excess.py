@@ -20,8 +20,9 @@ WANTED = 0.95
 # What a turn costs where it is larger than that, in what the largest of the others costs: one is
 # enough for none to be larger that need not be.
 DEAR = 2.0
-# Edges that are looked at at once: more than these take longer than in proportion.
-MOST = 6_000
+# Edges of a piece beyond which it is not looked at, and of pieces that are looked at at once: what
+# a program takes grows with their square, and from a few hundred on no longer with the calls.
+MOST, TOGETHER = 6_000, 600
 
 
 def with_least_excess(
@@ -58,10 +59,11 @@ def with_least_excess(
     first = 0
     while first < len(start) - 1:
         progress.ask()
-        end = int(np.searchsorted(start, start[first] + MOST, side="right")) - 1
-        if end > first:
+        end = int(np.searchsorted(start, start[first] + TOGETHER, side="right")) - 1
+        end = max(end, first + 1)
+        if start[end] - start[first] <= MOST:
             _solve(turns, wanted, moving, angle, some[start[first] : start[end]])
-        first = max(end, first + 1)
+        first = end
     return angle
 
 

@@ -16,7 +16,7 @@ from scipy import sparse
 
 from ...base.progress import Progress
 from ...base.subsets import places_in
-from ...fields.multigrid import FACTORIZED, solve_diagonal, solve_part
+from ...fields.multigrid import solve_diagonal, solve_part
 from ..lines.polylines import spans
 from .charge_paths import Paths, charge_paths, joined_places
 from .least_excess import with_least_excess
@@ -40,6 +40,9 @@ EASY = 0.7
 SOFTER = 0.02
 # Rings around turns that are still too large within which they are made as small as can be.
 SURE_RINGS = (1, 2, 4, 8, 16, 32)
+# Stored entries of a system up to which it is solved exactly: 10,000 directions take .03 s, three
+# times as long as by the diagonal; late rounds, whose weights lie far apart, have fewer.
+EXACT = 60_000
 # A trace of stiffness keeps the directions of an island without a fixed one from floating.
 FLOATING = 1e-9
 
@@ -279,7 +282,7 @@ def _least_squares(
     matrix = sparse.coo_array((entries, at), shape=(count, count))
     # What is too exact for a few small systems at once is soon good enough for many, and those
     # solvers need no sorted rows.
-    large = len(entries) > FACTORIZED
+    large = len(entries) > EXACT
     matrix.has_canonical_format = large
     right = np.bincount(row, weights=pull, minlength=count)
     angle[rows] = (solve_diagonal if large else solve_part)(matrix.tocsr(), right, progress)

@@ -11,6 +11,7 @@ from ...base.progress import Progress
 from .canvas import Canvas
 from .polylines import points_of, sparse_rows
 from .tracing import CLOSED, MET, Starts, Traces, trace
+from .truncation import laid
 
 # Points to a spacing that a line is handed on with.
 DETAIL = 10
@@ -109,10 +110,15 @@ def _joined(canvas: Canvas, result: Traces, family: np.ndarray) -> Round:
     keep = ~(backward & (result.travelled[rows] == 0.0))
     rows, half, backward = rows[keep], half[keep], backward[keep]
     arc = np.where(backward, -1.0, 1.0) * result.travelled[rows]
+    triangle, z = result.triangle[rows], result.z[rows]
+    # The chord that ends at a point of a half turned round is the one that began there.
+    turned = np.flatnonzero(backward & (rows + 1 < result.start[half + 1]))
+    point = points_of(canvas.surface, canvas.planes, triangle[turned], z[turned])
+    triangle[turned] = result.triangle[rows[turned] + 1]
+    z[turned] = laid(canvas.surface, triangle[turned], point)
     order = np.lexsort((arc, half // 2))
-    rows, half, arc = rows[order], half[order], arc[order]
     closed = (result.end[::2] == CLOSED) & (result.end[1::2] == CLOSED)
-    return Round(half // 2, arc, result.triangle[rows], result.z[rows], family, closed)
+    return Round(half[order] // 2, arc[order], triangle[order], z[order], family, closed)
 
 
 def _closed_cleanly(canvas: Canvas, drawn: Round) -> Round:
@@ -129,8 +135,9 @@ def _closed_cleanly(canvas: Canvas, drawn: Round) -> Round:
         over = points[late] - points[rows[0]]
         along = over @ ahead
         beside = np.linalg.norm(over - along[:, None] * ahead, axis=1)
-        # The chord that closes the line goes ahead rather than aside.
-        keep[late[along < 2.0 * beside]] = False
+        # The chord that closes the line goes ahead rather than aside; what comes before stays.
+        fitting = np.flatnonzero(along >= 2.0 * beside)
+        keep[late[fitting[-1] + 1 if len(fitting) else 0 :]] = False
         closed[line] = beside[np.abs(along).argmin()] < 0.25 * canvas.near
     return Round(
         drawn.line[keep],

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from ...base.options import AUTO
 from ...base.parallel import threads
 from ...base.progress import Progress
+from ...base.unit import unit
 from ...fields.planes import FaceFrames, in_plane, places
 from ...mesh.input_map import places_on_surface
 from ...mesh.surface import Surface
@@ -38,6 +39,9 @@ BESIDE = 0.5
 # Separatrices that run beside each other nearer than this many spacings, over so many times that,
 # go on as one; or nearer than two edges, over four, where these are longer.
 BUNDLED, RUN = 0.25, 4.0
+# Cosine of the angle (30 degrees) up to which the last chord of a separatrix turns to its umbilic;
+# where it would turn more it begins earlier, up to so many of those reaches before.
+STRAIGHT_IN, BEFORE = 0.866, 2.0
 # Points are left out as long as this many edges lie between two.
 DETAIL = 1.0
 # What a separatrix may end at, by number. "itself": it came back beside itself and was cut there.
@@ -237,6 +241,8 @@ def _lines(
         max(RUN * apart, 4.0 * detail),
     )
     rows, line, target = rows[joined.row], joined.line, joined.target
+    straight = _straight_in(surface, planes, umbilics, inner, traces, rows, line, target)
+    rows, line = rows[straight], line[straight]
     # One more point for each line that reaches an umbilic: the umbilic itself.
     reached = np.flatnonzero(target >= 0)
     at = inner[target[reached]]
@@ -250,6 +256,46 @@ def _lines(
     end = np.maximum(-target, 0).astype(np.int8)
     target = np.maximum(target, -1)
     return Separatrices(**{**vars(made), "source": point, "target": target}, end=end)
+
+
+def _straight_in(
+    surface: Surface,
+    planes: FaceFrames,
+    umbilics: Umbilics,
+    inner: np.ndarray,
+    traces: Traces,
+    rows: np.ndarray,
+    line: np.ndarray,
+    target: np.ndarray,
+) -> np.ndarray:
+    """(r,) bool points `rows` of a trace that lines keep: without the last ones beside an umbilic
+    that a line ends at, from which it would turn aside to it."""
+    triangle = traces.triangle[rows]
+    points = points_of(surface, planes, triangle, traces.z[rows])
+    normal = surface.face_normal_area[0][triangle]
+    end = (umbilics.position - surface.origin) / surface.unit
+    reach = BEFORE * _reach(surface, umbilics, surface.mean_sides(inner))
+    first = np.searchsorted(line, np.arange(len(target) + 1))
+    kept = np.ones(len(rows), bool)
+    for number in np.flatnonzero(target >= 0):
+        # Of its points the first stays, and one whose chord into the umbilic is short enough.
+        mine = np.arange(first[number] + 1, first[number + 1])
+        way = end[target[number]] - points[mine]
+        near = np.linalg.norm(way, axis=1) <= reach[target[number]]
+        far = np.flatnonzero(~near)
+        mine, way = (some[far[-1] if len(far) else 0 :] for some in (mine, way))
+        if not len(mine):
+            continue
+        before = points[mine] - points[mine - 1]
+        aim = [
+            unit(some - np.einsum("qc,qc->q", some, normal[mine])[:, None] * normal[mine])
+            for some in (before, way)
+        ]
+        cosine = np.einsum("qc,qc->q", *aim)
+        ahead = np.flatnonzero(cosine >= STRAIGHT_IN)
+        last = ahead[-1] if len(ahead) else int(cosine.argmax())
+        kept[mine[last + 1 :]] = False
+    return kept
 
 
 def skeleton(lines: Separatrices) -> Separatrices:

@@ -166,7 +166,10 @@ def trace(
             chords = running.chords(planes)
             border, reached = running.moved(chords, surface, planes)
             ids = running.ids
-            records.append((ids, chords.triangle, chords.z, running.length))
+            made = ~chords.turned if chords.turned.any() else slice(None)
+            records.append(
+                (ids[made], chords.triangle[made], chords.z[made], running.length[made])
+            )
             block = obstacle[running.triangle]
             hit = running.arrived(block)
             if place is not None and (block >= 0).any():

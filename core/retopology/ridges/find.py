@@ -13,26 +13,22 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ...base.progress import Progress
 from ...base.unit import unit
-from ...curvature.field import CurvatureField
 from ...mesh.surface import Surface
 from .bend import ROUND, bend_of
 from .crossings import FIRST, SECOND, Crossings, at_nodes, crossings, edge_signs
 from .paths import Paths, ordered_paths
-from .reach import choose_fitting
-from .slopes import Slopes, fit_slopes
-from .sought import sought_slopes
+from .slopes import Slopes
 
 # How far e changes over the radius of its fit, in its standard errors: a chain goes on above the
 # first and must rise above the second somewhere (Canny's hysteresis). Noise crossings measure 1.
 WEAK, CERTAIN = 5.0, 20.0
-# Rings of fits from which on they are made near crests only: narrower ones cost less than to look.
-WIDE = 5
 # A chain must be longer than this many radii of the fits: shorter ones say the same thing once.
 # Two lose crests at the corners of a stretched quartic under noise, one leaves false ones on
 # marching cubes of a skewed ellipsoid; x^8 + y^8 + z^8 = 1 is the same with all three.
-SHORTEST = 1.5
+# One that was found before its place was corrected may have come out shorter: of a decimated
+# quartic under 5 % of noise one of four short crests was lost.
+SHORTEST, SHOWN = 1.5, 1.0
 # Kinds, by number: elliptic means a maximum of the larger curvature or a minimum of the smaller.
 KINDS = ("crest", "maximal", "minimal", "hyperbolic maximal", "hyperbolic minimal")
 CREST = 0
@@ -85,26 +81,6 @@ class Ridges:
 
     chains: Chains
     slopes: Slopes
-
-
-def measure_slopes(
-    surface: Surface, field: CurvatureField, progress: Progress, crests_only: bool = True
-) -> Slopes:
-    """What ridges are found from, at the n vertices.
-
-    Parameters
-    ----------
-    field:
-        Shape operators at the n vertices; the fits start from their directions.
-    crests_only:
-        Crests are looked for alone: fits that are wide are then made near these only.
-    """
-    axes = np.stack([field.d1.T, field.d2.T, field.normal.T])
-    fitting = choose_fitting(surface, axes, progress.part("Choosing the scale of ridges", 0, 0.2))
-    part = progress.part("Fitting third derivatives", 0.2, 0.8)
-    if fitting.neighbourhood.rings < WIDE or not crests_only:
-        return fit_slopes(surface, axes, fitting, part)
-    return sought_slopes(surface, axes, fitting, (WEAK, CERTAIN), part)
 
 
 def find_ridges(
@@ -164,12 +140,15 @@ def _family_chains(
     graph = sparse.coo_array((np.ones(len(rows)), tuple(ends.T)), shape=(len(names),) * 2)
     pieces, label = csgraph.connected_components(graph, directed=False)
     piece = label[ends[:, 0]]
-    highest, reach, most = np.zeros((3, pieces))
+    highest, reach, most, shown = np.zeros((4, pieces))
+    corners = surface.triangles[found.triangle[rows]]
+    np.maximum.at(shown, piece, slopes.shown[family][corners].all(axis=1))
     np.maximum.at(highest, piece, certainty[rows])
     np.maximum.at(reach, piece, radius[rows])
     np.maximum.at(most, piece, bend[rows])
     total = np.bincount(piece, weights=length[rows], minlength=pieces)
-    kept = (highest >= CERTAIN) & (total >= SHORTEST * reach) & (most >= least_bend)
+    shortest = np.where(shown > 0.0, SHOWN, SHORTEST) * reach
+    kept = (highest >= CERTAIN) & (total >= shortest) & (most >= least_bend)
     rows = rows[kept[piece]]
     paths = ordered_paths(found.node[rows] * len(KINDS) + kind[rows, None])
     values = {"curvature": k, "bending": slope, "bend": bend, "certainty": certainty}

@@ -56,8 +56,7 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
     """
     around = Neighbourhood(surface, adjacency(surface), rings=FEWEST_RINGS, focused=False)
     narrowest = Fitting(around, DEGREE, FOCUS)
-    interior = np.flatnonzero(~surface.border)
-    centres = interior[:: max(len(interior) // SAMPLED, 1)]
+    centres = _sample(surface)
     if not len(centres):
         return narrowest
     edge = surface.mean_side
@@ -79,6 +78,28 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
             break
         fitting, smaller, last = fitting.wider(1), larger, change
     return narrowest if fitting.neighbourhood.rings == FEWEST_RINGS else fitting
+
+
+def shared_errors(surface: Surface, axes: np.ndarray, degree: int, rings: int) -> float:
+    """How much larger than independent errors make it the change of e is when fits of a degree
+    reach one ring farther than so many, at least 1.
+
+    Parameters
+    ----------
+    axes:
+        (3, 3, n) as for `fit_slopes`.
+    """
+    nested = NestedFits(surface, axes, _sample(surface), degree, rings)
+    smaller = nested.slopes()
+    nested.widen()
+    change, expected = _change(smaller, nested.slopes())
+    return max(change / expected, 1.0) if expected > 0.0 and np.isfinite(change) else 1.0
+
+
+def _sample(surface: Surface) -> np.ndarray:
+    """(c,) vertices that are fitted to choose by: some of those inside."""
+    interior = np.flatnonzero(~surface.border)
+    return interior[:: max(len(interior) // SAMPLED, 1)]
 
 
 def _misplaced(slopes: Slopes) -> float:

@@ -64,6 +64,8 @@ class Slopes:
         (c,) float64 root mean square distance of the samples.
     determined:
         (c,) bool, False where the samples do not determine the polynomial.
+    shown:
+        (2, c) bool, True beside ridges that were found before e was corrected.
     """
 
     k: np.ndarray
@@ -76,9 +78,10 @@ class Slopes:
     gap_error: np.ndarray
     radius: np.ndarray
     determined: np.ndarray
+    shown: np.ndarray
 
 
-_OF_FAMILIES = ("k", "e", "bending", "mixed", "error", "d")
+_OF_FAMILIES = ("k", "e", "bending", "mixed", "error", "d", "shown")
 
 
 def unknown(count: int) -> Slopes:
@@ -94,6 +97,7 @@ def unknown(count: int) -> Slopes:
         gap_error=np.zeros(count),
         radius=np.zeros(count),
         determined=np.zeros(count, bool),
+        shown=np.zeros((2, count), bool),
     )
 
 
@@ -244,6 +248,7 @@ def slopes_of(fit: HeightFit, radius: np.ndarray, axes: np.ndarray) -> Slopes:
         gap_error=2.0 * np.sqrt(np.maximum(v[1, 1], 0.0)) / radius,
         radius=radius,
         determined=fit.determined,
+        shown=np.zeros(k.shape, bool),
     )
 
 

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from shapes import rounded_box
 from surfaces import (
+    ImplicitSurface,
     cylinder,
     ellipsoid,
     icosphere,
+    marching_tetrahedra,
     noisy,
     paraboloid,
     random_ellipsoid,
@@ -28,7 +30,8 @@ from core.formats.points import read_points_csv
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.rings import adjacency
 from core.retopology.ridges.bend import bend_of, bending_of
-from core.retopology.ridges.find import CERTAIN, WEAK, find_ridges, measure_slopes
+from core.retopology.ridges.find import CERTAIN, WEAK, find_ridges
+from core.retopology.ridges.measure import _shares, measure_slopes, placed_slopes
 from core.retopology.ridges.nested import NestedFits
 from core.retopology.ridges.paths import ordered_paths
 from core.retopology.ridges.reach import choose_fitting
@@ -105,6 +108,75 @@ def test_the_crest_of_an_ellipsoid_is_its_longest_section(mesh, off):
     assert lines.length.sum() == pytest.approx(ellipse_length(3, 2), rel=0.06)
     # The section across the crest at its ends: an ellipse with half axes 1 and 2 or 3.
     assert 55 < np.median(lines.bend) < 80
+
+
+def steeper_on_one_side(noise, step=0.12, turn=1.75, width=0.5):
+    """A bent strip: at arc length s across it the curvature is turn/width exp(-u - exp(-u)) with
+    u = s / width, whose maximum at s = 0 has unlike sides. Vertices, triangles, and s of points."""
+    s = step * np.arange(-16, 25, 0.01)
+    angle = turn * np.exp(-np.exp(-s / width))
+    profile = 0.01 * step * np.cumsum(np.stack([np.cos(angle), -np.sin(angle)]), axis=1)
+    x, z = profile[:, ::100]
+    rows, columns = len(x), 26
+    y = step * np.arange(columns)
+    vertices = np.column_stack([np.repeat(x, columns), np.tile(y, rows), np.repeat(z, columns)])
+    vertices += noise * step * np.random.default_rng(1).normal(size=vertices.shape)
+    first = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
+    corners = first, first + columns, first + columns + 1, first + 1
+    triangles = np.concatenate(
+        [np.column_stack(corners[:3]), np.column_stack([corners[0], *corners[2:]])]
+    )
+    tree = cKDTree(profile.T)
+    return vertices, triangles, lambda points: s[tree.query(points[:, [0, 2]])[1]] / step
+
+
+@pytest.mark.parametrize(("noise", "off"), [(0.0, 0.1), (0.05, 0.5)])
+def test_a_crest_with_unlike_sides_is_where_its_curvature_is_largest(noise, off):
+    """Fits of degree four alone have it .24 and .80 edges beside."""
+    vertices, triangles, edges_beside = steeper_on_one_side(noise)
+    lines = core.Guide(vertices, triangles, core.detect(vertices, triangles)).ridges()
+    assert set(lines.kind) == {"crest"}
+    y = lines.position[:, 1]
+    inside = (y > 0.3) & (y < y.max() - 0.3)
+    assert inside.sum() > 20
+    assert np.abs(edges_beside(lines.position[inside])).mean() < off
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_errors_that_neighbours_share_do_not_move_a_crest(noise):
+    """Those of voxels make the two fits differ by more than independent ones would."""
+    value = lambda x, y, z: x * x * (1 / 9) + y * y * 0.25 + z * z - 1.0  # noqa: E731
+    form = ImplicitSurface("ellipsoid", value, 3.2)
+    vertices, triangles = marching_tetrahedra(form, 44)
+    edge = np.linalg.norm(vertices[triangles[:, 0]] - vertices[triangles[:, 1]], axis=1).mean()
+    vertices = vertices + noise * edge * np.random.default_rng(0).normal(size=vertices.shape)
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    surface, field = guide.surface, guide.detection.curvature
+    axes = np.stack([field.d1.T, field.d2.T, field.normal.T])
+    fitting = choose_fitting(surface, axes, Progress())
+    first = sought_slopes(surface, axes, fitting, (WEAK, CERTAIN), Progress())
+    placed = placed_slopes(surface, axes, fitting, first, True, Progress())
+    height = [
+        np.abs(find_ridges(surface, some).chains.position[:, 2] + surface.origin[2] / surface.unit)
+        for some in (first, placed)
+    ]
+    assert np.median(height[1]) < min(1.1 * np.median(height[0]), 0.1 * surface.mean_side)
+
+
+@pytest.mark.parametrize("bias, least, most", [(0.0, 0.0, 0.2), (1.0, 0.2, 0.8), (10.0, 0.97, 1.0)])
+def test_what_the_first_fit_lacks_counts_as_far_as_it_is_no_error(bias, least, most):
+    """The part of the squares that is not their variance, of each ridge for itself."""
+    random = np.random.default_rng(0)
+    lacking = bias + random.normal(size=4000)
+    ridge = np.repeat([0, 3], 2000)
+    lacking[2000:] *= 5.0
+    lacking[7] = np.nan
+    share = _shares(lacking, np.repeat([1.0, 25.0], 2000), ridge)
+    assert share[7] == 0.0
+    share = np.delete(share, 7)
+    assert len(np.unique(share)) <= 2
+    assert least <= share.min() and share.max() <= most
 
 
 def test_all_ridges_of_an_ellipsoid_are_its_three_sections():

@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from mesh_files import read_mesh
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
-from surfaces import ellipsoid, icosphere, monkey_saddle, noisy, quartic, sphere
+from surfaces import (
+    ellipsoid,
+    icosphere,
+    monkey_saddle,
+    noisy,
+    quartic,
+    random_harmonics,
+    sphere,
+)
+from surfaces import random_field as random_surface
 from surfaces.parts import divided, plate
 
 import core
@@ -118,6 +127,29 @@ def test_the_kept_umbilics_are_all_that_is_left_of_real_meshes(name, meshes_fold
     assert len(detection.candidates) > len(detection.umbilics)
     assert np.array_equal(indices(found.index[outside]), parts(detection.umbilics.index))
     assert not len(found.stayed)
+
+
+@pytest.mark.slow
+@settings(max_examples=15)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    make=st.sampled_from([random_harmonics, random_surface]),
+    share=st.sampled_from([0.0, 0.01, 0.05]),
+    curvature=st.sampled_from(["jets", "normals"]),
+)
+def test_the_kept_umbilics_are_all_that_is_left_of_random_surfaces(seed, make, share, curvature):
+    points, triangles = icosphere(4)
+    surface = make(seed)
+    mesh = noisy(surface.meshed(surface.on_rays(points), triangles), share, seed)
+    detection, guide = guided(mesh.vertices, mesh.triangles, curvature=curvature)
+    umbilics = detection.umbilics
+    found = guide.simplified(Progress())
+    outside = ~guide.undirected
+    inside = np.zeros(len(mesh.triangles), bool)
+    for region in detection.regions:
+        inside[region.triangles] = True
+    assert found.index.sum() == 2.0 and not len(found.stayed)
+    assert np.array_equal(indices(found.index[outside & ~inside]), parts(umbilics.index))
 
 
 def test_far_from_what_was_dropped_nothing_changes():

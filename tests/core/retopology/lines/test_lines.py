@@ -195,6 +195,46 @@ def test_points_lie_in_their_triangles():
     assert np.abs(there - lines.position).max() < 1e-9
     assert (lines.barycentric >= 0).all()
     assert np.allclose(lines.barycentric.sum(axis=1), 1.0)
+    # So do the chords that end at them, but where points in between were left out.
+    first = np.isin(np.arange(len(lines.position)), lines.start[:-1])
+    middle = 0.5 * (lines.position + np.roll(lines.position, 1, axis=0))
+    a, b, c = np.moveaxis(corner, 1, 0)
+    normal = np.cross(b - a, c - a)
+    inside = [
+        np.einsum("pc,pc->p", np.cross(two - one, middle - one), normal)
+        for one, two in ((a, b), (b, c), (c, a))
+    ]
+    beside = np.min(inside, axis=0) < -1e-6 * np.einsum("pc,pc->p", normal, normal)
+    assert beside[~first].mean() < 0.15
+
+
+@pytest.mark.once
+def test_no_chord_is_without_length():
+    for lines in (lines_of("random ellipsoid"), rough_guide().lines()):
+        first = np.isin(np.arange(len(lines.position)), lines.start[:-1])
+        step = np.linalg.norm(lines.position - np.roll(lines.position, 1, axis=0), axis=1)[~first]
+        assert step.min() > 1e-6 * np.median(step)
+
+
+def last_turns(lines):
+    """Degrees by which lines that end at umbilics turn with their last chord, in the surface."""
+    turns = []
+    for number in np.flatnonzero(lines.target >= 0):
+        point = lines.points(number)
+        if len(point) > 2:
+            normal = lines.normal[lines.start[number + 1] - 2]
+            before, last = np.diff(point[-3:], axis=0)
+            before, last = (some - (some @ normal) * normal for some in (before, last))
+            size = np.linalg.norm(before) * np.linalg.norm(last)
+            turns.append(np.degrees(np.arccos(np.clip(before @ last / size, -1.0, 1.0))))
+    return np.array(turns)
+
+
+@pytest.mark.once
+def test_separatrices_come_into_umbilics_straight_on():
+    turns = last_turns(rough_guide().separatrices(both_ways=True))
+    print(len(turns), (turns > 60).sum(), (turns > 35).sum())
+    assert len(turns) > 10 and turns.max() < 60.0
 
 
 @pytest.mark.once
@@ -406,6 +446,8 @@ def test_separatrices_of_real_meshes_end_at_umbilics(name, real_separatrices):
     assert len(found) == 2 * rays and np.isin(ends, ENDS[:4]).mean() > 0.95
     assert len(found) > 50 or name == "rocker-arm.obj"
     assert np.array_equal(ends == "umbilic", found.target >= 0)
+    # One in seven at least turned farther with its last chord before it came in from farther off.
+    assert (last_turns(found) > 60.0).mean() < 0.06
     if name in ("spot_os.obj", "hand_closed_os.obj"):
         assert (found.target >= 0).mean() > 0.9
     if name == "rocker-arm.obj":
