@@ -27,7 +27,8 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     vertices:
         (n, 3) float64 positions, in the coordinates of the lines.
     edges:
-        (e, 2) int vertices of each edge of the mesh, polygons' diagonals not among them.
+        (e, 2) int vertices of each edge of the mesh, polygons' diagonals not among them. Those
+        with an end that is no place are never chosen.
 
     Examples
     --------
@@ -44,6 +45,10 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     if not len(edges):
         return marked
     edges = np.asarray(edges, np.int64)
+    placed = np.isfinite(vertices).all(axis=1)[edges].all(axis=1)
+    if not placed.all():
+        marked[placed] = edge_paths(vertices, edges[placed], lines)
+        return marked
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
     longest = np.zeros(len(vertices))
     np.maximum.at(longest, edges.ravel(), np.repeat(length, 2))
