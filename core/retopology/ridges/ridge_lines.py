@@ -64,7 +64,8 @@ def ridge_lines(surface: Surface, slopes: Slopes, chains: Chains, umbilics: Umbi
         "triangle": surface.source_triangle[chains.triangle],
         "barycentric": chains.barycentric,
         "strength": np.abs(chains.curvature) / surface.unit,
-        "sharpness": np.abs(chains.bending) / surface.unit**3,
+        # One after the other, as the cube of a size may be beyond all numbers.
+        "sharpness": np.abs(chains.bending) / surface.unit / surface.unit / surface.unit,
         "bend": chains.bend,
         "certainty": chains.certainty,
     }
