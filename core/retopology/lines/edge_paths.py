@@ -57,6 +57,8 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     candidates = np.flatnonzero(used)
     tree = cKDTree(vertices[candidates])
     reach = CORRIDOR * float(longest.max())
+    # Shorter edges are round-off of the longest.
+    shortest = max(float(np.finfo(float).eps * longest.max()), 1e-300)
     for line in range(len(lines)):
         points = _dense(lines.points(line), float(np.median(length)), lines.closed[line])
         near = tree.query_ball_point(points, reach)
@@ -69,7 +71,7 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
         ends = places_in(inside, len(vertices))[edges]
         rows = np.flatnonzero((ends >= 0).all(axis=1))
         one, two = ends[rows].T
-        off = (distance[one] + distance[two]) / np.maximum(length[rows], 1e-300)
+        off = (distance[one] + distance[two]) / np.maximum(length[rows], shortest)
         cost = np.maximum(length[rows] * (1.0 + off**2), 1e-300)
         pins = points[np.linspace(0, len(points) - 1, PINS).round().astype(int)]
         _, anchor = cKDTree(vertices[inside]).query(pins)

@@ -172,9 +172,16 @@ def write_check(obj: bpy.types.Object, transaction: Transaction) -> bool:
     return True
 
 
+def _is_ours(attribute: bpy.types.Attribute) -> bool:
+    """Whether an attribute of the name is like the colours that we write. A mesh that others were
+    joined to or parted from has them without saying what they mean."""
+    return attribute.data_type == "BYTE_COLOR" and attribute.domain in ("POINT", "CORNER")
+
+
 def _check_name(mesh: bpy.types.Mesh) -> None:
     """Raise `AttributeNameError` if the name of the colours is taken by what is not ours."""
-    if NAME in mesh.attributes and _shown(mesh) is None:
+    found = mesh.attributes.get(NAME)
+    if found is not None and not _is_ours(found):
         raise AttributeNameError(
             f"{mesh.name} has an attribute {NAME} that is not a result of Umbilics. "
             "Rename it in the mesh's properties, under Attributes."
@@ -224,6 +231,17 @@ def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transac
     for name in (BEFORE, SHOWN):
         if name in mesh:
             del mesh[name]
+    return True
+
+
+def remove_left(mesh: bpy.types.Mesh, transaction: Transaction) -> bool:
+    """Remove colours of ours of which the mesh does not say what they mean; whether there were
+    any."""
+    found = mesh.attributes.get(NAME)
+    if not is_local(mesh) or found is None or not _is_ours(found) or _shown(mesh) is not None:
+        return False
+    transaction.keep_attributes(mesh, (NAME,))
+    mesh.attributes.remove(found)
     return True
 
 
