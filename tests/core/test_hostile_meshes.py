@@ -282,3 +282,15 @@ def test_a_scale_by_a_power_of_two_changes_no_digit(kind, seed, power):
     np.testing.assert_array_equal(two.kind, one.kind)
     np.testing.assert_array_equal(two.persistence, one.persistence / factor)
     np.testing.assert_array_equal(two.certain, one.certain)
+
+
+@pytest.mark.parametrize("exponent", [-300, -150, -38, 38, 150])
+def test_ridges_and_comparison_at_any_size(exponent):
+    mesh = sphere(subdivisions=2)
+    vertices = mesh.vertices * (3.0, 2.0, 1.0) * 10.0**exponent
+    found = core.compare(vertices, mesh.triangles)
+    plain = core.compare(mesh.vertices * (3.0, 2.0, 1.0), mesh.triangles)
+    assert [one.missed for one in found] == [one.missed for one in plain]
+    guide = core.Guide(vertices, mesh.triangles, found[0].detection)
+    ridges = guide.ridges(core.GuidanceSettings(ridge_kinds="all", least_bend=0.0))
+    assert_finite(ridges, "position", "sharpness", "strength")

@@ -65,7 +65,7 @@ def alike(surface: Surface, field: CurvatureField, ratio: float = ALIKE) -> np.n
     """Inner vertices whose curvatures have one sign and a ratio above `ratio`."""
     one, two = np.abs(field.k1), np.abs(field.k2)
     less, larger = np.minimum(one, two), np.maximum(one, two)
-    same = (field.k1 * field.k2 > 0) & (less > ratio * larger)
+    same = (np.sign(field.k1) * np.sign(field.k2) > 0) & (less > ratio * larger)
     return np.flatnonzero(same & ~surface.border)
 
 
