@@ -168,6 +168,22 @@ def test_a_component_without_area_beside_another():
         assert np.isfinite(plan.direction).all()
 
 
+def test_a_component_that_goes_to_and_fro_between_two_points():
+    vertices, triangles = icosphere(1)
+    ends = np.random.default_rng(0).choice([-1.0, 1.0], len(vertices))
+    both = hostile.joined(
+        [
+            (0.5 * vertices * (3.0, 2.0, 1.0), triangles),
+            (np.tile(1.5 * ends[:, None], 3), triangles),
+        ]
+    )
+    guide = core.Guide(*both, core.detect(*both))
+    plan = guide.guidance(core.GuidanceSettings(smoothness=0.4))
+    assert np.isfinite(plan.direction).all()
+    guide.separatrices()
+    guide.simplified(core.Progress())
+
+
 def test_where_there_is_no_area_nothing_is_least():
     vertices, triangles = stray_vertex(1e100)
     values = mean_square_less_gaussian(
@@ -239,6 +255,10 @@ def test_edges_with_an_end_that_is_no_place_are_never_on_a_line():
     more = np.concatenate([edges, [[0, len(vertices)], [1, len(vertices) + 1]]])
     found = core.edge_paths(spoiled, more, lines)
     np.testing.assert_array_equal(found, np.append(plain, [False, False]))
+    # Nor does one without a length change anything, nor overflow.
+    on = int(edges[plain][0, 0])
+    found = core.edge_paths(vertices, np.concatenate([edges, [[on, on]]]), lines)
+    np.testing.assert_array_equal(found[:-1], plain)
     assert not core.ridge_edges(spoiled, more, guide.ridges()).kind[-2:].any()
 
 
