@@ -198,7 +198,8 @@ def _of_less_left(one: FlatFit, two: FlatFit) -> FlatFit:
 def nearest_spheres(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(b,) curvature, positive towards z, of the spheres nearest to samples (s, b), by linear least
     squares of z = c0 + c1 x + c2 y + c3 (x^2 + y^2 + z^2) / 2 (Coope 1993)."""
-    size = np.maximum(np.abs([x, y, z]).max(axis=(0, 1)), _SHORTEST)
+    size = np.maximum.reduce([np.abs(value).max(axis=0) for value in (x, y, z)])
+    size = np.maximum(size, _SHORTEST)
     x, y, z = x / size, y / size, z / size
     square = 0.5 * (x * x + y * y + z * z)
     x, y, square, z = (value - value.mean(axis=0) for value in (x, y, square, z))
