@@ -85,7 +85,8 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
                     "choose Source: Base Mesh, and give the quads these modifiers"
                 )
         said = ". ".join(sentences)
-        return f"{len(quads.quads)} quads, {len(quads.pole_valence)} poles. {said}."
+        count, poles = len(quads.quads), len(quads.pole_valence)
+        return f"{count} quads, {poles} pole{'' if poles == 1 else 's'}. {said}."
 
     def warnings(self, found: Made) -> tuple[str, ...]:
         return found.quads.warnings

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.errors import AttributeNameError
 from .base.translation import reported
 from .scene.modes import object_mode
 from .scene.transaction import all_or_nothing
@@ -28,10 +29,14 @@ class UMBILICS_OT_show_check(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = context.active_object
         area = context.area
-        with object_mode(context, obj), all_or_nothing() as transaction:
-            shown = maps.write_check(obj, transaction)
-            if shown and area is not None and area.type == "VIEW_3D":
-                view_shading.show_attributes(context.screen, area, transaction)
+        try:
+            with object_mode(context, obj), all_or_nothing() as transaction:
+                shown = maps.write_check(obj, transaction)
+                if shown and area is not None and area.type == "VIEW_3D":
+                    view_shading.show_attributes(context.screen, area, transaction)
+        except AttributeNameError as error:
+            self.report({"ERROR"}, reported(str(error)))
+            return {"CANCELLED"}
         if not shown:
             self.report(
                 {"ERROR"},

@@ -2,6 +2,7 @@
 
 import bpy
 
+from .base.errors import AttributeNameError
 from .base.translation import reported
 from .jobs.modal import possible
 from .jobs.refusals import SCULPTED
@@ -32,10 +33,14 @@ class UMBILICS_OT_show_map(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = filters.with_results(context)
         area = context.area
-        with objects_mode(context, objects), all_or_nothing() as transaction:
-            shown = maps.write(context, objects, transaction)
-            if shown and area is not None and area.type == "VIEW_3D":
-                view_shading.show_attributes(context.screen, area, transaction)
+        try:
+            with objects_mode(context, objects), all_or_nothing() as transaction:
+                shown = maps.write(context, objects, transaction)
+                if shown and area is not None and area.type == "VIEW_3D":
+                    view_shading.show_attributes(context.screen, area, transaction)
+        except AttributeNameError as error:
+            self.report({"ERROR"}, reported(str(error)))
+            return {"CANCELLED"}
         if not shown:
             self.report(
                 {"ERROR"}, reported("The results were removed from the mesh. Detect again.")

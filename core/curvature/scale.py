@@ -203,6 +203,8 @@ def _stretch(neighbourhood: Neighbourhood, centres: np.ndarray) -> float:
     for rows, members in neighbourhood.blocks(centres, SAMPLES_PER_BLOCK):
         offset = points[members] - points[members].mean(axis=0)
         _, width, length = np.linalg.eigvalsh(np.einsum("sbi,sbj->bij", offset, offset)).T
+        # A width of less is round-off of the length.
+        width = np.maximum(width, np.finfo(float).eps * length)
         stretch[rows] = np.sqrt(length / np.maximum(width, np.finfo(float).tiny))
     return float(np.median(stretch))
 

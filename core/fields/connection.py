@@ -7,7 +7,7 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
-from ..mesh.surface import Surface
+from ..mesh.surface import NO_AREA, Surface
 from .transport import rotation
 
 # Cotangent weights outside these bounds come from slivers and would spoil the solver.
@@ -18,14 +18,13 @@ BLOCK = 1 << 16
 def weights_and_areas(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """(3 m,) half the cotangent across from each half-edge; (n,) a third of the areas around."""
     _, area = surface.face_normal_area
-    tiny = np.finfo(float).tiny
     weights = np.empty((len(area), 3))
 
     def block(first: int) -> None:
         rows = slice(first, first + BLOCK)
         a, b, c = (surface.vertices.take(of, axis=0) for of in surface.triangles[rows].T)
         sides = b - a, c - b, a - c
-        quarter = 0.25 / np.maximum(area[rows], tiny)
+        quarter = 0.25 / np.maximum(area[rows], NO_AREA)
         for k in range(3):
             # The sides that meet across from side k run in opposite senses there.
             product = np.einsum("mc,mc->m", sides[(k + 1) % 3], sides[(k + 2) % 3])
@@ -35,7 +34,7 @@ def weights_and_areas(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     around = np.bincount(
         surface.triangles.ravel(), weights=np.repeat(area / 3.0, 3), minlength=len(surface.vertices)
     )
-    return weights.ravel(), np.maximum(around, tiny)
+    return weights.ravel(), np.maximum(around, NO_AREA)
 
 
 def connection_laplacian(

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.errors import FormatError
 from ..umbilics.result import Detection, Umbilics
 from .text import ROWS, write_text
 
@@ -140,7 +141,13 @@ def _array(declared: str, values: np.ndarray, interpolation: str = "") -> Iterat
     values = np.asarray(values)
     if values.dtype.kind == "f":
         # Single precision is what USD keeps: more digits would say nothing.
-        values = values.astype(np.float32)
+        with np.errstate(over="raise"):
+            try:
+                values = values.astype(np.float32)
+            except FloatingPointError as error:
+                raise FormatError(
+                    "A number is too large for USD, which keeps single precision. Scale the mesh."
+                ) from error
     number = "%d" if values.dtype.kind in "iub" else "%.9g"
     item = number if values.ndim == 1 else f"({', '.join([number] * values.shape[1])})"
     yield f"        {declared} = ["

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.errors import GuidanceError
 from ..base.progress import Progress
+from ..base.words import WITHOUT_AREA
 from ..umbilics.result import Umbilics
 from .mirror_planes import MATCHED, mirrored_pairs, proposed_planes
 from .mirror_refinement import (
@@ -77,6 +78,8 @@ def find_mirror_plane(
     GuidanceError
         There are too few umbilics, or no plane maps the surface onto itself.
     """
+    if not face_normal_area[1].any():
+        raise GuidanceError(WITHOUT_AREA)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     middle, samples, target = spread_samples(vertices, triangles, face_normal_area)
     planes = proposed_planes(umbilics, size)
@@ -131,5 +134,3 @@ def find_mirror_plane(
         angle_error=angle_error,
         offset_error=offset_error,
     )
-
-

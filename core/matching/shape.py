@@ -8,6 +8,8 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.errors import MatchError
+from ..base.words import WITHOUT_AREA
 from ..curvature.field import CurvatureField
 from ..fields.transport import carried, doubled_angle, tangents
 from ..mesh.mending.repair import clean
@@ -107,6 +109,8 @@ class Shape:
     def _spread(self, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         random = np.random.default_rng(seed)
         area = self.face_normal_area
+        if not area[1].any():
+            raise MatchError(WITHOUT_AREA)
         return spread_points(self.vertices, self.triangles, area, count, random)
 
     @cached_property

@@ -14,6 +14,8 @@ from ..base.progress import Progress
 BLOCK = 32768
 # Likewise where their corners are only gathered.
 GATHERED = 1 << 18
+# An area in the unit box that is round-off of its coordinates.
+NO_AREA = float(np.finfo(float).eps) ** 2
 
 
 @dataclass(frozen=True)

@@ -253,10 +253,15 @@ def _nearest_place(
 
 def _over(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     """(r, 3) weights of the corners (r, 3, 3) at the foot of a point in the planes of the
-    triangles."""
+    triangles; of those without area on the longer of two sides."""
     ab, ac, ap = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], point - corners[:, 0]
     bb, bc, cc = ((u * v).sum(axis=1) for u, v in ((ab, ab), (ab, ac), (ac, ac)))
     pb, pc = (ap * ab).sum(axis=1), (ap * ac).sum(axis=1)
-    area = np.maximum(bb * cc - bc * bc, np.finfo(float).tiny)
+    area, tiny = bb * cc - bc * bc, np.finfo(float).tiny
+    flat = area <= np.maximum(np.finfo(float).eps * bb * cc, tiny)
+    first = flat & (bb >= cc)
+    area = np.where(flat, 1.0, area)
     b, c = (cc * pb - bc * pc) / area, (bb * pc - bc * pb) / area
+    b = np.where(flat, np.where(first, pb / np.maximum(bb, tiny), 0.0), b)
+    c = np.where(flat, np.where(first, 0.0, pc / np.maximum(cc, tiny)), c)
     return np.column_stack([1.0 - b - c, b, c])

@@ -116,8 +116,10 @@ def judge(
     firm = ~made_by_noise(persistence, partner, above)
     resolved = firm | _separate(found, position, persistence, partner, at_border, radius)
     certain = found.seen & evidence.determined[corners].all(axis=1) & ~at_border
-    certain &= ~(found.clarity < significant(fits, CERTAIN)) & firm
+    certain &= firm
     if not evidence.exact:
+        # Without a finer fit there is no clarity, and nothing that noise could not have made.
+        certain &= found.clarity >= significant(fits, CERTAIN)
         # What a border cuts off from a fit its error does not tell.
         certain &= ~surface.near_border(BORDER_RINGS)[corners].any(axis=1)
     return Judged(persistence, partner, at_border, resolved, certain, present)

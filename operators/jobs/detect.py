@@ -215,6 +215,7 @@ def remove(context: bpy.types.Context, analysed: bpy.types.Object, whole: Transa
     obj = homes.owner_of(analysed)
     with whole.part() as transaction:
         maps.hide(context, obj, transaction)
+        coloured = maps.remove_left(obj.data, transaction)
         values = homes.leave(obj, RESULTS, homes.DETECTION, transaction)
         emptied = empties.remove(obj, transaction)
         guided = guidance_objects.remove_all(obj, transaction)
@@ -226,7 +227,7 @@ def remove(context: bpy.types.Context, analysed: bpy.types.Object, whole: Transa
             display_objects.remove(context, obj, transaction)
         copied = old_copies.let_go(context, analysed, transaction)
         dashed_lines.settle(transaction)
-    return bool(values or emptied or described or guided or checked or stands_in or copied)
+    return any((values, coloured, emptied, described, guided, checked, stands_in, copied))
 
 
 def in_words(works: tuple[str, ...], scope: Scope, arrays: MeshArrays) -> str:

@@ -32,7 +32,9 @@ def why_not(
         return "There is no active object. Click a mesh first."
     if obj.type != "MESH":
         return _no_mesh(obj)
-    if not with_modifiers and not targets.is_own(homes.owner_of(obj)):
+    # A local object with another file's mesh has its values on a mesh of ours, which can go.
+    keeps = targets.is_local if to_clear else targets.is_own
+    if not with_modifiers and not keeps(homes.owner_of(obj)):
         return (
             f"{obj.name} is linked from another file and cannot keep results here. Choose "
             "Source: As Seen, which puts them beside it, or make the object and its mesh "

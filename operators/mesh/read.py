@@ -83,14 +83,16 @@ def read_mesh(
     Raises
     ------
     ObjectError
-        The mesh has no faces, none in the scope, or the object's scale flattens it; or it cannot
-        be evaluated.
+        The mesh has no faces, none in the scope, or the object's scale flattens it or is no number;
+        or it cannot be evaluated.
     AttributeNameError
         A given attribute is missing or not of the right type, or there is no UV map.
     """
     matrix = np.array(obj.matrix_world, dtype=np.float64)
+    if not np.isfinite(matrix).all():
+        raise ObjectError(f"{obj.name} stands nowhere: its place, turn or scale is not a number.")
     determinant = np.linalg.det(matrix[:3, :3])
-    if not np.isfinite(matrix).all() or determinant == 0.0:
+    if determinant == 0.0:
         raise ObjectError(f"{obj.name} has a scale of zero. Give it a size in all directions.")
     with current_mesh(obj, depsgraph) as mesh:
         vertices = _to_world(positions(mesh), matrix)

@@ -117,6 +117,9 @@ class Transaction:
             if found is None:
                 self.on_failure(_remove_attribute, mesh, name)
                 continue
+            if found.data_type not in _VALUES:
+                # None of ours has such a type: it is the user's, whatever its name, and stays.
+                continue
             width, dtype, key, _ = _VALUES[found.data_type]
             values = fetch(found.data, key, width, dtype)
             layout = found.data_type, found.domain

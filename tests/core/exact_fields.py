@@ -15,19 +15,6 @@ def surface_of(mesh: AnalyticSurface) -> Surface:
     return clean(mesh.vertices, mesh.triangles)[0]
 
 
-def exact_field(mesh: AnalyticSurface, surface: Surface) -> CurvatureField:
-    """The exact operators of the mesh, in the unit box of the surface."""
-    rows = surface.source_vertex
-    return CurvatureField(
-        mesh.k1[rows] * surface.unit,
-        mesh.k2[rows] * surface.unit,
-        mesh.d1[rows],
-        mesh.d2[rows],
-        mesh.normal[rows],
-        np.full(len(rows), np.nan),
-    )
-
-
 def flat_surface(cells: int = 21, half_width: float = 1.0) -> tuple[Surface, np.ndarray]:
     """A flat square in z = 0 and the places (n,) x + iy of its vertices.
 

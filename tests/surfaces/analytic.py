@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core import CurvatureField
+from core.mesh.surface import Surface
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,18 @@ class AnalyticSurface:
         """The exact operators in the form that the core takes."""
         noise = np.full(len(self.k1), np.nan)
         return CurvatureField(self.k1, self.k2, self.d1, self.d2, self.normal, noise)
+
+    def curvature_on(self, surface: Surface) -> CurvatureField:
+        """The exact operators at the vertices of the cleaned mesh, in its unit box."""
+        rows, unit = surface.source_vertex, surface.unit
+        return CurvatureField(
+            self.k1[rows] * unit,
+            self.k2[rows] * unit,
+            self.d1[rows],
+            self.d2[rows],
+            self.normal[rows],
+            np.full(len(rows), np.nan),
+        )
 
     @property
     def edge_length(self) -> float:

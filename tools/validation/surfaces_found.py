@@ -11,7 +11,6 @@ import core
 from core.curvature.from_normals import curvature_from_normals
 from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
-from core.mesh.surface import Surface
 from core.umbilics.methods.shape_operators import face_deviators, zero_crossings
 
 RAW = core.Settings(curvature="given", persistence=0.0, regions=False, merge=False)
@@ -23,24 +22,10 @@ def raw(method: str, **changes: object) -> core.Settings:
     return replace(RAW, method=method, **changes)
 
 
-def surface_and_field(mesh: AnalyticSurface) -> tuple[Surface, core.CurvatureField]:
-    """The cleaned surface and the exact operators in its units."""
-    surface, _ = clean(mesh.vertices, mesh.triangles)
-    rows = surface.source_vertex
-    field = core.CurvatureField(
-        mesh.k1[rows] * surface.unit,
-        mesh.k2[rows] * surface.unit,
-        mesh.d1[rows],
-        mesh.d2[rows],
-        mesh.normal[rows],
-        np.full(len(rows), np.nan),
-    )
-    return surface, field
-
-
 def paper_points(mesh: AnalyticSurface, parametrization: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions (k, 3) and triangles (k,) by the paper's own test of each triangle alone."""
-    surface, field = surface_and_field(mesh)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    field = mesh.curvature_on(surface)
     triangle, weights, _ = zero_crossings(
         lambda rows: face_deviators(surface, field, rows, parametrization).values,
         len(surface.triangles),

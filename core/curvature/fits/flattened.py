@@ -25,6 +25,8 @@ from .monge import HeightOperator, operator_at
 # Samples further around their sphere than a half of it are left out: the map scales lengths by
 # 1 / cos^2 of half the angle, which far around grows beyond bounds.
 HALF = 0.5
+# Samples nearer to each other than this are one point.
+_SHORTEST = float(np.finfo(float).tiny) ** 0.25
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,9 @@ def _fits_over(
     """The fits over spheres of curvature `bend` (b,)."""
     x, y, z, shrink = flattened(x, y, z, bend)
     weights = np.where(shrink > HALF, shrink * shrink, 0.0)
+    if not weights.all():
+        # In units of what counts, what does not may lie as far away as no number says.
+        x, y, z = (np.where(weights > 0.0, value, 0.0) for value in (x, y, z))
     square, total = x * x + y * y, weights.sum(axis=0)
     tiny = np.finfo(float).tiny
     radius = np.sqrt((weights * square).sum(axis=0) / np.maximum(total, tiny))
@@ -193,10 +198,15 @@ def _of_less_left(one: FlatFit, two: FlatFit) -> FlatFit:
 def nearest_spheres(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(b,) curvature, positive towards z, of the spheres nearest to samples (s, b), by linear least
     squares of z = c0 + c1 x + c2 y + c3 (x^2 + y^2 + z^2) / 2 (Coope 1993)."""
+    size = np.maximum.reduce([np.abs(value).max(axis=0) for value in (x, y, z)])
+    size = np.maximum(size, _SHORTEST)
+    x, y, z = x / size, y / size, z / size
     square = 0.5 * (x * x + y * y + z * z)
     x, y, square, z = (value - value.mean(axis=0) for value in (x, y, square, z))
     xx, xy, yy = (x * x).sum(axis=0), (x * y).sum(axis=0), (y * y).sum(axis=0)
-    area = np.maximum(xx * yy - xy * xy, np.finfo(float).tiny)
+    # Less is round-off of samples along a line.
+    area = np.maximum(xx * yy - xy * xy, np.finfo(float).eps * xx * yy)
+    area = np.maximum(area, np.finfo(float).tiny)
 
     def level(value: np.ndarray) -> np.ndarray:
         """What no plane over x and y explains of values (s, b)."""
@@ -205,9 +215,8 @@ def nearest_spheres(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return np.asarray(value - tilt[0] * x - tilt[1] * y)
 
     square, z = level(square), level(z)
-    return np.asarray(
-        (square * z).sum(axis=0) / np.maximum((square * square).sum(axis=0), np.finfo(float).tiny)
-    )
+    spread = np.maximum((square * square).sum(axis=0), np.finfo(float).tiny)
+    return np.asarray((square * z).sum(axis=0) / spread / size)
 
 
 def round_operator(

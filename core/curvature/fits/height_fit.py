@@ -110,19 +110,6 @@ def _system_rows(degree: int, last: Terms) -> np.ndarray:
     )
 
 
-def fit_heights(
-    x: np.ndarray, y: np.ndarray, z: np.ndarray, weights: np.ndarray | None, degree: int
-) -> HeightFit:
-    """Fit z as a polynomial of the given degree (>= 2) to each column of samples (s, b).
-
-    The parameters are those of `sum_samples`.
-    """
-    samples, fits = x.shape
-    sums, workspace = np.empty((sum_count(degree), fits)), Workspace()
-    sum_samples(x, y, z, weights, degree, sums, workspace)
-    return solve_heights(sums, np.full(fits, samples), degree, workspace)
-
-
 def sum_samples(
     x: np.ndarray,
     y: np.ndarray,

@@ -37,6 +37,9 @@ SAMPLES_PER_BLOCK = 65536
 # the distant samples down; measured on random meshes they beat equal and Gaussian weights.
 FOCUS = {3: 0.3, 4: 1.0, 5: 1.0}
 
+# Samples in one point are taken as if they lay so far apart: its fourth power is a number still.
+_SHORTEST = float(np.finfo(float).tiny) ** 0.25
+
 # Takes fits (b,), their radii (b,), their axes (3, 3, b) and which of the centres they are of (b,).
 Store = Callable[[HeightFit, np.ndarray, np.ndarray, np.ndarray], None]
 
@@ -213,7 +216,7 @@ def samples_about(
     for here, centre, away in zip(coordinates, origin, offset, strict=True):
         np.subtract(here[members], centre, out=away)
     radius = np.sqrt(np.einsum("csb,csb->b", offset, offset) / len(members))
-    radius = np.maximum(radius, np.finfo(float).tiny)
+    radius = np.maximum(radius, _SHORTEST)
     samples = workspace.array("samples", 3, *members.shape)
     # Axis by axis: NumPy takes three times as long for one contraction with all of them.
     for axis, along in zip(axes / radius, samples, strict=True):

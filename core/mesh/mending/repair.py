@@ -10,7 +10,7 @@ from ...base.words import counted
 from ..half_edges import HalfEdges, following, link
 from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
-from ..surface import Surface
+from ..surface import NO_AREA, Surface
 from .cavities import cavities
 from .joining import corners_in_input, mend_borders
 from .sheets import linked, separate, split_fans
@@ -204,7 +204,7 @@ def _components(links: HalfEdges) -> np.ndarray:
 
 def _warn_about_geometry(surface: Surface, warnings: list[str]) -> None:
     _, areas = surface.face_normal_area
-    flat = int(np.count_nonzero(areas <= np.finfo(float).eps ** 2))
+    flat = int(np.count_nonzero(areas <= NO_AREA))
     if flat:
         warnings.append(
             f"{counted(flat, 'triangle')} without area: their neighbourhood is less certain."

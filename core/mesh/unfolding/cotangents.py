@@ -19,5 +19,6 @@ def angles_and_cotangents(
     to_last = np.roll(flat, 1, axis=1) - flat
     spanned = np.conj(to_next) * to_last
     across = np.maximum(spanned.imag, np.finfo(float).tiny)
-    cotangent = np.clip(spanned.real / across, -_STEEPEST, _STEEPEST)
+    most = _STEEPEST * across
+    cotangent = np.clip(spanned.real, -most, most) / across
     return np.abs(np.angle(spanned)), cotangent

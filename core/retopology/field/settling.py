@@ -139,9 +139,40 @@ def _turned(
 ) -> np.ndarray:
     """(n,) angles with which the charges move."""
     ring = _ring(turns)
-    budget = _zones(ring, turns, paths, held)
-    free = budget >= 0
     wanted = turns.turn - 2.0 * np.pi * paths.flow
+    angle, too_far = _by_least_squares(
+        turns, ring, wanted, _zones(ring, turns, paths, held), held, stiffness, progress
+    )
+    for rings in SURE_RINGS if exact else ():
+        if not len(too_far):
+            break
+        around = np.full(turns.directions, -1)
+        around[turns.tail[too_far]] = around[turns.head[too_far]] = rings
+        _spread(ring, around, held)
+        angle = with_least_excess(turns, wanted, around >= 0, angle, progress)
+        turn = np.abs(wanted + angle[turns.head] - angle[turns.tail])
+        too_far = np.flatnonzero(turn >= CERTAIN * np.pi)
+    return angle
+
+
+def _by_least_squares(
+    turns: Turns,
+    ring: sparse.csr_array,
+    wanted: np.ndarray,
+    budget: np.ndarray,
+    held: np.ndarray,
+    stiffness: np.ndarray,
+    progress: Progress,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) angles that make the wanted turns (e,) small, weighted anew in rounds, and the edges
+    that turn too far still.
+
+    Parameters
+    ----------
+    budget:
+        (n,) int as of `_zones`; changed in place where the zones are widened.
+    """
+    free = budget >= 0
     weight, stiffness = turns.weight.copy(), stiffness.copy()
     angle = np.zeros(turns.directions)
     moving = np.flatnonzero(free)
@@ -153,12 +184,12 @@ def _turned(
         # All turns that are too large are among these: what moves is what lies around them.
         some = beside.edge
         turn = np.abs(wanted[some] + angle[turns.head[some]] - angle[turns.tail[some]])
-        bad = some[turn >= CERTAIN * np.pi]
-        ends = np.unique([turns.tail[bad], turns.head[bad]])
-        idle = 0 if len(bad) < fewest else idle + 1
-        fewest = min(len(bad), fewest)
-        if not len(bad) or idle >= PATIENCE:
+        too_far = some[turn >= CERTAIN * np.pi]
+        idle = 0 if len(too_far) < fewest else idle + 1
+        fewest = min(len(too_far), fewest)
+        if not len(too_far) or idle >= PATIENCE:
             break
+        ends = np.unique([turns.tail[too_far], turns.head[too_far]])
         # An edge between two that move is among them twice.
         weight[some] = weight[some] * np.maximum(turn / (EASY * np.pi), 1.0) ** 2
         stiffness[ends] *= SOFTER
@@ -166,21 +197,12 @@ def _turned(
             budget[ends] = np.maximum(budget[ends], number + 1)
             _spread(ring, budget, held, ends)
             free = budget >= 0
-        # Only what lies around is done again.
+        # What lies farther away is as good as it was.
         around = np.full(turns.directions, -1)
         around[ends] = AROUND
         _spread(ring, around, ~free, ends)
         moving = np.flatnonzero(around >= 0)
-    for rings in SURE_RINGS if exact else ():
-        if not len(bad):
-            break
-        around = np.full(turns.directions, -1)
-        around[turns.tail[bad]] = around[turns.head[bad]] = rings
-        _spread(ring, around, held)
-        angle = with_least_excess(turns, wanted, around >= 0, angle, progress)
-        turn = np.abs(wanted + angle[turns.head] - angle[turns.tail])
-        bad = np.flatnonzero(turn >= CERTAIN * np.pi)
-    return angle
+    return angle, too_far
 
 
 def _ring(turns: Turns) -> sparse.csr_array:
@@ -220,7 +242,7 @@ class _Beside:
 
 
 def _zones(ring: sparse.csr_array, turns: Turns, paths: Paths, held: np.ndarray) -> np.ndarray:
-    """(n,) int rings that the paths still reach beyond each direction, -1 for none."""
+    """(n,) int how many rings beyond each direction turn with the paths, -1 where it stays."""
     budget = np.full(turns.directions, -1)
     rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS) * paths.amount
     for ends in (turns.tail, turns.head):
@@ -251,7 +273,7 @@ def _spread(
         to = ring.indices[spans(ring.indptr[rows], ring.indptr[rows + 1] - ring.indptr[rows])]
         to = to[(budget[to] < level - 1) & ~held[to]]
         budget[to] = level - 1
-        # Each once.
+        # One that several hand to would hand on as often.
         once[to] = np.arange(len(to))
         handed = to[once[to] == np.arange(len(to))]
 

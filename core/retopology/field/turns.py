@@ -17,7 +17,7 @@ from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import Winding
 from ...mesh.half_edges import following
 from ...mesh.rings import with_rings
-from ...mesh.surface import Surface
+from ...mesh.surface import NO_AREA, Surface
 
 # Cotangent weights outside these bounds come from slivers; a weight near zero lets all the
 # turning happen over one edge.
@@ -105,7 +105,7 @@ class Patch:
     def weights(self, surface: Surface, half: np.ndarray, twin: np.ndarray) -> np.ndarray:
         """(e,) half the sum of the cotangents across from each of its `edges`, within bounds."""
         squares = surface.side_squares[:, self.triangles]
-        area = np.maximum(surface.face_normal_area[1][self.triangles], np.finfo(float).tiny)
+        area = np.maximum(surface.face_normal_area[1][self.triangles], NO_AREA)
         # Across from a side the cotangent is that of the angle between the two others.
         quarter = (squares.sum(axis=0) - 2.0 * squares) / (8.0 * area)
         across = np.zeros(surface.triangles.size)

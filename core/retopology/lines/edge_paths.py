@@ -27,7 +27,8 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     vertices:
         (n, 3) float64 positions, in the coordinates of the lines.
     edges:
-        (e, 2) int vertices of each edge of the mesh, polygons' diagonals not among them.
+        (e, 2) int vertices of each edge of the mesh, polygons' diagonals not among them. Those
+        with an end that is no place are never chosen.
 
     Examples
     --------
@@ -44,6 +45,10 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     if not len(edges):
         return marked
     edges = np.asarray(edges, np.int64)
+    placed = np.isfinite(vertices).all(axis=1)[edges].all(axis=1)
+    if not placed.all():
+        marked[placed] = edge_paths(vertices, edges[placed], lines)
+        return marked
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
     longest = np.zeros(len(vertices))
     np.maximum.at(longest, edges.ravel(), np.repeat(length, 2))
@@ -52,6 +57,8 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     candidates = np.flatnonzero(used)
     tree = cKDTree(vertices[candidates])
     reach = CORRIDOR * float(longest.max())
+    # Shorter edges are round-off of the longest.
+    shortest = max(float(np.finfo(float).eps * longest.max()), 1e-300)
     for line in range(len(lines)):
         points = _dense(lines.points(line), float(np.median(length)), lines.closed[line])
         near = tree.query_ball_point(points, reach)
@@ -64,7 +71,7 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
         ends = places_in(inside, len(vertices))[edges]
         rows = np.flatnonzero((ends >= 0).all(axis=1))
         one, two = ends[rows].T
-        off = (distance[one] + distance[two]) / np.maximum(length[rows], 1e-300)
+        off = (distance[one] + distance[two]) / np.maximum(length[rows], shortest)
         cost = np.maximum(length[rows] * (1.0 + off**2), 1e-300)
         pins = points[np.linspace(0, len(points) - 1, PINS).round().astype(int)]
         _, anchor = cKDTree(vertices[inside]).query(pins)

@@ -12,6 +12,7 @@ import numpy as np
 from ...base.errors import GuidanceError
 from ...base.options import AUTO
 from ...base.progress import Progress
+from ...base.words import WITHOUT_AREA
 from ...fields.planes import FaceFrames
 from ...mesh.surface import Surface
 from ..settings import GuidanceSettings
@@ -35,6 +36,8 @@ NO_DIRECTION = (
 def check_directed(surface: Surface, undirected: np.ndarray) -> None:
     """Raise `GuidanceError` where regions (m,) bool leave no direction to follow."""
     _, area = surface.face_normal_area
+    if not area.any():
+        raise GuidanceError(WITHOUT_AREA)
     if area[~undirected].sum() < LEAST_DIRECTED * area.sum():
         raise GuidanceError(NO_DIRECTION)
 

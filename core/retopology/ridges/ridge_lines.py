@@ -58,13 +58,16 @@ def ridge_lines(surface: Surface, slopes: Slopes, chains: Chains, umbilics: Umbi
         k umbilics in input rows and coordinates; `Lines.source` and `Lines.target` are rows.
     """
     normal, _ = surface.face_normal_area
+    with np.errstate(over="ignore"):
+        # One after the other, as the cube of a size may be beyond all numbers, as this may be.
+        sharpness = np.abs(chains.bending) / surface.unit / surface.unit / surface.unit
     points = {
         "position": chains.position * surface.unit + surface.origin,
         "normal": normal[chains.triangle],
         "triangle": surface.source_triangle[chains.triangle],
         "barycentric": chains.barycentric,
         "strength": np.abs(chains.curvature) / surface.unit,
-        "sharpness": np.abs(chains.bending) / surface.unit**3,
+        "sharpness": np.minimum(sharpness, np.finfo(float).max),
         "bend": chains.bend,
         "certainty": chains.certainty,
     }

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...curvature.field import CurvatureField
 from ...curvature.from_normals import voronoi_areas
-from ...mesh.surface import Surface
+from ...mesh.surface import NO_AREA, Surface
 from ...mesh.unfolding.cotangents import angles_and_cotangents
 
 # The less curvature over the larger above which a vertex counts as umbilical.
@@ -29,7 +29,8 @@ def least_difference(surface: Surface) -> np.ndarray:
 
 
 def mean_square_less_gaussian(surface: Surface) -> np.ndarray:
-    """(n,) H^2 - K at the vertices, which means nothing on a border.
+    """(n,) H^2 - K at the vertices, which means nothing on a border; infinite where all triangles
+    are without area.
 
     From shape operators it would be a quarter of the squared gap; the form is used because H and
     K can be had without them. H is taken from the cotangent Laplacian and K from the angle defect
@@ -51,17 +52,20 @@ def mean_square_less_gaussian(surface: Surface) -> np.ndarray:
         for axis in range(3):
             pull[:, axis] += np.bincount(one, along[:, axis], minlength=n)
             pull[:, axis] -= np.bincount(two, along[:, axis], minlength=n)
-    area = np.maximum(area, np.finfo(float).tiny)
+    found = np.full(n, np.inf)
+    known = np.flatnonzero(area > NO_AREA)
+    area, pull = area[known], pull[known]
     # The sum is four times the area times the mean curvature.
     mean_square = np.einsum("nc,nc->n", pull, pull) / (16.0 * area**2)
-    return np.asarray(mean_square - defect / area)
+    found[known] = mean_square - defect[known] / area
+    return found
 
 
 def alike(surface: Surface, field: CurvatureField, ratio: float = ALIKE) -> np.ndarray:
     """Inner vertices whose curvatures have one sign and a ratio above `ratio`."""
     one, two = np.abs(field.k1), np.abs(field.k2)
     less, larger = np.minimum(one, two), np.maximum(one, two)
-    same = (field.k1 * field.k2 > 0) & (less > ratio * larger)
+    same = (np.sign(field.k1) * np.sign(field.k2) > 0) & (less > ratio * larger)
     return np.flatnonzero(same & ~surface.border)
 
 

@@ -151,47 +151,50 @@ class _Batch:
         self._stop = stop or Stop()
 
     def run(self) -> None:
-        plan = self._plan
+        plan, stopping = self._plan, self._stop.asked
         waiting = [task for task in plan.tasks if not self._is_done(task)]
-        display = Display(len(waiting), sys.stderr)
+        total, skipped = len(waiting), len(plan.tasks) - len(waiting)
+        display = Display(total, sys.stderr)
         jobs, memory = _shares(waiting, plan.jobs, plan.memory_limit)
-        skipped = len(plan.tasks) - len(waiting)
         display.say(
-            f"{len(waiting)} files to do{f', {skipped} done before' if skipped else ''}; "
+            f"{total} files to do{f', {skipped} done before' if skipped else ''}; "
             f"{jobs} at a time, each with at most {memory >> 20} MB of memory."
         )
         if plan.events:
-            messages.tell("batch", files=len(waiting), skipped=skipped)
+            messages.tell("batch", files=total, skipped=skipped)
         start = time.monotonic()
         waiting.reverse()
-        number = ended = 0
-        stopping = self._stop.asked
+        ended = 0
         while (waiting and not stopping()) or self._running:
             finished = []
             while waiting and len(self._running) < jobs and not stopping():
-                number += 1
-                refused = self._start(waiting.pop(), str(number), memory)
+                number = str(total - len(waiting) + 1)
+                refused = self._start(waiting.pop(), number, memory)
                 finished += [refused] if refused else []
             if not finished:
                 time.sleep(_PAUSE)
             if stopping():
                 self.stop_workers()
-            for worker in [w for w in self._running if w.has_ended(plan.time_limit)]:
-                self._running.remove(worker)
-                finished.append(self._outcome(worker))
-                worker.clear()
+            finished += self._ended()
             for entry in finished:
                 ended += 1
                 self._journal.add(entry)
                 display.ended(shown(summary.in_words(entry)), entry["status"] != "done")
                 if plan.events:
-                    known = {name: entry[name] for name in ("file", "status", "seconds")}
-                    if "error" in entry:
-                        known["error"] = entry["error"]
-                    messages.tell("file", **known, done=ended, files=number + len(waiting))
+                    _tell(entry, ended, total)
             display.tick()
         display.close()
         display.say(f"Took {duration(time.monotonic() - start)}.")
+
+    def _ended(self) -> list[dict[str, Any]]:
+        """The entries of the processes that have ended since the last look, whose results are in
+        their places then."""
+        found = []
+        for worker in [w for w in self._running if w.has_ended(self._plan.time_limit)]:
+            self._running.remove(worker)
+            found.append(self._outcome(worker))
+            worker.clear()
+        return found
 
     def stop_workers(self) -> None:
         """End what is running; what it was about is not done."""
@@ -269,6 +272,12 @@ class _Batch:
             and all(identity(name) == one for name, one in _beside(entry))
             and all((self._plan.out / place).is_file() for place in places)
         )
+
+
+def _tell(entry: dict[str, Any], done: int, files: int) -> None:
+    """Say to a program that one more of the files has ended."""
+    known = {name: entry[name] for name in ("file", "status", "seconds", "error") if name in entry}
+    messages.tell("file", **known, done=done, files=files)
 
 
 def _beside(entry: dict[str, Any]) -> Iterable[tuple[str, Any]]:

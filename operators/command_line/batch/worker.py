@@ -16,8 +16,8 @@ from .plan import Task
 # A process that failed with this part of its bound in use has run out of memory: what is asked
 # for last may be large, and native code says nothing of it.
 _NEARLY_FULL = 0.75
-# Bytes that a file system gives out at a time, mostly.
-_SOME = 4096
+# As little as a file system gives out at a time, mostly: less may fit where nothing is free.
+_BLOCK = 4096
 # Name of the results in the scratch folder.
 _RESULT = "result"
 
@@ -152,7 +152,7 @@ class Worker:
         """Why the process cannot even have written what it said; empty if it could."""
         try:
             with TemporaryFile(dir=self._scratch) as trial:
-                trial.write(bytes(_SOME))
+                trial.write(bytes(_BLOCK))
         except OSError as error:
             return error.strerror or type(error).__name__
         return ""

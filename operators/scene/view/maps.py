@@ -20,6 +20,7 @@ import numpy as np
 
 from .... import core
 from ...base import changes, units
+from ...base.errors import AttributeNameError
 from ...drawing import colour_maps
 from ...mesh.attributes import RESULTS, read_result, to_corners
 from ...mesh.fetch import fetch
@@ -120,7 +121,13 @@ def show(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> int
 def write(
     context: bpy.types.Context, objects: Sequence[bpy.types.Object], transaction: Transaction
 ) -> int:
-    """As `show`, in a transaction."""
+    """As `show`, in a transaction.
+
+    Raises
+    ------
+    AttributeNameError
+        The name is taken by what is not a map of ours.
+    """
     display = context.scene.umbilics_display
     meshes, values = {}, {}
     for obj in dict.fromkeys((*objects, *_shown_in(context.scene))):
@@ -135,6 +142,7 @@ def write(
         transaction.on_failure(_set_range, display, display.range_low, display.range_high)
         low, high = _range(display, np.concatenate(list(values.values())))
     for obj, mesh in meshes.items():
+        _check_name(mesh)
         transaction.keep_attributes(mesh, (NAME,))
         transaction.keep_custom(mesh, (BEFORE, SHOWN))
         _store(mesh, *_coloured(obj, display.map, values[obj], low, high))
@@ -146,7 +154,7 @@ def write(
 
 def write_check(obj: bpy.types.Object, transaction: Transaction) -> bool:
     """Colour a mesh that was checked, in Object Mode, by the angle between its quads and the
-    directions of curvature; False where it has none."""
+    directions of curvature; False where it has none. Raises as `write`."""
     mesh = obj.data
     angle = read_result(mesh, "umbilics_check_angle", ATTRIBUTES)
     if angle is None:
@@ -156,11 +164,28 @@ def write_check(obj: bpy.types.Object, transaction: Transaction) -> bool:
     angle = np.where(quad, angle, np.nan)
     colours = colour_maps.coloured(angle, 0.0, _LARGEST_ANGLE, colour_maps.sequential())
     corners = np.repeat(colours, fetch(mesh.polygons, "loop_total", 1, np.int32), axis=0)
+    _check_name(mesh)
     transaction.keep_attributes(mesh, (NAME,))
     transaction.keep_custom(mesh, (BEFORE, SHOWN))
     _store(mesh, corners, "CORNER")
     mesh[SHOWN] = {"map": "check_angle", "low": 0.0, "high": _LARGEST_ANGLE}
     return True
+
+
+def _is_ours(attribute: bpy.types.Attribute) -> bool:
+    """Whether an attribute of the name is like the colours that we write. A mesh that others were
+    joined to or parted from has them without saying what they mean."""
+    return attribute.data_type == "BYTE_COLOR" and attribute.domain in ("POINT", "CORNER")
+
+
+def _check_name(mesh: bpy.types.Mesh) -> None:
+    """Raise `AttributeNameError` if the name of the colours is taken by what is not ours."""
+    found = mesh.attributes.get(NAME)
+    if found is not None and not _is_ours(found):
+        raise AttributeNameError(
+            f"{mesh.name} has an attribute {NAME} that is not a result of Umbilics. "
+            "Rename it in the mesh's properties, under Attributes."
+        )
 
 
 def _shown_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -206,6 +231,17 @@ def hide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transac
     for name in (BEFORE, SHOWN):
         if name in mesh:
             del mesh[name]
+    return True
+
+
+def remove_left(mesh: bpy.types.Mesh, transaction: Transaction) -> bool:
+    """Remove colours of ours of which the mesh does not say what they mean; whether there were
+    any."""
+    found = mesh.attributes.get(NAME)
+    if not is_local(mesh) or found is None or not _is_ours(found) or _shown(mesh) is not None:
+        return False
+    transaction.keep_attributes(mesh, (NAME,))
+    mesh.attributes.remove(found)
     return True
 
 

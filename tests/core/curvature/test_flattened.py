@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fitted_heights import fit_heights
 
 from core.curvature.fits.error_growth import error_growth
 from core.curvature.fits.flattened import (
@@ -10,7 +11,6 @@ from core.curvature.fits.flattened import (
     nearest_spheres,
     round_operator,
 )
-from core.curvature.fits.height_fit import fit_heights
 from core.curvature.fits.monge import operator_at
 
 AXES = np.eye(3)[:, :, None]

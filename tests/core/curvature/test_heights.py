@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from core.curvature.fits.height_fit import fit_heights
+from fitted_heights import fit_heights
 
 
 def samples(count: int, fits: int, seed: int = 0):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import surfaces
-from exact_fields import exact_field, surface_of
+from exact_fields import surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +16,7 @@ from core.mesh.normals import vertex_normals
 def test_exact_directions_give_the_true_umbilics():
     mesh = surfaces.random_ellipsoid(count=4000)
     surface = surface_of(mesh)
-    field = exact_field(mesh, surface)
+    field = mesh.curvature_on(surface)
     index = certified_index(surface, field.d1, field.d2, Progress())
     rows = np.flatnonzero(index)
     assert list(index[rows]) == [0.5] * 4
@@ -47,7 +47,7 @@ def test_any_line_field_with_any_normals_sums_to_the_euler_characteristic(seed):
 def test_opposite_normals_and_flat_triangles_do_no_harm():
     mesh = surfaces.sphere(subdivisions=2)
     surface = surface_of(mesh)
-    field = exact_field(mesh, surface)
+    field = mesh.curvature_on(surface)
     d1, d2 = field.d1.copy(), field.d2.copy()
     d2[::3] = -d2[::3]
     assert certified_index(surface, d1, d2, Progress()).sum() == 2
@@ -60,7 +60,7 @@ def test_renumbering_changes_nothing(seed):
     sums = []
     for each in (mesh, shuffled):
         surface = surface_of(each)
-        field = exact_field(each, surface)
+        field = each.curvature_on(surface)
         index = certified_index(surface, field.d1, field.d2, Progress())
         sums.append(np.sort(index[index != 0]))
     np.testing.assert_array_equal(*sums)

@@ -71,6 +71,19 @@ def test_coordinate_that_is_no_number(value):
         assert all(math.isfinite(item.value) for item in data)
 
 
+def test_a_place_that_is_no_number():
+    add_ellipsoid(subdivisions=2).location.x = math.nan
+    assert "stands nowhere" in refusal()
+
+
+def test_ridges_of_a_mesh_with_a_vertex_that_is_no_place():
+    obj = add_ellipsoid(subdivisions=3)
+    obj.data.attributes["position"].data[5].vector = (math.nan, 0.0, 0.0)
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert bpy.ops.umbilics.ridges() == {"FINISHED"}
+    assert bpy.ops.umbilics.mark_seams(lines="RIDGES") == {"FINISHED"}
+
+
 def test_single_triangle_gives_no_umbilics_and_says_something():
     obj = add_mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     try:

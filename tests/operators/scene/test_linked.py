@@ -137,3 +137,18 @@ def test_made_local_it_is_as_any_other(library):
     obj.data.make_local()
     assert bpy.ops.umbilics.detect() == {"FINISHED"}
     assert len(empties(obj)) == 4
+
+
+def test_a_local_object_with_a_mesh_of_another_file_is_cleared(library):
+    far = link(library)
+    bpy.context.scene.collection.objects.unlink(far)
+    mine = bpy.data.objects.new("Mine", far.data)
+    bpy.context.scene.collection.objects.link(mine)
+    active(mine)
+    before = census()
+    for name in ("detect", "guide", "lines"):
+        assert getattr(bpy.ops.umbilics, name)() == {"FINISHED"}
+    assert mine.data == far.data
+    assert len(empties(mine)) == 4
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert census() == before

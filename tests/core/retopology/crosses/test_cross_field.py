@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from exact_fields import exact_field, surface_of
+from exact_fields import surface_of
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from shapes import cube
@@ -22,7 +22,7 @@ from core.retopology.settings import GuidanceSettings
 
 def made(mesh, **settings):
     surface = surface_of(mesh)
-    field = exact_field(mesh, surface)
+    field = mesh.curvature_on(surface)
     return surface, field, cross_field(surface, field, GuidanceSettings(**settings), Progress())
 
 
@@ -201,7 +201,7 @@ def test_solver_is_as_exact_beside_rows_that_weigh_much():
 
 def test_cancelling_stops_the_solver():
     surface = surface_of(ellipsoid(subdivisions=4))
-    field = exact_field(ellipsoid(subdivisions=4), surface)
+    field = ellipsoid(subdivisions=4).curvature_on(surface)
     with pytest.raises(core.CancelledError):
         cross_field(surface, field, GuidanceSettings(), Progress(cancelled=lambda: True))
 

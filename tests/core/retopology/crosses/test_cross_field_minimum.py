@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_fields import exact_field, surface_of
+from exact_fields import surface_of
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 from surfaces import ellipsoid, plane, sphere
@@ -96,7 +96,7 @@ def doubtful(field, confidence):
 def small():
     mesh = ellipsoid((1.6, 1.3, 1.0), subdivisions=3)
     surface = surface_of(mesh)
-    return surface, exact_field(mesh, surface)
+    return surface, mesh.curvature_on(surface)
 
 
 @pytest.mark.parametrize("held", [False, True], ids=["free", "held"])
@@ -151,7 +151,7 @@ def test_triangles_have_the_mean_of_their_corners(small):
 def test_crests_pull_and_yield_to_what_pulls_there():
     """Amid vertices that are held along the axes a crest turns the field, by less than half."""
     surface = surface_of(plane())
-    field = exact_field(plane(), surface)
+    field = plane().curvature_on(surface)
     middle = int(np.linalg.norm(surface.vertices[:, :2], axis=1).argmin())
     tail = surface.triangles.ravel()
     head = np.roll(surface.triangles, -1, axis=1).ravel()
@@ -179,7 +179,7 @@ def test_without_directions_it_is_the_smoothest(confidence):
     surface = surface_of(mesh)
     x = np.cross(mesh.normal[surface.source_vertex], [0.3, 0.5, 0.8])
     d1 = x / np.linalg.norm(x, axis=1)[:, None]
-    exact = exact_field(mesh, surface)
+    exact = mesh.curvature_on(surface)
     field = replace(exact, d1=d1, d2=np.cross(exact.normal, d1))
     cross = cross_field(
         surface,

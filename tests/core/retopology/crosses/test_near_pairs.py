@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from exact_fields import exact_field, surface_of
+from exact_fields import surface_of
 from surfaces import torus
 
 from core.base.progress import Progress
@@ -18,7 +18,7 @@ def paired():
     their distance."""
     mesh = torus(columns=60, rows=24)
     surface = surface_of(mesh)
-    field = exact_field(mesh, surface)
+    field = mesh.curvature_on(surface)
     plain = DirectionField(field.d1, field.normal, field.gap, symmetry=4)
     middle = surface.vertices[surface.triangles].mean(axis=1)
     one = len(middle) // 3

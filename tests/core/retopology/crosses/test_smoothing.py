@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_fields import exact_field, surface_of
+from exact_fields import surface_of
 from surfaces import ellipsoid, sphere
 
 from core.fields.transport import tangents
@@ -23,7 +23,7 @@ from core.retopology.crosses.smoothing import (
 def ball():
     mesh = sphere(subdivisions=4)
     surface = surface_of(mesh)
-    return surface, exact_field(mesh, surface)
+    return surface, mesh.curvature_on(surface)
 
 
 def believed(surface, field, undirected=None):
@@ -80,7 +80,7 @@ def test_directions_count_by_their_errors_and_by_the_gap(ball):
 def test_powers_turn_as_often_as_the_symmetry_says():
     mesh = ellipsoid(subdivisions=3)
     surface = surface_of(mesh)
-    field = exact_field(mesh, surface)
+    field = mesh.curvature_on(surface)
     e1, e2 = tangents(field.normal)
     _, powers = believed(surface, field)
     angle = 0.5 * np.angle(powers)

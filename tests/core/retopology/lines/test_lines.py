@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from exact_fields import exact_field, field_on_plane, flat_surface, surface_of
+from exact_fields import field_on_plane, flat_surface, surface_of
 from mesh_files import read_mesh
 from scipy.spatial import cKDTree
 from surfaces import cylinder, ellipsoid, noisy, random_ellipsoid, sphere, torus
@@ -107,7 +107,7 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     """Over a length of 3 all stay within half an edge, nine of ten within a fifth."""
     mesh = ellipsoid(subdivisions=subdivisions)
     surface = surface_of(mesh)
-    planes = lay_out(surface, exact_field(mesh, surface).lines, Progress())
+    planes = lay_out(surface, mesh.curvature_on(surface).lines, Progress())
     count = 60
     triangle = np.random.default_rng(3).integers(0, len(surface.triangles), count)
     z = planes.corner[triangle].mean(axis=1)
@@ -262,7 +262,7 @@ def test_closed_lines_close_without_a_kink(name):
 def test_lines_end_at_borders_and_limits():
     mesh = cylinder()
     surface = surface_of(mesh)
-    planes = lay_out(surface, exact_field(mesh, surface).lines, Progress())
+    planes = lay_out(surface, mesh.curvature_on(surface).lines, Progress())
     triangle = np.arange(0, len(surface.triangles), 97)
     z = planes.corner[triangle].mean(axis=1)
     along = np.sqrt(-planes.deviator(triangle, z))
@@ -280,7 +280,7 @@ def test_a_line_goes_by_what_it_does_not_go_towards():
     """The last chord of one that passed an umbilic at its side turned to it by a right angle."""
     mesh = cylinder(columns=128)
     surface = surface_of(mesh)
-    planes = lay_out(surface, exact_field(mesh, surface).lines, Progress())
+    planes = lay_out(surface, mesh.curvature_on(surface).lines, Progress())
     middle = surface.vertices[surface.triangles].mean(axis=1)
     point, reach = (np.array([1.0, 0.0, 0.0]) - surface.origin) / surface.unit, 0.4
     away = np.linalg.norm(middle - point, axis=1) * surface.unit

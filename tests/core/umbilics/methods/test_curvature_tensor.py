@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from exact_fields import exact_field, field_on_plane, flat_surface, points_of, surface_of
+from exact_fields import field_on_plane, flat_surface, points_of, surface_of
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid, noisy, paraboloid, renumbered, seed_patch
@@ -156,7 +156,7 @@ def test_weights_are_barycentric(values: list[complex]) -> None:
 def test_the_patch_with_exact_operators(mesh) -> None:
     surface = surface_of(mesh)
     unfolding = unfolded_along_seams(surface, NO_SEAMS)
-    raw = detect_by_curvature_tensor(surface, exact_field(mesh, surface), unfolding)
+    raw = detect_by_curvature_tensor(surface, mesh.curvature_on(surface), unfolding)
     points = points_of(surface, raw.triangle, raw.barycentric)
     inner = np.all(np.abs(points[:, :2]) < 1.1, axis=1)
     assert np.count_nonzero(inner) == 3
@@ -168,7 +168,7 @@ def test_the_patch_with_exact_operators(mesh) -> None:
 def test_a_paraboloid_by_seams_and_by_a_conformal_island() -> None:
     mesh = paraboloid(cells=40)
     surface = surface_of(mesh)
-    field = exact_field(mesh, surface)
+    field = mesh.curvature_on(surface)
     uv = mesh.vertices[mesh.triangles][:, :, :2]
     for unfolding in (
         unfolded_along_seams(surface, NO_SEAMS),

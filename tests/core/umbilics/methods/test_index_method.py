@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from exact_fields import exact_field, field_on_plane, flat_surface, points_of, surface_of
+from exact_fields import field_on_plane, flat_surface, points_of, surface_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from surfaces import ellipsoid, inverted, quartic, seed_patch, sphere, torus
@@ -41,7 +41,7 @@ def test_one_zero_shows_at_one_to_three_vertices(place: complex, turn: float, si
 def test_hits_name_a_triangle_with_the_vertex() -> None:
     mesh = ellipsoid(subdivisions=4)
     surface = surface_of(mesh)
-    raw = detect_by_index(surface, exact_field(mesh, surface))
+    raw = detect_by_index(surface, mesh.curvature_on(surface))
     corner = raw.barycentric.argmax(axis=1)
     assert np.array_equal(surface.triangles[raw.triangle, corner], raw.vertex)
     assert np.all(raw.barycentric.max(axis=1) == 1.0)
@@ -54,7 +54,7 @@ def test_hits_name_a_triangle_with_the_vertex() -> None:
 )
 def test_closed_surfaces(mesh) -> None:
     surface = surface_of(mesh)
-    raw = detect_by_index(surface, exact_field(mesh, surface))
+    raw = detect_by_index(surface, mesh.curvature_on(surface))
     points = points_of(surface, raw.triangle, raw.barycentric)
     distance = np.linalg.norm(points[:, None] - mesh.umbilics.position[None], axis=2)
     edge = mesh.local_edge[raw.vertex]
@@ -69,13 +69,13 @@ def test_closed_surfaces(mesh) -> None:
 def test_nothing_on_a_torus() -> None:
     mesh = torus()
     surface = surface_of(mesh)
-    assert len(detect_by_index(surface, exact_field(mesh, surface))) == 0
+    assert len(detect_by_index(surface, mesh.curvature_on(surface))) == 0
 
 
 def test_border_vertices_are_counted() -> None:
     mesh = seed_patch(2000)
     surface = surface_of(mesh)
-    raw = detect_by_index(surface, exact_field(mesh, surface))
+    raw = detect_by_index(surface, mesh.curvature_on(surface))
     assert not np.any(surface.border[raw.vertex])
     assert str(np.count_nonzero(surface.border)) in raw.warnings[0]
 
@@ -83,4 +83,4 @@ def test_border_vertices_are_counted() -> None:
 def test_a_sphere_is_not_an_error() -> None:
     mesh = sphere(subdivisions=3)
     surface = surface_of(mesh)
-    detect_by_index(surface, exact_field(mesh, surface))
+    detect_by_index(surface, mesh.curvature_on(surface))

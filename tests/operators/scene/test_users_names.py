@@ -1,0 +1,93 @@
+"""What the user has under names of ours stays as it is, and nothing ends in a traceback."""
+
+import bpy
+import numpy as np
+import pytest
+from scene_building import add_ellipsoid, empties
+
+# Names of ours on meshes, one for each operator that writes them.
+NAMES = (
+    "umbilics_k1", "umbilics_cross", "umbilics_map", "umbilics_ridge", "umbilics_marked",
+    "umbilics_check_angle",
+)  # fmt: skip
+# Types that results have and types that none has, on all domains.
+OTHERS = [("POINT", "INT"), ("EDGE", "FLOAT"), ("FACE", "INT8"), ("CORNER", "BYTE_COLOR")]
+OTHERS += [("POINT", "QUATERNION"), ("CORNER", "FLOAT2")]
+
+ALL = (
+    "detect", "guide", "lines", "separatrices", "ridges", "mark_seams", "show_map", "apply_filters",
+    "check_topology", "show_check", "hide_map", "clear",
+)  # fmt: skip
+
+
+def said_by(name):
+    """What an operator refuses with; empty if it does not."""
+    operator = getattr(bpy.ops.umbilics, name)
+    if not operator.poll():
+        return ""
+    try:
+        operator()
+    except RuntimeError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_attributes_of_other_types_stay(addon, name):
+    obj = add_ellipsoid(subdivisions=2)
+    for domain, kind in OTHERS:
+        if name == "umbilics_map" and kind == "BYTE_COLOR":  # as ours are
+            continue
+        mine = obj.data.attributes.new(name, kind, domain)
+        values = None
+        if kind in ("FLOAT", "INT"):
+            values = np.arange(len(mine.data)).astype(np.float32 if kind == "FLOAT" else np.int32)
+            mine.data.foreach_set("value", values)
+        for operator in ALL:
+            assert "Traceback" not in said_by(operator), (operator, domain, kind)
+            mine = obj.data.attributes[name]
+            assert (mine.domain, mine.data_type) == (domain, kind), operator
+            if values is not None:
+                found = np.empty_like(values)
+                mine.data.foreach_get("value", found)
+                np.testing.assert_array_equal(found, values)
+        assert not empties(obj)
+        left = [one.name for one in obj.data.attributes if one.name.startswith("umbilics_")]
+        assert left == [name], (domain, kind)
+        obj.data.attributes.remove(obj.data.attributes[name])
+
+
+def test_a_map_under_a_taken_name_is_refused_in_words(addon):
+    obj = add_ellipsoid(subdivisions=2)
+    bpy.ops.umbilics.detect()
+    colours = obj.data.color_attributes.new("umbilics_map", "FLOAT_COLOR", "POINT")
+    before = np.linspace(0.0, 1.0, 4 * len(colours.data)).astype(np.float32)
+    colours.data.foreach_set("color", before)
+    colours.data.foreach_get("color", before)
+    with pytest.raises(RuntimeError, match="umbilics_map that is not a result of Umbilics"):
+        bpy.ops.umbilics.show_map()
+    after = np.empty_like(before)
+    obj.data.color_attributes["umbilics_map"].data.foreach_get("color", after)
+    np.testing.assert_array_equal(after, before)
+    obj.data.color_attributes["umbilics_map"].name = "Mine"
+    assert bpy.ops.umbilics.show_map() == {"FINISHED"}
+
+
+def test_a_map_that_came_with_a_joined_mesh_is_drawn_anew_and_cleared(addon):
+    one, two = add_ellipsoid(subdivisions=2, name="One"), add_ellipsoid(subdivisions=2, name="Two")
+    bpy.context.view_layer.objects.active = one
+    one.select_set(True)
+    two.select_set(False)
+    bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.show_map()
+    two.location.x = 9.0
+    two.select_set(True)
+    bpy.context.view_layer.objects.active = two
+    bpy.ops.object.join()
+    assert "umbilics_map" in two.data.attributes
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert bpy.ops.umbilics.show_map() == {"FINISHED"}
+    assert bpy.ops.umbilics.hide_map() == {"FINISHED"}
+    two.data.color_attributes.new("umbilics_map", "BYTE_COLOR", "POINT")
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert not [one.name for one in two.data.attributes if one.name.startswith("umbilics_")]
