@@ -13,6 +13,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from .... import core
 from ...base.errors import FileError
@@ -89,12 +90,22 @@ def _fbx(path: str) -> np.ndarray:
 def _usd(path: str) -> np.ndarray:
     _need(path, "wm.usd_import", "USD")
     known = bpy.ops.wm.usd_import.get_rna_type().properties.keys()
-    # Lengths as they stand in the file; older versions never change them.
-    options = {"apply_unit_conversion_scale": False}
+    # Lengths as they stand in the file; older versions never change them. Copies of a prim are
+    # meshes where they stand.
+    options = {"apply_unit_conversion_scale": False, "support_scene_instancing": False}
+    collections = set(bpy.data.collections)
     bpy.ops.wm.usd_import(
         filepath=path, **{name: value for name, value in options.items() if name in known}
     )
-    return _FROM_Y_UP if core.up_axis(path) == "Y" else UPRIGHT
+    if core.up_axis(path) != "Y":
+        return UPRIGHT
+    turn = Matrix(_FROM_Y_UP.T).to_4x4()
+    # What Blender has for points to show is the only thing that it does not turn upwards.
+    for collection in set(bpy.data.collections) - collections:
+        for obj in collection.objects:
+            if obj.parent is None:
+                obj.matrix_world = turn @ obj.matrix_world
+    return _FROM_Y_UP
 
 
 def _alembic(path: str) -> np.ndarray:

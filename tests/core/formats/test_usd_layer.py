@@ -1,4 +1,4 @@
-"""The axis that points up, in files that Pixar's own library writes."""
+"""What a layer of USD says of itself, in files that Pixar's own library writes."""
 
 import pytest
 from hypothesis import given
