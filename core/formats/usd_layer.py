@@ -1,7 +1,8 @@
-"""What a USD file says of itself, in text (.usda), binary (.usdc) or a package (.usdz): the axis that
-points up, and the files that it is made of.
+"""What a USD file says of itself, in text (.usda), binary (.usdc) or a package (.usdz): the axis
+that points up, and the files that it is made of.
 
-Importers turn what has y up and do not say so, nor what they read besides. The binary format is that of Pixar's crate files:
+Importers turn what has y up and do not say so, nor what they read besides. The binary format is
+that of Pixar's crate files:
 https://github.com/PixarAnimationStudios/OpenUSD/blob/release/pxr/usd/sdf/crateFile.h
 """
 

@@ -38,7 +38,7 @@ _STL_FACE = (b"endloop", b"ENDLOOP")
 _OBJ_FACE = (b"\nf ", b"\nf\t", b"\rf ", b"\rf\t")
 # A vertex of an OBJ; a number, which may be none; and letters that no vertex has where all is well,
 # which are found in a tenth of the time that all vertices take.
-_OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\s#]+)[ \t]+([^\s#]+)[ \t]+([^\s#]+)")
+_OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
 _NUMBER_IN_TEXT = re.compile(
     rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan(?:\([^)]*\))?|inf(?:inity)?)", re.IGNORECASE
 )
@@ -46,7 +46,7 @@ _SUSPECT = b",", b"nan", b"inf", b"d+", b"d-", b"d0"
 _FAR = re.compile(rb"e\+?0*(?:3[89]|[4-9]\d|[1-9]\d\d)")
 _FARTHEST = float(np.finfo(np.float32).max)
 # The first vertex of an OBJ is 1.
-_NO_VERTEX = re.compile(rb"[\r\n]f[^\r\n]*[ \t]0+[/\s]")
+_NO_VERTEX = re.compile(rb"[\r\n]f[^\r\n]*[ \t]0+(?![^/\s])")
 _TORN = "It is torn: fetch or save it again"
 
 
@@ -135,9 +135,8 @@ def why_unread(path: Path) -> str:
     if path.suffix.lower() != ".ply":
         return "its importer does not say why; the file may be torn"
     head = _head(path)
-    head = head[: max(head.find(b"end_header"), 0)]
-    vertices = re.search(rb"^\s*element\s+vertex\b(?:(?!^\s*element\b).)*", head, re.M | re.S)
-    if vertices and re.search(rb"^\s*property\s+list\b", vertices[0], re.MULTILINE):
+    elements = head[: max(head.find(b"end_header"), 0)].split(b"element ")
+    if any(one.startswith(b"vertex ") and b"property list" in one for one in elements):
         return "its vertices have lists; save it without them"
     return (
         "its importer does not say why; a face may have more corners than the 255 that it takes, "
@@ -169,8 +168,8 @@ def _nowhere_in_obj(path: Path) -> list[str]:
         return []
     which = "1 vertex in the file is" if count == 1 else f"{count} vertices in the file are"
     return [
-        f"{which} nowhere (not a number, infinite or too far away); Blender has them elsewhere, and "
-        "what is around there is not the surface."
+        f"{which} nowhere (not a number, infinite or too far away); Blender has them elsewhere, "
+        "and what is around there is not the surface."
     ]
 
 

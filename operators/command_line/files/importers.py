@@ -92,8 +92,8 @@ def _by_name(words: str, real: str, name: str) -> str:
 
 
 def _reason(words: list[str]) -> str:
-    """The last line that says something, without Blender's label, empty if none does; where in which
-    script it was is nothing to the reader of the file, and its console is not there."""
+    """The last line that says something, without Blender's label, empty if none does; where in
+    which script it was is nothing to the reader of the file, and its console is not there."""
     said = [line for line in words if line.strip() and not line.lstrip().startswith("Location:")]
     reason = (said or words)[-1].strip().removeprefix("Error: ")
     if reason.endswith("unknown error"):
@@ -102,7 +102,7 @@ def _reason(words: list[str]) -> str:
 
 
 def _missing_libraries() -> list[str]:
-    """Sentences on the .blend files that the open one takes something from and that are not there."""
+    """Sentences on the .blend files that the open one takes something from and that are gone."""
     return [
         f"The library {shown(library.filepath)} is missing: what was linked from it is not there."
         for library in bpy.data.libraries

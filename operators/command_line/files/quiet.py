@@ -47,7 +47,7 @@ def _going_to(target: int) -> Iterator[None]:
 
 
 def _flush() -> None:
-    """Write out what Python and Blender hold back: it would come when others have the descriptor."""
+    """Write out what Python and Blender hold back: it would come when others have the stream."""
     sys.stdout.flush()
     sys.stderr.flush()
     # Windows has the streams of its C library elsewhere.
