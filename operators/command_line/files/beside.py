@@ -58,7 +58,8 @@ def _of_obj(path: Path) -> Iterator[str]:
     # Blender looks there too, whatever the file says.
     if path.with_suffix(".mtl").is_file():
         yield str(path.with_suffix(".mtl"))
-    lines = {found[1] for text in damage.lines_of(path) for found in _MATERIALS.finditer(text)}
+    texts = (text for text in damage.lines_of(path) if b"mtllib" in text)
+    lines = {found[1] for text in texts for found in _MATERIALS.finditer(text)}
     for line in map(os.fsdecode, lines):
         # A line may name several files, and a file may have blanks in its name.
         name = line.strip().strip('"')

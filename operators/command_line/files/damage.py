@@ -36,14 +36,20 @@ _IS_DATA = np.uint64(1 << 63)
 _NUMBER = np.dtype("<u8")
 _STL_FACE = (b"endloop", b"ENDLOOP")
 _OBJ_FACE = (b"\nf ", b"\nf\t", b"\rf ", b"\rf\t")
-# A vertex of an OBJ; a number, which may be none; and letters that no vertex has where all is well,
-# which are found in a tenth of the time that all vertices take.
-_OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
+# A vertex of an OBJ whose numbers are not all plain ones; a number, which may be none; what most
+# lines are made of, and letters and an exponent that no vertex has where all is well: looked for
+# first, as that is faster than to go through all lines.
+_PLAIN = rb"[-+.\d]+(?:[eE]-\d+|[eE]\+?0*[0-2]?\d)?"
+_OBJ_VERTEX = re.compile(
+    rb"(?:^|[\r\n])[ \t]*v[ \t]+(?!%b[ \t]+%b[ \t]+%b(?!\S))(\S+)[ \t]+(\S+)[ \t]+(\S+)"
+    % (_PLAIN, _PLAIN, _PLAIN)
+)
 _NUMBER_IN_TEXT = re.compile(
     rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan(?:\([^)]*\))?|inf(?:inity)?)", re.IGNORECASE
 )
-_SUSPECT = b",", b"nan", b"inf", b"d+", b"d-", b"d0"
-_FAR = re.compile(rb"e\+?0*(?:3[89]|[4-9]\d|[1-9]\d\d)")
+_USUAL = b"0123456789.+-/vntf \t\r\n"
+_ODD = re.compile(rb"[,aid]", re.IGNORECASE)
+_FAR = re.compile(rb"[eE]\+?0*(?:3[89]|[4-9]\d|[1-9]\d\d)")
 _FARTHEST = float(np.finfo(np.float32).max)
 # The first vertex of an OBJ is 1.
 _NO_VERTEX = re.compile(rb"[\r\n]f[^\r\n]*[ \t]0+(?![^/\s])")
@@ -154,10 +160,10 @@ def _obj(path: Path, _: bytes) -> str:
 
 
 def _odd_places(path: Path) -> Iterator[tuple[bytes, ...]]:
-    """Places of vertices in an OBJ, as far as they stand near anything that is no usual number."""
+    """Places of vertices in an OBJ whose numbers are not all plain ones."""
     for text in lines_of(path):
-        small = text.lower()
-        if any(letters in small for letters in _SUSPECT) or _FAR.search(small):
+        rest = text.translate(None, _USUAL)
+        if _ODD.search(rest) or (b"e" in rest.lower() and _FAR.search(text)):
             yield from (found.groups() for found in _OBJ_VERTEX.finditer(text))
 
 
