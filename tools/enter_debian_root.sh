@@ -37,6 +37,12 @@ for folder in "$PWD" "$tools/.." "${HOME:-/}" "${TMPDIR:-/tmp}" "${XDG_CACHE_HOM
     fi
 done
 
+# Mesa maps the index of its compiled shaders into memory and cuts that file to the length that its
+# version wants (1,310,728 bytes in 25.0, 2,097,160 in 26.2). Beside the machine's own programs, of
+# another version, one would shorten it under the other, which ends a program by SIGBUS.
+mkdir -p "$root/var/cache/mesa"
+export MESA_SHADER_CACHE_DIR=/var/cache/mesa
+
 # Libraries and Python settings of the machine outside would not fit the programs inside, and its
 # language is not installed there.
 unset LD_LIBRARY_PATH LD_PRELOAD PYTHONHOME
