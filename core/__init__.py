@@ -20,7 +20,7 @@ from .formats.export import Written, export_guidance
 from .formats.guidance import FILE_KINDS, QUAD_KINDS, Exported, guidance_paths, write_guidance
 from .formats.off import read_off
 from .formats.steering import Steering, read_steering
-from .formats.usd_up import up_axis
+from .formats.usd_layer import up_axis, usd_names
 from .formats.usda import UsdMesh, write_usda
 from .formats.whole import whole_file
 from .matching.align import Alignment, align
@@ -149,6 +149,7 @@ __all__ = [
     "suitability",
     "unpack",
     "up_axis",
+    "usd_names",
     "whole_file",
     "write_guidance",
     "write_usda",

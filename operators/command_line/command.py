@@ -46,7 +46,8 @@ def _told(request: Request) -> int:
 
 def _done(request: Request) -> int:
     base = bpy.data.filepath
-    blender = [bpy.app.binary_path, "-b", *([base] if base else []), "--command", "umbilics"]
+    blender = [bpy.app.binary_path, *_quiet(), "-b", *([base] if base else [])]
+    blender += ["--command", "umbilics"]
     try:
         if request.summary:
             return batch.summarize(*request.summary)
@@ -79,6 +80,14 @@ def _done(request: Request) -> int:
         if request.stop.asked() and (waiting or failed):
             return exit_codes.INTERRUPTED
     return exit_codes.FAILED if failed else exit_codes.DONE
+
+
+def _quiet() -> list[str]:
+    """The option by which a Blender that is started does not tell its version once more, where it
+    has one."""
+    # As a module Blender has no options, and ends where it is asked for them.
+    is_known = bpy.app.binary_path and "--quiet" in bpy.app.help_text()
+    return ["--quiet"] if is_known else []
 
 
 def _needs_processes(request: Request) -> bool:

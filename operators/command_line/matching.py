@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,9 @@ def request_of(
             "--align-to needs the FILE whose meshes are to be aligned; in the window there is "
             "Align to Other."
         )
+    for file in found.align_to:
+        if not Path(file).exists():
+            parser.error(f"--align-to {file}: there is no such file.")
     if not found.align_to and not found.find_symmetry:
         return None
     return MatchingRequest(tuple(found.align_to), found.align_scaled, found.find_symmetry)

@@ -97,7 +97,7 @@ def _one_object(
     references: Sequence[matching.Reference],
 ) -> dict[str, Any]:
     """Detect on one mesh; its entry in the report."""
-    label = name if file is None else f"{shown(file)}: {name}"
+    label = shown(name) if file is None else f"{shown(file)}: {shown(name)}"
     if found.number is not None:
         label += f", frame {found.number}"
     told = None if file is None else shown(file)
@@ -129,6 +129,7 @@ def _one_object(
         error = f"given up after {seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
         error = str(reason) or f"stopped without a word ({type(reason).__name__})."
+        error = " ".join([error, *opened.warnings])
     else:
         found.done.append((inputs, detection))
         if results:

@@ -8,8 +8,8 @@ from ..base.errors import ObjectError
 from ..mesh.evaluated import is_in, outside
 from ..scene import homes, targets
 
-# Types of objects that Blender makes meshes of.
-_CONVERTIBLE = ("CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "GREASEPENCIL")
+# Objects that Blender makes meshes of when it is asked to.
+CONVERTIBLE = ("CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "GREASEPENCIL")
 SCULPTED = "Leave Sculpt Mode first: the mesh is not up to date while it is sculpted."
 
 
@@ -58,6 +58,6 @@ def _no_mesh(obj: bpy.types.Object) -> str:
         way = "Choose the mesh that the armature moves; its pose counts."
     elif obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
         way = "Choose a mesh, or make the instance real: Object > Apply > Make Instances Real."
-    elif obj.type in _CONVERTIBLE:
+    elif obj.type in CONVERTIBLE:
         way = "Choose a mesh, or convert it: Object > Convert > Mesh."
     return f"{obj.name} is not a mesh. {way}"

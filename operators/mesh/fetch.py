@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 # Kind of attribute: values per element, their NumPy type, the name foreach_get reads, and
 # what the user reads when it is the wrong one.
@@ -34,3 +37,9 @@ def unit_vectors(vectors: np.ndarray) -> np.ndarray:
     """(n, 3) vectors made one long; zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
+
+
+def inverse(matrix: np.ndarray | Sequence[Sequence[float]]) -> Matrix:
+    """The inverse of a (4, 4) matrix, in double precision: Blender's own finds none for an object
+    whose scale is 1e-15, as the product of three such numbers is none in single precision."""
+    return Matrix(np.linalg.inv(np.array(matrix, np.float64)))

@@ -13,7 +13,7 @@ import numpy as np
 from ..base.errors import AttributeNameError, ChangedMeshError, ObjectError
 from . import fingerprint
 from .edge_marks import marked_edges
-from .evaluated import evaluated_mesh
+from .evaluated import evaluated_mesh, works_on
 from .fetch import DOMAIN_LABEL, LAYOUT, fetch, unit_vectors
 from .fingerprint import Fingerprint
 from .scope import WHOLE, Scope, faces_in, in_vertex_group
@@ -98,7 +98,7 @@ def read_mesh(
         vertices = _to_world(positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
-            if depsgraph is not None and len(obj.data.polygons):
+            if depsgraph is not None and (len(obj.data.polygons) or works_on(obj)):
                 raise ObjectError(
                     f"The modifiers of {obj.name} leave no faces, or nothing but instances. "
                     "Realize the instances in its Geometry Nodes, or choose Source: Base Mesh."

@@ -34,6 +34,7 @@ from ..data.belonging import OWNER_TAG
 from ..data.preferences import Appearance
 from ..data.record import Record
 from ..drawing.frames import frames_of
+from ..mesh.fetch import inverse
 from .transaction import Transaction, all_or_nothing, empty_without
 from .view.glyph_images import UNIT, image_of, unused_without
 
@@ -138,7 +139,7 @@ def _add(
     is_overlaid = _is_overlaid(context)
     shown = set() if is_overlaid else set(umbilics.kind.tolist())
     images = {kind: image_of(kind, transaction) for kind in shown}
-    to_object = Matrix(record.matrix).inverted()
+    to_object = inverse(record.matrix)
     views = local_views(context, obj)
     for place, row in enumerate(rows.tolist()):
         kind, number = str(umbilics.kind[place]), int(record.numbers[row])

@@ -218,6 +218,19 @@ def test_non_uniform_scale_gives_what_applying_it_gives():
         assert np.abs(ours - wanted).max() < 1e-3
 
 
+@pytest.mark.parametrize("size", [1e-15, 1e15])
+def test_a_scale_of_any_size_is_one(size):
+    """Three such numbers multiplied are none in single precision."""
+    obj = add_ellipsoid(subdivisions=3)
+    obj.scale = 3 * [size]
+    bpy.context.view_layer.update()
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    assert obj.umbilics.lemon == 4
+    places = np.array([child.matrix_world.translation for child in obj.children]) / size
+    assert np.linalg.norm(places[:, None] - ellipsoid_umbilics(), axis=2).min(axis=1).max() < 0.15
+    bpy.ops.umbilics.guide()
+
+
 def test_mirrored_object_keeps_its_outside():
     upright = detected_under(Matrix.Identity(4), (3.0, 2.0, 1.0))
     mirrored = detected_under(Matrix.Diagonal((-1.0, 1.0, 1.0, 1.0)), (3.0, 2.0, 1.0))

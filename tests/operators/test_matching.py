@@ -121,4 +121,6 @@ def test_the_command_says_what_brings_a_mesh_onto_itself(run, tmp_path):
 def test_arguments_that_need_others(run, capsys):
     assert run("--align-to", "other.obj") == 2
     assert "needs the FILE" in capsys.readouterr().err
+    assert run("mine.obj", "--align-to", "other.obj") == 2
+    assert "--align-to other.obj: there is no such file" in capsys.readouterr().err
     assert run("--align-scaled") == 2

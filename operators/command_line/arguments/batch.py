@@ -119,7 +119,8 @@ def plan_of(
         return None
     for kind in OUTPUTS:
         if getattr(found, kind):
-            parser.error(f"With --out there is no --{kind}; say --also {kind}.")
+            way = f"say --also {kind}" if kind in OUTPUTS[1:] else "each file has its JSON there"
+            parser.error(f"With --out there is no --{kind}; {way}.")
     if not found.files:
         parser.error("--out needs files or folders.")
     if os.path.lexists(found.out) and not found.out.is_dir():

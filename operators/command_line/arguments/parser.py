@@ -112,7 +112,10 @@ def _spread(arguments: list[str]) -> list[str]:
         if argument == "--":
             return [*spread, argument, *rest]
         if argument == "--options":
-            argument = f"--options={next(rest, chr(34))}"
+            text = next(rest, None)
+            if text is None:
+                raise ValueError("expected one argument")
+            argument = f"--options={text}"
         if argument.startswith("--options="):
             spread += shlex.split(argument.partition("=")[2])
         else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import glob
 import os
-import stat
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -154,7 +153,8 @@ class _Search:
         path = Path(argument)
         if path.is_dir():
             inside = list(self._inside(argument))
-            return inside or [Task(argument, result_name(path.resolve().name))]
+            why = "there are no mesh files in this folder"
+            return inside or [Task(argument, result_name(path.resolve().name), why)]
         if not os.path.lexists(argument) and glob.has_magic(argument):
             matches = sorted(glob.glob(argument, recursive=True))
             self.folders |= {Path(match).parent for match in matches}
@@ -162,12 +162,12 @@ class _Search:
                 Task(argument, result_name("".join("_" if c in "/\\*?[]" else c for c in argument)))
             ]
         self.named.add(argument)
-        return [Task(argument, result_name(path.name), _refusal(argument))]
+        return [Task(argument, result_name(path.name))]
 
     def _matched(self, match: str) -> list[Task]:
         if os.path.isdir(match):
             return list(self._inside(match))
-        return [Task(match, result_name(os.path.basename(match)), _refusal(match))]
+        return [Task(match, result_name(os.path.basename(match)))]
 
     def _inside(self, top: str) -> Iterable[Task]:
         unreadable: list[Task] = []
@@ -185,16 +185,5 @@ class _Search:
                 if os.path.splitext(name)[1].lower() in self._suffixes:
                     source = os.path.join(folder, name)
                     below = os.path.relpath(source, top).replace(os.sep, "/")
-                    yield Task(source, result_name(below), _refusal(source))
+                    yield Task(source, result_name(below))
         yield from unreadable
-
-
-def _refusal(source: str) -> str:
-    """Why a path can be no mesh file, whatever is in it; empty if it may be one."""
-    try:
-        mode = os.stat(source).st_mode
-    except (OSError, ValueError):
-        return ""
-    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
-        return "this is not a file but a pipe, a socket or a device"
-    return ""

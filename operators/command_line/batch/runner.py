@@ -16,7 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from .. import exit_codes, messages
+from ..files import damage
 from ..files.guard import OverwriteError, shown
+from ..files.importers import SUFFIXES
 from ..stopping import Stop
 from . import journal, lock, machine, summary
 from .display import Display, duration
@@ -204,8 +206,8 @@ class _Batch:
 
     def _start(self, task: Task, number: str, memory: int) -> dict[str, Any] | None:
         """Start on a file; if that cannot be, its entry."""
-        if task.refusal:
-            return self._failure(task, f"{shown(task.source)}: {task.refusal}.")
+        if why := task.refusal or damage.refusal(task.source, SUFFIXES):
+            return self._failure(task, f"{shown(task.source)}: {why}.")
         plan = self._plan
         places = {kind: plan.out / f"{task.name}.{kind}" for kind in plan.kinds}
         guide = None

@@ -10,7 +10,9 @@ from typing import Any
 from ....core.formats.whole import PARTIAL
 from .. import exit_codes
 from ..arguments.request import Request
+from ..files import damage
 from ..files.guard import shown
+from ..files.importers import SUFFIXES
 from ..messages import STOPPED, complain, tell
 from . import machine
 
@@ -30,6 +32,12 @@ def run(request: Request, blender: list[str]) -> int:
 def _one_file(
     request: Request, file: str | None, outputs: dict[str, Any], blender: list[str]
 ) -> bool:
+    name = None if file is None else shown(file)
+    if file is not None and (why := damage.refusal(file, SUFFIXES)):
+        if request.events:
+            tell("start", file=name)
+        _fail(request, name, f"{why}.", 0.0)
+        return False
     command = [*blender, *request.worker_arguments, "--worker"]
     command += [f"--{kind}={path}" for kind, path in outputs.items()]
     if request.guidance:
@@ -50,13 +58,16 @@ def _one_file(
     else:
         more = ", or need more than --memory-limit" if request.limits.memory else ""
         error = f"Blender ended with {machine.end_in_words(code)}: the file may be damaged{more}."
-    name = None if file is None else shown(file)
+    _fail(request, name, error, time.monotonic() - start)
+    return False
+
+
+def _fail(request: Request, name: str | None, error: str, seconds: float) -> None:
+    """Say why a file is not done."""
     error = error if name is None else f"{name}: {error}"
     complain(error)
     if request.events:
-        seconds = round(time.monotonic() - start, 3)
-        tell("file", file=name, status="failed", seconds=seconds, error=error)
-    return False
+        tell("file", file=name, status="failed", seconds=round(seconds, 3), error=error)
 
 
 def _end_of(command: list[str], request: Request) -> tuple[int, int | None]:

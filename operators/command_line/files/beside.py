@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
-import mmap
 import os
 import re
 import struct
@@ -15,12 +15,13 @@ from urllib.parse import unquote
 
 import bpy
 
+from .... import core
 from ...base.errors import FileError
+from . import damage
 from .guard import shown
 
-_MATERIALS = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
-# What stands between @ in the text of USD is an asset; three of them where it has one in its name.
-_ASSET = re.compile(r"@@@(.+?)@@@|@([^@\r\n]+)@")
+_MATERIALS = re.compile(rb"(?:^|[\r\n])[ \t]*mtllib[ \t]+([^\r\n]+)")
+_LAYERS = (".usd", ".usda", ".usdc", ".usdz")
 # Of a binary glTF: magic, version and length, then length and kind of the first part, its JSON.
 _GLB = struct.Struct("<4sIIII")
 
@@ -38,20 +39,32 @@ def files_beside(path: str | None) -> list[str]:
     if path is not None:
         try:
             found += _NAMED.get(Path(path).suffix.lower(), lambda _: ())(Path(path))
-        except (OSError, ValueError, TypeError, AttributeError) as error:
+        except (OSError, ValueError, TypeError, AttributeError, struct.error) as error:
             raise FileError(f"{shown(path)}: its list of files cannot be read.") from error
-    places = {os.path.realpath(one): one for one in reversed(found)}
+    places = {os.path.realpath(one): one for one in reversed(found) if _is_name(one)}
     places.pop("" if path is None else os.path.realpath(path), None)
     return sorted(places.values())
 
 
+def _is_name(text: str) -> bool:
+    """Whether a file may be called so."""
+    try:
+        return b"\0" not in os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
+
+
 def _of_obj(path: Path) -> Iterator[str]:
-    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as text:
-        for line in {os.fsdecode(one[1]).strip() for one in _MATERIALS.finditer(text)}:
-            # A line may name several files, and a file may have blanks in its name.
-            whole = path.parent / line
-            names = [line] if whole.exists() else line.split()
-            yield from (str(path.parent / name) for name in names)
+    # Blender looks there too, whatever the file says.
+    if path.with_suffix(".mtl").is_file():
+        yield str(path.with_suffix(".mtl"))
+    texts = (text for text in damage.lines_of(path) if b"mtllib" in text)
+    lines = {found[1] for text in texts for found in _MATERIALS.finditer(text)}
+    for line in map(os.fsdecode, lines):
+        # A line may name several files, and a file may have blanks in its name.
+        name = line.strip().strip('"')
+        names = [name] if _is_file(path.parent / name) else name.split()
+        yield from (str(path.parent / name) for name in names)
 
 
 def _of_gltf(path: Path) -> Iterator[str]:
@@ -72,8 +85,8 @@ def _json_of(path: Path) -> bytes:
 
 
 def _of_usd(path: Path) -> list[str]:
-    """Layers and assets, by USD's own library where Blender has it for scripts, else by what text
-    says of itself."""
+    """Layers and assets, by USD's own library where Blender has it for scripts, else by the words
+    in them that name a file."""
     if importlib.util.find_spec("pxr") is not None:
         from pxr import UsdUtils
 
@@ -83,23 +96,28 @@ def _of_usd(path: Path) -> list[str]:
     waiting = [path]
     while waiting:
         layer = waiting.pop()
-        if layer.suffix.lower() not in (".usda", ".usd") or not layer.is_file():
-            continue
-        with open(layer, "rb") as file:
-            if file.read(5) != b"#usda":
-                continue
-            text = file.read().decode("utf-8", "replace")
-        for one in _ASSET.finditer(text):
-            place = layer.parent / (one[1] or one[2])
-            # In a comment or a text a sign like this may mean anything.
-            if str(place) not in found and place.is_file():
+        names: list[str] = []
+        # Blender goes on without a layer that it cannot read.
+        with contextlib.suppress(core.FormatError):
+            names = core.usd_names(layer)
+        for name in names:
+            place = layer.parent / name
+            # A word may mean anything.
+            if str(place) not in found and _is_file(place):
                 found[str(place)] = None
-                waiting.append(place)
+                waiting += [place] if place.suffix.lower() in _LAYERS else []
     return list(found)
+
+
+def _is_file(path: Path) -> bool:
+    # What stands in a file may be longer than any name, or have what no name has.
+    with contextlib.suppress(OSError, ValueError):
+        return path.is_file()
+    return False
 
 
 _NAMED = {
     ".obj": _of_obj,
     **dict.fromkeys((".gltf", ".glb"), _of_gltf),
-    **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), _of_usd),
+    **dict.fromkeys(_LAYERS, _of_usd),
 }

@@ -8,9 +8,11 @@ from __future__ import annotations
 import codecs
 import os
 import re
+import stat
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -31,9 +33,47 @@ _STL_TITLE, _STL_TRIANGLE = 80, 50
 _ALEMBIC, _OLD_ALEMBIC, _CLOSED = b"Ogawa", b"\x89HDF\r\n\x1a\n", 0xFF
 _ALEMBIC_HEAD = struct.Struct("<5sB2sQ")
 _IS_DATA = np.uint64(1 << 63)
+_NUMBER = np.dtype("<u8")
 _STL_FACE = (b"endloop", b"ENDLOOP")
 _OBJ_FACE = (b"\nf ", b"\nf\t", b"\rf ", b"\rf\t")
+# A vertex of an OBJ whose numbers are not all plain ones; a number, which may be none; what most
+# lines are made of, and letters and an exponent that no vertex has where all is well: looked for
+# first, as that is faster than to go through all lines.
+_PLAIN = rb"[-+.\d]+(?:[eE]-\d+|[eE]\+?0*[0-2]?\d)?"
+_OBJ_VERTEX = re.compile(
+    rb"(?:^|[\r\n])[ \t]*v[ \t]+(?!%b[ \t]+%b[ \t]+%b(?!\S))(\S+)[ \t]+(\S+)[ \t]+(\S+)"
+    % (_PLAIN, _PLAIN, _PLAIN)
+)
+_NUMBER_IN_TEXT = re.compile(
+    rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan(?:\([^)]*\))?|inf(?:inity)?)", re.IGNORECASE
+)
+_USUAL = b"0123456789.+-/vntf \t\r\n"
+_ODD = re.compile(rb"[,aid]", re.IGNORECASE)
+_FAR = re.compile(rb"[eE]\+?0*(?:3[89]|[4-9]\d|[1-9]\d\d)")
+_FARTHEST = float(np.finfo(np.float32).max)
+# The first vertex of an OBJ is 1.
+_NO_VERTEX = re.compile(rb"[\r\n]f[^\r\n]*[ \t]0+(?![^/\s])")
 _TORN = "It is torn: fetch or save it again"
+
+
+def refusal(path: str, suffixes: Collection[str]) -> str:
+    """Why a path can be no mesh file with one of these endings, whatever is in it; empty if it may
+    be one."""
+    try:
+        status = os.stat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return "there is no such file"
+    except OSError as error:
+        return f"cannot be read ({error.strerror})"
+    except ValueError as error:
+        return f"cannot be read ({error})"
+    if stat.S_ISDIR(status.st_mode):
+        return "this is a folder, not a file"
+    if not stat.S_ISREG(status.st_mode):
+        return "this is not a file but a pipe, a socket or a device"
+    if Path(path).suffix.lower() not in suffixes:
+        return f"not a kind of file that can be read ({', '.join(suffixes)})"
+    return "" if status.st_size else "the file is empty"
 
 
 def check(path: Path) -> None:
@@ -62,13 +102,99 @@ def doubts(path: Path, faces: int) -> list[str]:
             "The file does not end with endsolid, as an STL in text does: it may have been cut "
             "off, and triangles may be missing."
         )
+    if path.suffix.lower() == ".stl":
+        found += _behind_stl(path, head)
+    if path.suffix.lower() == ".obj":
+        found += _nowhere_in_obj(path)
     named = _faces_named(path, head)
     if named > faces:
         found.append(
             f"{named - faces} of the {named} faces in the file were left out: they are damaged, "
             "stand there twice, or have fewer than three corners that are there."
         )
+        if path.suffix.lower() == ".obj" and any(map(_NO_VERTEX.search, lines_of(path))):
+            found.append(
+                "Faces in the file name vertex 0, while OBJ counts from 1: all of them may name "
+                "the wrong vertices."
+            )
     return found
+
+
+def lines_of(path: Path) -> Iterator[bytes]:
+    """A text in pieces of whole lines, each with the line end before it; where there are none, no
+    more than a beginning. Mapped into memory instead, a file that somebody cuts short meanwhile
+    would end Blender."""
+    rest = b""
+    with open(path, "rb") as file:
+        while piece := file.read(_PIECE):
+            cut = max(piece.rfind(b"\n"), piece.rfind(b"\r"))
+            if cut >= 0:
+                yield rest + piece[:cut]
+                rest = piece[cut:]
+            elif len(rest) < _PIECE:
+                rest += piece
+    yield rest
+
+
+def why_unread(path: Path) -> str:
+    """Why Blender may not read a file, where its importer does not say."""
+    if path.suffix.lower() != ".ply":
+        return "its importer does not say why; the file may be torn"
+    head = _head(path)
+    elements = head[: max(head.find(b"end_header"), 0)].split(b"element ")
+    if any(one.startswith(b"vertex ") and b"property list" in one for one in elements):
+        return "its vertices have lists; save it without them"
+    return (
+        "its importer does not say why; a face may have more corners than the 255 that it takes, "
+        "or the file may be torn"
+    )
+
+
+def _obj(path: Path, _: bytes) -> str:
+    for place in _odd_places(path):
+        for word in place:
+            if not _NUMBER_IN_TEXT.fullmatch(word):
+                text = word[:40].decode("utf-8", "backslashreplace")
+                return f"a vertex has {shown(text)}, which is no number such as 1.5e-3"
+    return ""
+
+
+def _odd_places(path: Path) -> Iterator[tuple[bytes, ...]]:
+    """Places of vertices in an OBJ whose numbers are not all plain ones."""
+    for text in lines_of(path):
+        rest = text.translate(None, _USUAL)
+        if _ODD.search(rest) or (b"e" in rest.lower() and _FAR.search(text)):
+            yield from (found.groups() for found in _OBJ_VERTEX.finditer(text))
+
+
+def _nowhere_in_obj(path: Path) -> list[str]:
+    """What Blender puts somewhere else without a word."""
+    count = sum(not all(map(_is_in_reach, place)) for place in _odd_places(path))
+    if not count:
+        return []
+    which = "1 vertex in the file is" if count == 1 else f"{count} vertices in the file are"
+    return [
+        f"{which} nowhere (not a number, infinite or too far away); Blender has them elsewhere, "
+        "and what is around there is not the surface."
+    ]
+
+
+def _is_in_reach(word: bytes) -> bool:
+    """Whether a number of a text has a place in single precision."""
+    try:
+        return abs(float(word)) <= _FARTHEST
+    except ValueError:
+        return False
+
+
+def _behind_stl(path: Path, head: bytes) -> list[str]:
+    whole, size = size_of_binary_stl(head), path.stat().st_size
+    if not is_binary_stl(path, head) or whole is None or size <= whole:
+        return []
+    return [
+        f"{size - whole} bytes behind the triangles that the file announces were left out: it may "
+        "be damaged, and triangles may be missing."
+    ]
 
 
 def size_of_binary_stl(head: bytes) -> int | None:
@@ -156,36 +282,50 @@ def _alembic(path: Path, head: bytes) -> str:
 
 def _alembic_is_whole(path: Path, root: int) -> bool:
     """Whether all groups and data that a file names are in it."""
-    data = np.memmap(path, np.uint8, "r")
-    size = len(data)
-    waiting, seen, used = [root], {0}, 0
-    while waiting:
-        place = waiting.pop()
-        if place in seen:
-            continue
-        seen.add(place)
-        if place > size - 8:
-            return False
-        count = int(data[place : place + 8].view(np.uint64)[0])
-        # No two groups share bytes, so that all of them together are no longer than the file.
-        used += count
-        if count > (size - place - 8) // 8 or 8 * used > size:
-            return False
-        parts = np.frombuffer(data[place + 8 : place + 8 + 8 * count].tobytes(), np.uint64)
-        is_data = parts >= _IS_DATA
-        waiting += parts[~is_data].tolist()
-        places = parts[is_data] ^ _IS_DATA
-        places = places[places > 0]
-        if (places > size - 8).any():
-            return False
-        places = places.astype(np.int64)
-        lengths = data[places[:, None] + np.arange(8)].view(np.uint64)[:, 0]
-        if (lengths > size - places - 8).any():
-            return False
+    with open(path, "rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        waiting, seen, used = [root], {0}, 0
+        while waiting:
+            place = waiting.pop()
+            if place in seen:
+                continue
+            seen.add(place)
+            (count,) = _numbers(file, place, 1) or (size,)
+            # No two groups share bytes, so that all of them together are no longer than the file.
+            used += count
+            if count > (size - place - 8) // 8 or 8 * used > size:
+                return False
+            named = _numbers(file, place + 8, count)
+            if len(named) < count:
+                return False
+            parts = np.array(named, _NUMBER)
+            is_data = parts >= _IS_DATA
+            waiting += parts[~is_data].tolist()
+            places = parts[is_data] ^ _IS_DATA
+            # In the order of the file, most of them lie in what has been read already.
+            for place in np.unique(places[places > 0]).tolist():
+                (length,) = _numbers(file, place, 1) or (size,)
+                if length > size - place - 8:
+                    return False
     return True
 
 
-_LOOKS: dict[str, Callable[[Path, bytes], str]] = {".stl": _stl, ".ply": _ply, ".abc": _alembic}
+def _numbers(file: BinaryIO, place: int, count: int) -> list[int]:
+    """Numbers of eight bytes that stand in a file, as many as are there."""
+    try:
+        file.seek(place)
+    except (OSError, OverflowError, ValueError):
+        return []
+    data = file.read(8 * count)
+    return np.frombuffer(data[: len(data) // 8 * 8], _NUMBER).tolist()
+
+
+_LOOKS: dict[str, Callable[[Path, bytes], str]] = {
+    ".obj": _obj,
+    ".stl": _stl,
+    ".ply": _ply,
+    ".abc": _alembic,
+}
 
 
 def _head(path: Path) -> bytes:

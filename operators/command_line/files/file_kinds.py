@@ -10,9 +10,11 @@ import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from .... import core
 from ...base.errors import FileError
@@ -65,7 +67,10 @@ def _off(path: str) -> np.ndarray:
 
 
 def _gltf(path: str) -> np.ndarray:
-    bpy.ops.import_scene.gltf(filepath=path)
+    # Else each skeleton brings a mesh for its bones that is in no file.
+    bpy.ops.import_scene.gltf(
+        filepath=path, **_known(bpy.ops.import_scene.gltf, disable_bone_shape=True)
+    )
     return _FROM_Y_UP
 
 
@@ -88,13 +93,20 @@ def _fbx(path: str) -> np.ndarray:
 
 def _usd(path: str) -> np.ndarray:
     _need(path, "wm.usd_import", "USD")
-    known = bpy.ops.wm.usd_import.get_rna_type().properties.keys()
-    # Lengths as they stand in the file; older versions never change them.
-    options = {"apply_unit_conversion_scale": False}
-    bpy.ops.wm.usd_import(
-        filepath=path, **{name: value for name, value in options.items() if name in known}
-    )
-    return _FROM_Y_UP if core.up_axis(path) == "Y" else UPRIGHT
+    # Lengths as they stand in the file; older versions never change them. Copies of a prim are
+    # meshes where they stand.
+    options = {"apply_unit_conversion_scale": False, "support_scene_instancing": False}
+    collections = set(bpy.data.collections)
+    bpy.ops.wm.usd_import(filepath=path, **_known(bpy.ops.wm.usd_import, **options))
+    if core.up_axis(path) != "Y":
+        return UPRIGHT
+    turn = Matrix(_FROM_Y_UP.T).to_4x4()
+    # What Blender has for points to show is the only thing that it does not turn upwards.
+    for collection in set(bpy.data.collections) - collections:
+        for obj in collection.objects:
+            if obj.parent is None:
+                obj.matrix_world = turn @ obj.matrix_world
+    return _FROM_Y_UP
 
 
 def _alembic(path: str) -> np.ndarray:
@@ -126,6 +138,12 @@ LOADERS: dict[str, tuple[Callable[[str], np.ndarray], str]] = {
     ".abc": (_alembic, "Y"),
     ".blend": (_blend, "Z"),
 }
+
+
+def _known(operator: Any, **options: bool) -> dict[str, bool]:
+    """Those options that this version of an operator has."""
+    known = operator.get_rna_type().properties.keys()
+    return {name: value for name, value in options.items() if name in known}
 
 
 def has_operator(name: str) -> bool:

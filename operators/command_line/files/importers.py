@@ -11,6 +11,7 @@ import numpy as np
 
 from .... import core
 from ...base.errors import FileError
+from ...jobs.refusals import CONVERTIBLE
 from ...mesh.read import positions
 from . import damage
 from .file_kinds import LOADERS, UPRIGHT
@@ -55,17 +56,9 @@ def open_file(path: str | None, base: str) -> Opened:
     if path is None:
         return Opened(_meshes(set()), UPRIGHT, "Z", "Z")
     file, name = Path(path), shown(path)
+    if why := damage.refusal(path, SUFFIXES):
+        raise FileError(f"{name}: {why}.")
     suffix = file.suffix.lower()
-    if not file.exists():
-        raise FileError(f"{name}: there is no such file.")
-    if file.is_dir():
-        raise FileError(f"{name}: this is a folder, not a file.")
-    if not file.is_file():
-        raise FileError(f"{name}: this is not a file but a pipe, a socket or a device.")
-    if suffix not in LOADERS:
-        raise FileError(f"{name}: not a kind of file that can be read ({', '.join(SUFFIXES)}).")
-    if not file.stat().st_size:
-        raise FileError(f"{name}: the file is empty.")
     load, file_up = LOADERS[suffix]
     before = set() if suffix == ".blend" else _start(base)
     real = str(file.resolve())
@@ -78,12 +71,13 @@ def open_file(path: str | None, base: str) -> Opened:
         raise FileError(f"{name}: cannot be read ({error.strerror}).") from error
     except RuntimeError as error:
         words = str(error).strip().splitlines() or ["it does not say why"]
-        reason = _by_name(_reason(words), real, name)
+        reason = _by_name(_reason(words) or damage.why_unread(file), real, name)
         raise FileError(f"{name}: Blender cannot read it ({reason})") from error
     objects = _meshes(before)
     if not objects:
-        raise FileError(f"{name}: no mesh was found in it.")
+        raise FileError(f"{name}: no mesh was found in it.{_instead()}")
     warnings = damage.doubts(file, sum(len(obj.data.polygons) for obj in objects))
+    warnings += _missing_libraries()
     if suffix in (".gltf", ".glb"):
         for obj in objects:
             _weld(obj.data)
@@ -98,13 +92,34 @@ def _by_name(words: str, real: str, name: str) -> str:
 
 
 def _reason(words: list[str]) -> str:
-    """The last line that says something, without Blender's label; where in which script it was is
-    nothing to the reader of the file, and its console is not there."""
+    """The last line that says something, without Blender's label, empty if none does; where in
+    which script it was is nothing to the reader of the file, and its console is not there."""
     said = [line for line in words if line.strip() and not line.lstrip().startswith("Location:")]
     reason = (said or words)[-1].strip().removeprefix("Error: ")
     if reason.endswith("unknown error"):
-        return "its importer does not say why; the file may be torn"
+        return ""
     return reason.removesuffix(", see console for detail")
+
+
+def _missing_libraries() -> list[str]:
+    """Sentences on the .blend files that the open one takes something from and that are gone."""
+    return [
+        f"The library {shown(library.filepath)} is missing: what was linked from it is not there."
+        for library in bpy.data.libraries
+        if library.is_missing
+    ]
+
+
+def _instead() -> str:
+    """What is in the scene in place of meshes, and what to do with it; empty if nothing is."""
+    objects = bpy.context.scene.objects
+    said = _missing_libraries()
+    if any(obj.type == "EMPTY" and obj.instance_type == "COLLECTION" for obj in objects):
+        said.append("There are instances of collections: Object > Apply > Make Instances Real.")
+    kinds = sorted({obj.type.lower() for obj in objects if obj.type in CONVERTIBLE})
+    if kinds:
+        said.append(f"There are other shapes ({', '.join(kinds)}): Object > Convert > Mesh.")
+    return "".join(f" {sentence}" for sentence in said)
 
 
 def _start(base: str) -> set[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -32,16 +33,23 @@ def overheard() -> Iterator[Callable[[], bytes]]:
 @contextlib.contextmanager
 def _going_to(target: int) -> Iterator[None]:
     """What is printed goes to another descriptor."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    _flush()
     kept = os.dup(1), os.dup(2)
     os.dup2(target, 1)
     os.dup2(target, 2)
     try:
         yield
     finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
+        _flush()
         for number, copy in zip((1, 2), kept, strict=True):
             os.dup2(copy, number)
             os.close(copy)
+
+
+def _flush() -> None:
+    """Write out what Python and Blender hold back: it would come when others have the stream."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Windows has the streams of its C library elsewhere.
+    with contextlib.suppress(OSError):
+        ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None).fflush(None)

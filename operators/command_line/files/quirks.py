@@ -38,7 +38,7 @@ def _mends(path: str) -> Callable[[bytes], bytes] | None:
     with open(file, "rb") as data:
         head = data.read(_HEAD)
     kind = file.suffix.lower()
-    if kind == ".ply":
+    if kind == ".ply" and not head.startswith(b"ply\rformat ascii"):
         return None
     if kind == ".stl":
         size = file.stat().st_size

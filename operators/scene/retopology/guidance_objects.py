@@ -23,7 +23,7 @@ from ...data import plans
 from ...data.belonging import OWNER_TAG
 from ...drawing.poles import COLOURS as POLE_COLOURS
 from ...mesh.attributes import write_attributes
-from ...mesh.fetch import unit_vectors
+from ...mesh.fetch import inverse, unit_vectors
 from ...mesh.read import MeshArrays
 from .. import homes
 from ..empties import name_of
@@ -288,7 +288,7 @@ def adopt(
     if place is not None:
         matrix, basis = place
         # The inverse undoes a non-uniform scale, which would shear the empty.
-        child.matrix_parent_inverse = Matrix(matrix).inverted()
+        child.matrix_parent_inverse = inverse(matrix)
         child.matrix_basis = basis
     if collection is None:
         collection = transaction.made(bpy.data.collections.new(f"Guidance of {obj.name}"))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import surfaces
-from batch_files import command, needs_program, rows_of, write_ellipsoid
+from batch_files import BLENDER, command, needs_program, rows_of, write_ellipsoid
 
 
 @pytest.fixture
@@ -224,3 +224,13 @@ def test_batch_options_without_a_folder_are_refused(said_by):
     code, said = said_by("a.obj", "--resume")
     assert code == 2
     assert "--resume needs --out DIR" in said
+
+
+@needs_program
+def test_a_process_of_its_own_does_not_tell_its_version_once_more(part):
+    quiet = part("command")._quiet()
+    if not quiet:
+        pytest.skip("this Blender has no option for it")
+    command = [BLENDER, *quiet, "-b", "--factory-startup", "--python-expr", "print('here')"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == "here\n"

@@ -324,6 +324,38 @@ def test_what_cannot_be_written_is_noticed_before_the_work(do, tmp_path):
     assert not made(tmp_path / "out")
 
 
+def test_what_is_no_file_is_said_without_a_process(do, part, tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(part("batch.runner"), "Worker", None)
+    (tmp_path / "empty.obj").touch()
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "loop.obj").symlink_to("loop.obj")
+    (tmp_path / "text.txt").write_text("well")
+    (tmp_path / "away.ply").symlink_to("nowhere")
+    names = ("empty.obj", "none.obj", "folder", "loop.obj", "text.txt", "away.ply", "*.stl")
+    code, rows = do(*(tmp_path / name for name in names))
+    assert code == 1
+    whys = {os.path.basename(file): row["error"].partition(": ")[2] for file, row in rows.items()}
+    assert whys.pop("text.txt").startswith("not a kind of file that can be read")
+    assert whys.pop("loop.obj").startswith("cannot be read (")
+    assert whys == {
+        "empty.obj": "the file is empty.",
+        "none.obj": "there is no such file.",
+        "folder": "there are no mesh files in this folder.",
+        "away.ply": "there is no such file.",
+        "*.stl": "there is no such file.",
+    }
+    # Nor for files that have one of their own.
+    capfd.readouterr()
+    words = [str(tmp_path / "none.blend"), "--progress", "jsonl"]
+    supervised = part("batch.supervised")
+    monkeypatch.setattr(supervised, "_end_of", None)
+    assert supervised.run(part("arguments.parser").parse(words), []) == 1
+    said = capfd.readouterr()
+    assert said.err.endswith("none.blend: there is no such file.\n")
+    events = [json.loads(line)["event"] for line in said.out.splitlines()]
+    assert events == ["start", "file"]
+
+
 def test_a_second_batch_in_the_folder_is_refused(do, batch, part, tmp_path):
     (tmp_path / "x.obj").write_text("well")
     out = tmp_path / "out"

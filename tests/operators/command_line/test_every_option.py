@@ -165,6 +165,18 @@ def test_a_wrong_setting_is_called_as_its_option(arguments, base, capsys):
         assert f"error: {words}" in capsys.readouterr().err
 
 
+def test_a_refusal_names_a_way_that_there_is(arguments, tmp_path, capsys):
+    for option, words in (
+        ("--json", "each file has its JSON there"),
+        ("--png", "say --also png"),
+        ("--options", "--options: expected one argument"),
+    ):
+        given = ["a.obj", "--out", str(tmp_path), option]
+        with pytest.raises(SystemExit):
+            arguments.parse(given if option == "--options" else [*given, "o"])
+        assert words in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("option", ["--check-topology", "--strokes", "--align-to"])
 def test_what_was_done_with_another_file_beside_it_is_done_again(arguments, base, option):
     given = [str(argument) for argument in base]

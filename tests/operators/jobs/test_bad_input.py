@@ -222,3 +222,25 @@ def test_run_can_be_cancelled_and_leaves_no_thread(addon):
     assert running.current() is None
     assert census() == before
     assert all(thread.name != "umbilics" for thread in threading.enumerate())
+
+
+def test_modifiers_that_make_nothing_but_instances():
+    """Also of a mesh that has no faces itself, for which filling it would be no way."""
+    for faces in ([], [(0, 1, 2)]):
+        obj = add_mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0)], faces)
+        tree = bpy.data.node_groups.new("Instances", "GeometryNodeTree")
+        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        points, instances, end = (
+            tree.nodes.new(name)
+            for name in (
+                "GeometryNodeMeshLine",
+                "GeometryNodeInstanceOnPoints",
+                "NodeGroupOutput",
+            )
+        )
+        cube = tree.nodes.new("GeometryNodeMeshCube")
+        tree.links.new(points.outputs["Mesh"], instances.inputs["Points"])
+        tree.links.new(cube.outputs["Mesh"], instances.inputs["Instance"])
+        tree.links.new(instances.outputs["Instances"], end.inputs[0])
+        obj.modifiers.new("Instances", "NODES").node_group = tree
+        assert "Realize the instances" in refusal()

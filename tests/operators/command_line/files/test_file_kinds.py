@@ -6,7 +6,7 @@ import shutil
 import bpy
 import numpy as np
 import pytest
-from scene_building import add_ellipsoid, ellipsoid_umbilics, empty_scene
+from scene_building import add_ellipsoid, add_object, ellipsoid_umbilics, empty_scene
 
 PLACE = np.array([1.0, 2.0, 3.0])
 USD = ("usd", "usda", "usdc", "usdz")
@@ -211,3 +211,104 @@ def test_usd_with_primvars_is_written_for_every_file(run, tmp_path):
         text = (tmp_path / "o" / f"{name}.usda").read_text()
         assert text.startswith("#usda 1.0") and 'upAxis = "Y"' in text
         assert "primvars:k1" in text and "def Points" in text
+
+
+@pytest.mark.usefixtures("here")
+def test_what_is_there_in_place_of_a_mesh_is_said(run, tmp_path, capfd):
+    def said_of(name):
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / name), copy=True)
+        assert run(tmp_path / name) == 1
+        return capfd.readouterr().err
+
+    add_object(bpy.data.curves.new("Ring", "CURVE"), "Ring")
+    add_object(bpy.data.metaballs.new("Drop"), "Drop")
+    assert "other shapes (curve, meta): Object > Convert > Mesh" in said_of("shapes.blend")
+    empty_scene()
+    add_ellipsoid(subdivisions=2, name="Egg")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "lib.blend"), copy=True)
+    empty_scene()
+    with bpy.data.libraries.load(str(tmp_path / "lib.blend"), link=True) as (_, there):
+        there.objects = ["Egg"]
+    bpy.context.scene.collection.objects.link(bpy.data.objects["Egg"])
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "user.blend"))
+    assert run(tmp_path / "user.blend") == 0
+    (tmp_path / "lib.blend").unlink()
+    assert run(tmp_path / "user.blend") == 1
+    assert "lib.blend is missing: what was linked from it" in capfd.readouterr().err
+    empty_scene()
+    kept = bpy.data.collections.new("Kept")
+    kept.objects.link(bpy.data.objects.new("Egg", bpy.data.meshes.new("Egg")))
+    holder = add_object(None, "Holder")
+    holder.instance_type, holder.instance_collection = "COLLECTION", kept
+    assert "Make Instances Real" in said_of("instances.blend")
+
+
+def test_the_shape_of_bones_is_no_mesh_of_the_file(run, tmp_path):
+    skin = add_ellipsoid(subdivisions=3, name="Egg")
+    bones = add_object(bpy.data.armatures.new("Bones"), "Bones")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bones.data.edit_bones.new("Bone").tail = (0.0, 0.0, 1.0)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    skin.vertex_groups.new(name="Bone").add(range(len(skin.data.vertices)), 1.0, "REPLACE")
+    skin.parent = bones
+    skin.modifiers.new("Bones", "ARMATURE").object = bones
+    bpy.ops.export_scene.gltf(filepath=str(tmp_path / "egg.glb"))
+    (entry,) = found_in(run, tmp_path / "egg.glb")
+    assert entry["object"] == "Egg"
+
+
+STAGE = """#usda 1.0
+(
+    upAxis = "{up}"
+)
+def Xform "Kept"
+{{
+    def Mesh "Egg"
+    {{
+        uniform token subdivisionScheme = "none"
+        int[] faceVertexCounts = [{counts}]
+        int[] faceVertexIndices = [{corners}]
+        point3f[] points = [{points}]
+    }}
+}}
+def Xform "Copy" (
+    instanceable = true
+    references = </Kept>
+)
+{{
+    double3 xformOp:translate = (10, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+def PointInstancer "Points"
+{{
+    rel prototypes = </Points/Inner>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(20, 0, 0), (30, 0, 0)]
+    def "Inner" (
+        references = </Kept/Egg>
+    )
+    {{
+    }}
+}}
+"""
+
+
+@pytest.mark.skipif(not has("usd_export"), reason="this Blender was built without USD")
+@pytest.mark.parametrize("up", ["Y", "Z"])
+def test_instances_in_usd_are_meshes_in_the_coordinates_of_the_stage(run, tmp_path, up):
+    mesh = add_ellipsoid(subdivisions=4).data
+    corners = [index for face in mesh.polygons for index in face.vertices]
+    points = [str(tuple(round(value, 6) for value in vertex.co)) for vertex in mesh.vertices]
+    text = STAGE.format(
+        up=up,
+        counts=", ".join(["3"] * len(mesh.polygons)),
+        corners=", ".join(map(str, corners)),
+        points=", ".join(points),
+    )
+    (tmp_path / "a.usda").write_text(text)
+    entries = found_in(run, tmp_path / "a.usda")
+    # What points show stands for itself, where it is kept.
+    places = [np.mean([one["position"] for one in entry["umbilics"]], axis=0) for entry in entries]
+    assert sorted(round(place[0]) for place in places) == [0, 0, 10]
+    for entry, place in zip(entries, places, strict=True):
+        assert away(entry, ellipsoid_umbilics() + np.array([round(place[0]), 0, 0])) < 0.1

@@ -166,6 +166,18 @@ def test_a_picture_that_a_mesh_needs_is_an_input(run, tmp_path, capfd):
     assert contents(tmp_path) == before
 
 
+def crate(*tokens):
+    """What a binary layer of USD has of its words, in the way of LZ4 that packs nothing."""
+    words = b"".join(token + b"\0" for token in tokens)
+    more, rest = divmod(len(words) - 15, 255)
+    block = b"\0\xf0" + b"\xff" * more + bytes([rest]) + words
+    section = struct.pack("<QQQ", len(tokens), len(words), len(block)) + block
+    table = struct.pack("<Q16sqq", 1, b"TOKENS", 88, len(section))
+    return b"PXR-USDC\0\x08".ljust(16, b"\0") + struct.pack("<q", 88 + len(section)) + bytes(
+        64
+    ) + section + table
+
+
 _GLB = b'{"buffers": [{"uri": "a%20b.bin"}, {"byteLength": 4}], "images": [{"uri": "data:image"}]}'
 
 
@@ -173,7 +185,11 @@ _GLB = b'{"buffers": [{"uri": "a%20b.bin"}, {"byteLength": 4}], "images": [{"uri
     ("file", "content", "others"),
     [
         ("a.obj", b"mtllib a b.mtl\nv 0 0\nmtllib c.mtl d.mtl\r\n", {"a b.mtl", "c.mtl", "d.mtl"}),
+        ("a b.obj", b'v 0 0\rmtllib "c d.usda"\r', {"a b.mtl", "c d.usda"}),
+        ("a.obj", b"mtllib a\0b.mtl\nmtllib " + b"x" * 5000 + b"\n#mtllib q.mtl\n", {"x" * 5000}),
         ("a.gltf", _GLB, {"a b.bin"}),
+        ("a.gltf", b'{"images": [{"uri": "\\ud800.png"}, {"uri": "a\\u0000b"}]}', set()),
+        ("a.usdc", crate(b"Egg", b"./b.usda", b"none.usdc", b"y" * 5000), {"b.usda", "c d.usda"}),
         ("a.glb", struct.pack("<4sIIII", b"glTF", 2, 99, len(_GLB), 1) + _GLB, {"a b.bin"}),
         ("a.usda", b"#usda 1.0\n(subLayers = [@./b.usda@])\n", {"b.usda", "c d.usda"}),
         ("a.ply", b"ply\n", set()),
@@ -190,7 +206,7 @@ def test_the_files_beside_one_are_known_to_its_report(addon, tmp_path, file, con
     assert {os.path.relpath(one, tmp_path) for one in found} == others
     told = command_line.report.source_of(str(tmp_path / file), found).get("beside", [])
     is_there = {os.path.basename(one["file"]): one["sha256"] is not None for one in told}
-    assert is_there == {name: (tmp_path / name).exists() for name in others}
+    assert is_there == {name: os.path.exists(tmp_path / name) for name in others}
 
 
 def test_a_pipe_is_written_to_and_stays_a_pipe(run, meshes):

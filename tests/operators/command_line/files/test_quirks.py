@@ -18,6 +18,7 @@ def egg(tmp_path):
     bpy.ops.wm.stl_export(filepath=str(tmp_path / "a.stl"), ascii_format=True)
     bpy.ops.wm.stl_export(filepath=str(tmp_path / "b.stl"))
     bpy.ops.wm.ply_export(filepath=str(tmp_path / "p.ply"), export_uv=False)
+    bpy.ops.wm.ply_export(filepath=str(tmp_path / "t.ply"), export_uv=False, ascii_format=True)
     return {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
 
@@ -28,6 +29,7 @@ WAYS = {
         lambda data: b"\xef\xbb\xbf" + data[data.index(b"\nv ") + 1 :],
     ),
     "an OBJ of an old Mac": ("o.obj", lambda data: data.replace(b"\n", b"\r")),
+    "a PLY in text of an old Mac": ("t.ply", lambda data: data.replace(b"\n", b"\r")),
     "an OBJ of Windows": ("o.obj", lambda data: data.replace(b"\n", b"\r\n")),
     "an STL in capitals": ("a.stl", bytes.upper),
     "an STL of an old Mac": ("a.stl", lambda data: data.replace(b"\n", b"\r")),
@@ -101,3 +103,67 @@ def test_binary_stl_of_any_count_is_never_cut_short(addon, tmp_path):
             path.write_bytes(data)
             with quirks.readable(str(path)) as place, open(place, "rb") as file:
                 assert file.read() == data[: len(whole)]
+
+
+PLACE = "-0.5 0.25 1"
+
+
+@pytest.mark.parametrize(
+    "place", ["-0,5 0,25 1", "-5D-01 0.25 1", "-5.0d0 0.25 1", "-0.5 1.#INF 1,0", "-0.5 0.25 nano"]
+)
+def test_what_is_no_number_in_an_obj_is_refused(run, tmp_path, capfd, place):
+    """Blender reads what comes before the comma or the D, or nothing."""
+    (tmp_path / "a.obj").write_text(f"# 1,5 nan\nv 0 0 0\n\tv  {place}\nv 0 1 0\nf 1 2 3\n")
+    assert run(tmp_path / "a.obj") == 1
+    assert "which is no number such as" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("word", "count"),
+    [
+        *((word, 1) for word in ("nan", "-nan(ind)", "NaN", "inf", "-Infinity", "1e300", "-4E+38")),
+        *((word, 0) for word in ("1", "-.5", "+1.", "1e5", "3.4e+38", "1E-300", "1e-45")),
+    ],
+)
+def test_what_is_nowhere_in_an_obj_is_counted(addon, tmp_path, word, count):
+    damage = addon.operators.command_line.files.damage
+    path = tmp_path / "a.obj"
+    path.write_text(f"o one, nan\nv {PLACE}\r\n v {PLACE} 0.5,\nv 0 1 {word}\rf 1 2 3\n")
+    damage.check(path)
+    said = damage.doubts(path, 1)
+    assert [sentence.partition(" (")[0] for sentence in said] == count * [
+        "1 vertex in the file is nowhere"
+    ]
+
+
+def test_an_obj_that_counts_from_0_is_said_to(addon, tmp_path):
+    doubts = addon.operators.command_line.files.damage.doubts
+    text = f"v {PLACE}\nv 0 0 0\nv 0 1 0\nf 1/0 2/0 3/0\n"
+    (tmp_path / "a.obj").write_text(text)
+    assert not doubts(tmp_path / "a.obj", 1)
+    for face in ("0 1 2", "1 0 2", "1 2 0", "0/1 1/1 2/1", "1 2 0/3/1"):
+        (tmp_path / "a.obj").write_text(f"{text}f {face}\n")
+        assert "OBJ counts from 1" in doubts(tmp_path / "a.obj", 1)[-1], face
+
+
+def test_bytes_behind_a_binary_stl_are_said(addon, egg, tmp_path):
+    doubts = addon.operators.command_line.files.damage.doubts
+    assert not doubts(tmp_path / "b.stl", 320)
+    (tmp_path / "b.stl").write_bytes(egg["b.stl"] + bytes(50))
+    assert doubts(tmp_path / "b.stl", 320)[0].startswith("50 bytes behind the triangles")
+
+
+@pytest.mark.parametrize(
+    ("head", "body", "why"),
+    [
+        ("property list uchar float w\n", "0 0 0 1 1\n" * 3, "vertices have lists"),
+        ("", "0 0 0\n1 0 0\n0 1 0\n", "a face may have more corners"),
+    ],
+)
+def test_what_blender_reads_in_no_ply_is_said(run, tmp_path, capfd, head, body, why):
+    text = "ply\nformat ascii 1.0\nelement vertex 3\n"
+    text += "".join(f"property float {axis}\n" for axis in "xyz")
+    text += f"{head}element face 1\nproperty list int int vertex_indices\nend_header\n{body}"
+    (tmp_path / "a.ply").write_text(f"{text}300 {'0 1 2 ' * 100}\n")
+    assert run(tmp_path / "a.ply") == 1
+    assert why in capfd.readouterr().err

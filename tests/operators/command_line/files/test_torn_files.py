@@ -1,5 +1,6 @@
 """Mesh files that are torn or damaged: all of them is read, or it is said that something is not."""
 
+import os
 import random
 import struct
 import zlib
@@ -233,6 +234,42 @@ def test_an_alembic_file_that_ends_anywhere_is_refused(part, tmp_path):
     assert "older kind" in of_alembic(part, path, b"\x89HDF\r\n\x1a\n" + ARCHIVE)
 
 
+def test_a_file_that_is_cut_short_while_it_is_read_is_torn(part, tmp_path, monkeypatch):
+    """Mapped into memory it would end the process; cut anywhere, and whenever it is read."""
+    damage = part("files.damage")
+    path, numbers = tmp_path / "a.abc", damage._numbers
+    whole = ogawa([[bytes(1 << 14)], [bytes(1 << 14), [bytes(1 << 14)]]])
+    for length in (0, 16, len(whole) // 3, len(whole) - 40):
+        path.write_bytes(whole)
+
+        def cut(file, place, count, length=length):
+            os.truncate(path, length)
+            return numbers(file, place, count)
+
+        monkeypatch.setattr(damage, "_numbers", cut)
+        with pytest.raises(Exception, match="is torn"):
+            damage.check(path)
+    monkeypatch.setattr(damage, "_PIECE", 16)
+    path = tmp_path / "a.obj"
+    path.write_bytes(b"v 1 2 3\n" * 40000)
+    lines = damage.lines_of(path)
+    assert next(lines).startswith(b"v 1 2 3")
+    os.truncate(path, 8)
+    assert len(b"".join(lines)) < 8 * 40000
+
+
+def test_lines_come_whole_whatever_the_pieces_are(part, tmp_path, monkeypatch):
+    damage = part("files.damage")
+    data = b"one\r\ntwo and more\n\nthree\rfour"
+    (tmp_path / "a.obj").write_bytes(data)
+    for size in range(1, len(data) + 2):
+        monkeypatch.setattr(damage, "_PIECE", size)
+        pieces = list(damage.lines_of(tmp_path / "a.obj"))
+        words = [word for piece in pieces for word in piece.splitlines() if word]
+        # Longer than a piece, a line is no line of such a file.
+        assert words == [b"one", b"two and more", b"three", b"four"] or size < 12
+
+
 @any_file
 @given(at=st.integers(1, len(ARCHIVE) // 8 - 1), value=st.integers(0, 2**64 - 1))
 def test_any_number_in_an_alembic_file_ends_the_look_at_it(part, tmp_path, at, value):
@@ -349,6 +386,7 @@ def test_files_that_are_checked_before_they_are_read_share_a_process(part, tmp_p
     (tmp_path / "a.obj").write_text("")
     parse = part("arguments.parser").parse
     assert not part("command")._needs_processes(parse([str(tmp_path / "a.obj")]))
-    aligned = parse([str(tmp_path / "a.obj"), "--align-to", "b.abc"])
+    (tmp_path / "b.abc").write_text("")
+    aligned = parse([str(tmp_path / "a.obj"), "--align-to", str(tmp_path / "b.abc")])
     assert part("command")._needs_processes(aligned)
     assert not part("command")._needs_processes(parse(["b.abc", "--worker"]))

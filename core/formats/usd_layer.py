@@ -1,15 +1,19 @@
-"""Which axis points up in a USD file, in text (.usda), binary (.usdc) or a package (.usdz).
+"""What a USD file says of itself, in text (.usda), binary (.usdc) or a package (.usdz): the axis
+that points up, and the files that it is made of.
 
-Importers turn what has y up and do not say so. The binary format is that of Pixar's crate files:
+Importers turn what has y up and do not say so, nor what they read besides. The binary format is
+that of Pixar's crate files:
 https://github.com/PixarAnimationStudios/OpenUSD/blob/release/pxr/usd/sdf/crateFile.h
 """
 
 from __future__ import annotations
 
+import contextlib
 import re
 import struct
 import zipfile
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +31,8 @@ _DAMAGED = (
 )
 # What USD takes where a file says nothing.
 _USUAL = "Y"
+# What stands between @ in the text of USD is an asset; three of them where it has one in its name.
+_ASSET = re.compile(rb"@@@(.+?)@@@|@([^@\r\n]+)@")
 
 
 def up_axis(path: Path | str) -> str:
@@ -45,18 +51,51 @@ def up_axis(path: Path | str) -> str:
     >>> core.up_axis("up.usda")
     'Y'
     """
-    try:
-        with open(path, "rb") as file:
-            data = file.read()
+    with _told(path) as data:
         if data.startswith(_PACKAGE):
             with zipfile.ZipFile(path) as package:
                 data = package.read(package.namelist()[0])
         found = _in_crate(data) if data.startswith(_CRATE) else _in_text(data)
+    return found if found in ("Y", "Z") else _USUAL
+
+
+def usd_names(path: Path | str) -> list[str]:
+    """Everything in a layer that may be the name of another file, as it stands there: layers,
+    pictures, and in a binary layer each of its words. A package names none but its own.
+
+    Raises
+    ------
+    FormatError
+        The file cannot be read, or is damaged.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> _ = Path("top.usda").write_text("#usda 1.0 (subLayers = [@./sub.usda@])")
+    >>> core.usd_names("top.usda")
+    ['./sub.usda']
+    """
+    with _told(path) as data:
+        if data.startswith(_PACKAGE):
+            return []
+        if data.startswith(_CRATE):
+            found = _tokens(_sections(data)[b"TOKENS"])
+        else:
+            found = [one[1] or one[2] for one in _ASSET.finditer(data)]
+        return [name.decode("utf-8", "replace") for name in dict.fromkeys(found) if name]
+
+
+@contextlib.contextmanager
+def _told(path: Path | str) -> Iterator[bytes]:
+    """What is in a file; what goes wrong with it is an error of the format."""
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+        yield data
     except OSError as error:
         raise FormatError(f"{path}: cannot be read ({error.strerror}).") from error
     except _DAMAGED as error:
         raise FormatError(f"{path}: is damaged; it cannot be read as USD.") from error
-    return found if found in ("Y", "Z") else _USUAL
 
 
 def _in_text(data: bytes) -> str:
@@ -66,7 +105,7 @@ def _in_text(data: bytes) -> str:
     return found[1].decode() if found else _USUAL
 
 
-def _in_crate(data: bytes) -> str:
+def _sections(data: bytes) -> dict[bytes, bytes]:
     (table,) = struct.unpack_from("<q", data, 16)
     (count,) = struct.unpack_from("<Q", data, table)
     sections = {}
@@ -75,6 +114,11 @@ def _in_crate(data: bytes) -> str:
         sections[name.rstrip(b"\0")] = data[start : start + size]
     if data[8:11] < b"\0\4\0":
         raise ValueError("older than the compressed tables")
+    return sections
+
+
+def _in_crate(data: bytes) -> str:
+    sections = _sections(data)
     tokens = _tokens(sections[b"TOKENS"])
     if b"upAxis" not in tokens:
         return _USUAL

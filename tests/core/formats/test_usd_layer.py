@@ -1,4 +1,4 @@
-"""The axis that points up, in files that Pixar's own library writes."""
+"""What a layer of USD says of itself, in files that Pixar's own library writes."""
 
 import pytest
 from hypothesis import given
@@ -36,6 +36,28 @@ def written(tmp_path):
 @pytest.mark.parametrize("suffix", ["usda", "usdc", "usdz"])
 def test_the_axis_is_the_one_that_was_written(written, suffix, up, prims):
     assert core.up_axis(written(suffix, up, prims)) == (up or "Y")
+
+
+@pytest.mark.parametrize("suffix", ["usda", "usdc"])
+def test_the_layers_that_one_is_made_of_are_named(tmp_path, suffix):
+    usd = pytest.importorskip("pxr.Usd", reason="usd-core is not here; tools/test installs it")
+    names = ["./a.usdc", "sub folder/\u00fc.usd", "b.usda", "c.usdc"]
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        part = usd.Stage.CreateNew(str(tmp_path / name))
+        part.SetDefaultPrim(part.DefinePrim("/Egg"))
+        part.Save()
+    stage = usd.Stage.CreateNew(str(tmp_path / f"top.{suffix}"))
+    stage.GetRootLayer().subLayerPaths.append(names[0])
+    stage.DefinePrim("/T").GetReferences().AddReference(names[1])
+    stage.DefinePrim("/P").GetPayloads().AddPayload(names[2])
+    variants = stage.DefinePrim("/V").GetVariantSets().AddVariantSet("kind")
+    variants.AddVariant("one")
+    variants.SetVariantSelection("one")
+    with variants.GetVariantEditContext():
+        stage.GetPrimAtPath("/V").GetReferences().AddReference(names[3])
+    stage.Save()
+    assert set(names) <= set(core.usd_names(tmp_path / f"top.{suffix}"))
 
 
 def test_our_own_files(tmp_path):
