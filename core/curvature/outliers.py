@@ -22,7 +22,7 @@ from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.normals import vertex_normals
 from ..mesh.rings import adjacency
 from ..mesh.surface import Surface
-from .fits.height_fit import HeightFit, lower_sums, solve_heights, sum_count, sum_samples
+from .fits.height_fit import HeightFit, heights_at, lower_sums, solve_heights, sum_count, sum_samples
 
 # Vertices are asked where the surface is so many times rougher than in the median, at most this
 # share of them: where more are, roughness is the surface's own.
@@ -56,7 +56,7 @@ def without_outliers(
 ) -> tuple[Surface, np.ndarray, np.ndarray]:
     """The surface with its outliers laid onto the fit to those around them, its unit normals (n, 3)
     and (k,) which vertices these are."""
-    graph = adjacency(surface).astype(np.float64)
+    graph = adjacency(surface)
     near_border = surface.near_border(RINGS)
     moved = np.zeros(len(surface.vertices), bool)
     for _ in range(PASSES):
@@ -64,7 +64,7 @@ def without_outliers(
         rows = np.flatnonzero(asked)
         if not 0 < len(rows) <= MOST * len(asked):
             break
-        straight = np.where((graph @ asked > 0.0) | asked, 0.0, 1.0)[:, None] * normals
+        straight = np.where((graph @ asked) | asked, 0.0, 1.0)[:, None] * normals
         shift = _shifts(surface, straight, rows, asked, progress)
         out = np.einsum("rc,rc->r", shift, shift) > 0.0
         if not out.any():
@@ -85,26 +85,34 @@ def _roughest(
     start, neighbours, vertices = surface.neighbour_start, surface.neighbours, surface.vertices
     n = len(vertices)
     count = np.diff(start)
-    off, rough, highest = np.empty((3, n))
+    off, rough = np.empty((2, n))
+    ones = np.ones(len(neighbours))
+
+    def ring_mean(first: int, values: np.ndarray) -> np.ndarray:
+        begin = start[first : first + BLOCK + 1]
+        some = slice(begin[0], begin[-1])
+        shape = len(begin) - 1, n
+        ring = sparse.csr_array((ones[some], neighbours[some], begin - begin[0]), shape=shape)
+        return np.asarray((ring @ values).T / np.diff(begin))
 
     def off_ring(first: int) -> None:
         rows = slice(first, first + BLOCK)
-        ring = (graph[rows] @ vertices) / count[rows, None]
-        off[rows] = np.einsum("nc,nc->n", ring, normals[rows])
-        off[rows] -= np.einsum("nc,nc->n", vertices[rows], normals[rows])
+        away = ring_mean(first, vertices) - vertices[rows].T
+        np.einsum("cn,nc->n", away, normals[rows], out=off[rows])
 
     def roughness(first: int) -> None:
         rows = slice(first, first + BLOCK)
-        rough[rows] = np.abs(off[rows] - (graph[rows] @ off) / count[rows])
+        np.abs(off[rows] - ring_mean(first, off), out=rough[rows])
 
-    def beside(first: int) -> None:
-        begin = start[first : first + BLOCK + 1]
-        around = rough[neighbours[begin[0] : begin[-1]]]
-        highest[first : first + BLOCK] = np.maximum.reduceat(around, begin[:-1] - begin[0])
-
-    for work in (off_ring, roughness, beside):
+    for work in (off_ring, roughness):
         run(work, range(0, n, BLOCK), progress)
-    return (rough > max(ROUGH * np.median(rough), ROUNDING)) & (rough >= highest) & (count <= FAN)
+    rows = np.flatnonzero((rough > max(ROUGH * np.median(rough), ROUNDING)) & (count <= FAN))
+    asked = np.zeros(n, bool)
+    if len(rows):
+        ring = graph[rows]
+        beside = np.maximum.reduceat(rough[ring.indices], ring.indptr[:-1])
+        asked[rows] = rough[rows] >= beside
+    return asked
 
 
 def _shifts(
@@ -140,9 +148,11 @@ def _shifts(
         weights *= (1.0 + (x * x + y * y) / FOCUS) ** -3
         for _ in range(ROUNDS):
             one, two = _fits(x, y, z, weights, workspace)
-            left = np.abs(z - sum(c * x**i * y**j for (i, j), c in one.coefficients.items()))
-            usual = np.nanmedian(np.where(weights > 0.0, left, np.nan), axis=0)
-            weights = np.where(left > ODD * usual, 0.0, weights)
+            left = np.abs(z - heights_at(one.coefficients, x, y))
+            odd = (left > ODD * _medians(left, weights > 0.0)) & (weights > 0.0)
+            if not odd.any():
+                break
+            weights[odd] = 0.0
         height, other = one.coefficients[0, 0], two.coefficients[0, 0]
         out = one.determined & (np.count_nonzero(weights, axis=0) > len(one.coefficients))
         out &= np.abs(height) > OFF * one.residual
@@ -150,10 +160,18 @@ def _shifts(
         # Over the middle of its ring: off to the side it would fold the triangles around it.
         aside = middle[rows] - surface.vertices[centres[rows]]
         u, v = np.einsum("bc,kcb->kb", aside, axes[:2]) / radius
-        height = sum(c * u**i * v**j for (i, j), c in one.coefficients.items())
+        height = heights_at(one.coefficients, u, v)
         laid = np.einsum("kb,kcb->bc", radius * np.stack([u, v, height]), axes)
         shift[rows[out]] = laid[out]
     return shift
+
+
+def _medians(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """(b,) medians of the known of values (s, b); infinite where none is."""
+    rising = np.sort(np.where(known, values, np.inf).T, axis=1)
+    count = np.maximum(np.count_nonzero(known, axis=0), 1)
+    row = np.arange(len(rising))
+    return 0.5 * (rising[row, (count - 1) // 2] + rising[row, count // 2])
 
 
 def _fits(

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.buffers import Workspace
-from .height_fit import HeightFit, lower_sums, solve_heights, sum_count, sum_samples
+from .height_fit import HeightFit, heights_at, lower_sums, solve_heights, sum_count, sum_samples
 from .monge import HeightOperator, operator_at
 
 # Samples further around their sphere than a half of it are left out: the map scales lengths by
@@ -229,7 +229,7 @@ def round_operator(
     """Shape operators at (u, v) of the flattened pictures, in units of the `radius` as the
     coefficients are; places and curvatures in units of the samples."""
     flat = operator_at(coefficients, u, v)
-    height = sum(value * u**a * v**b for (a, b), value in coefficients.items())
+    height = heights_at(coefficients, u, v)
     seen = radius * np.stack([u, v, np.broadcast_to(height, np.shape(u))])
     half, square = 0.5 * bend, (seen * seen).sum(axis=0)
     scale = 1.0 + 2.0 * half * seen[2] + half * half * square

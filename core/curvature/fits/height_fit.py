@@ -8,6 +8,7 @@ one SVD each; the scaled coordinates keep the normal equations well conditioned 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -61,6 +62,25 @@ def _monomials(degree: int) -> list[tuple[int, int]]:
 def _terms(degree: int, last: Terms) -> list[tuple[int, int]]:
     """Exponents with the three terms `last` at the end."""
     return [term for term in _monomials(degree) if term not in last] + list(last)
+
+
+def heights_at(
+    coefficients: Mapping[tuple[int, int], np.ndarray], x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """(..., b) the polynomials sum c_ab x^a y^b of (b,) coefficients at places (..., b)."""
+    heights = np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
+    powers = [powers_to(max(ab[k] for ab in coefficients), (x, y)[k]) for k in range(2)]
+    for (a, b), value in coefficients.items():
+        heights += value * powers[0][a] * powers[1][b]
+    return heights
+
+
+def powers_to(most: int, x: np.ndarray) -> list[np.ndarray]:
+    """Powers of x from 0 on, several times faster than one by one."""
+    powers = [np.ones(np.shape(x))]
+    for _ in range(most):
+        powers.append(powers[-1] * x)
+    return powers
 
 
 def sum_count(degree: int) -> int:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .height_fit import powers_to
+
 
 @dataclass(frozen=True)
 class HeightOperator:
@@ -74,11 +76,15 @@ def operator_at(
 ) -> HeightOperator:
     """Shape operator of the heights sum c_ab u^a v^b above (u, v), in units of these."""
     derivative = {order: np.zeros(u.shape) for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))}
+    most = max(a + b for a, b in coefficients)
+    powers = powers_to(most, u), powers_to(most, v)
     for (a, b), coefficient in coefficients.items():
         for (i, j), value in derivative.items():
             if a >= i and b >= j:
                 factor = math.perm(a, i) * math.perm(b, j)
-                derivative[i, j] = value + factor * coefficient * u ** (a - i) * v ** (b - j)
+                derivative[i, j] = value + (
+                    factor * coefficient * powers[0][a - i] * powers[1][b - j]
+                )
     return operator_of_heights(*derivative.values())
 
 
