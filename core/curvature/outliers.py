@@ -22,7 +22,14 @@ from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.normals import vertex_normals
 from ..mesh.rings import adjacency
 from ..mesh.surface import Surface
-from .fits.height_fit import HeightFit, heights_at, lower_sums, solve_heights, sum_count, sum_samples
+from .fits.height_fit import (
+    HeightFit,
+    heights_at,
+    lower_sums,
+    solve_heights,
+    sum_count,
+    sum_samples,
+)
 
 # Vertices are asked where the surface is so many times rougher than in the median, at most this
 # share of them: where more are, roughness is the surface's own.

@@ -7,8 +7,8 @@ The largest of linear expressions is made least by a linear program (Wagner 1959
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from scipy import sparse
-from scipy.optimize import linprog
 from scipy.sparse import csgraph
 
 from ...base.progress import Progress
@@ -89,7 +89,7 @@ def _solve(
         shape=(edges, count),
     )
     excess, largest = -sparse.eye_array(edges), sparse.coo_array(-np.ones((edges, 1)))
-    found = linprog(
+    found = scipy.optimize.linprog(
         np.concatenate([np.zeros(count), np.full(edges, DEAR), [1.0]]),
         A_ub=sparse.block_array(
             [[difference, excess, largest], [-difference, excess, largest]], format="csr"

@@ -11,7 +11,7 @@ that are known it is linear, and bounds on it are two more rows.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, linprog, milp
+import scipy
 from scipy.sparse import csgraph
 
 from ....base.errors import RemeshError
@@ -189,7 +189,7 @@ def _relaxed(
     """The quantities of the linear program, None where the bounds leave none."""
     least, most = _reach(program, low, high)
     steps = program.steps
-    solution = linprog(
+    solution = scipy.optimize.linprog(
         program.cost,
         A_eq=program.rows @ steps,
         b_eq=-program.rows @ program.base,
@@ -223,14 +223,15 @@ def _branched(program: Program, bounds: LeastSums) -> np.ndarray:
 def _searched(program: Program, bounds: LeastSums, nodes: int) -> np.ndarray | None:
     """Whole numbers by branch and bound with so many nodes, None where they do not do."""
     steps = program.steps
-    conditions = [LinearConstraint(program.rows @ steps, *([-program.rows @ program.base] * 2))]
+    wanted = -program.rows @ program.base
+    conditions = [scipy.optimize.LinearConstraint(program.rows @ steps, wanted, wanted)]
     if len(bounds):
         lacking = bounds.least - bounds.sums @ program.base
-        conditions.append(LinearConstraint(bounds.sums @ steps, lacking, np.inf))
-    solution = milp(
+        conditions.append(scipy.optimize.LinearConstraint(bounds.sums @ steps, lacking, np.inf))
+    solution = scipy.optimize.milp(
         program.cost,
         constraints=conditions,
-        bounds=Bounds(np.zeros(len(program.cost)), program.upper),
+        bounds=scipy.optimize.Bounds(np.zeros(len(program.cost)), program.upper),
         integrality=np.ones(len(program.cost)),
         options={"node_limit": nodes, "mip_rel_gap": GAP},
     )
