@@ -129,7 +129,7 @@ def _from_jets(
         exact = part.exact_vertices(surface)
         centres = np.flatnonzero(~exact)
         if not len(centres):
-            field = on_faces(surface, curvature_from_normals(surface, normals), part)
+            field = on_faces(surface, normals, part)
             known = np.ones(len(normals), bool)
             return Estimate(field, _edge_length(surface), known, None, float("nan"))
     crease_vertices = _crease_vertices(surface, settings, sharp, part)
@@ -154,9 +154,10 @@ def _from_jets(
     if centres is not None:
         field, radius, determined = _among_others(surface, field, radius, determined, centres)
     if not determined.all():
-        others = curvature_from_normals(surface, normals)
-        if part is not None:
-            others = on_faces(surface, others, part)
+        if part is None:
+            others = curvature_from_normals(surface, normals)
+        else:
+            others = on_faces(surface, normals, part)
         field = _filled(field, others, determined)
     whole = Estimate(
         field,

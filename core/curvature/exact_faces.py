@@ -8,10 +8,12 @@ from ..base.unit import unit
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation
 from .field import CurvatureField
+from .from_normals import curvature_from_normals
 
 
-def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> CurvatureField:
-    """The field with the operators of exact faces at the vertices that have no others.
+def on_faces(surface: Surface, normals: np.ndarray, part: Tessellation) -> CurvatureField:
+    """The operators of exact faces at the vertices that have no others, elsewhere and where a face
+    gives no directions those of the normals.
 
     A vertex on several has those of the one that bends most, of cylinders and cones before flat
     and spherical faces, which have no directions to give. The normal on a cylinder or cone is
@@ -19,8 +21,8 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
 
     Parameters
     ----------
-    field:
-        Shape operators at the n vertices of the surface, in its own coordinates.
+    normals:
+        (n, 3) unit normals at the vertices of the surface.
     """
     directed = np.linalg.norm(part.axis, axis=1) > 0.5
     n = len(surface.vertices)
@@ -31,15 +33,13 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
     inside = inside[np.argsort(order[part.face[inside]], kind="stable")]
     face[surface.triangles[inside].ravel()] = np.repeat(part.face[inside], 3)
     face[~part.exact_vertices(surface)] = -1
-    values = {name: value.copy() for name, value in vars(field).items()}
     found = np.flatnonzero(face >= 0)
-    values["k1"][found] = values["k2"][found] = part.mean_curvature[face[found]]
     rows = found[directed[face[found]]]
-    normals, areas = surface.face_normal_area
+    facing, areas = surface.face_normal_area
     total = np.zeros((n, 3))
     for corner in surface.triangles[inside].T:
         own = face[corner] == part.face[inside]
-        weighted = normals[inside[own]] * areas[inside[own], None]
+        weighted = facing[inside[own]] * areas[inside[own], None]
         for axis in range(3):
             total[:, axis] += np.bincount(corner[own], weighted[:, axis], minlength=n)
     normal = unit(total[rows])
@@ -47,6 +47,11 @@ def on_faces(surface: Surface, field: CurvatureField, part: Tessellation) -> Cur
     along = unit(along - np.einsum("nc,nc->n", along, normal)[:, None] * normal)
     sound = (np.linalg.norm(normal, axis=1) > 0.5) & (np.linalg.norm(along, axis=1) > 0.5)
     rows, normal, along = rows[sound], normal[sound], along[sound]
+    others = np.ones(n, bool)
+    others[rows] = False
+    rest = curvature_from_normals(surface, normals, vertices=others)
+    values = {name: value.copy() for name, value in vars(rest).items()}
+    values["k1"][found] = values["k2"][found] = part.mean_curvature[face[found]]
     curvature = 2.0 * part.mean_curvature[face[rows]]
     across = np.cross(normal, along)
     # The axis is the direction of the larger curvature, zero, where the face is hollow.

@@ -18,7 +18,10 @@ _BLOCK = 1 << 14
 
 
 def curvature_from_normals(
-    surface: Surface, normals: np.ndarray, progress: Progress | None = None
+    surface: Surface,
+    normals: np.ndarray,
+    progress: Progress | None = None,
+    vertices: np.ndarray | None = None,
 ) -> CurvatureField:
     """Shape operators at the vertices from unit vertex normals (n, 3).
 
@@ -27,16 +30,20 @@ def curvature_from_normals(
     by the smallest rotation and averaged with the part of the triangle that is nearest to each
     vertex (its Voronoi area) as weight. The smallest rotation keeps mean curvature and |D|.
 
-    Returns curvatures in 1 / (length unit of the surface); `noise` is NaN.
+    Returns curvatures in 1 / (length unit of the surface); `noise` is NaN. Where only some vertices
+    (n,) bool are asked for, nothing is said of the others.
     """
-    n, m = len(surface.vertices), len(surface.triangles)
+    n, corners = len(surface.vertices), surface.triangles
+    if vertices is not None:
+        corners = corners[surface.touching(vertices)]
+    m = len(corners)
     e1, e2 = tangents(normals)
     # For each corner: weight, then weighted mean curvature and deviator (real, imaginary).
     parts = np.empty((4, 3, m))
 
     def block(first: int) -> None:
         rows = slice(first, first + _BLOCK)
-        triangles = surface.triangles[rows]
+        triangles = corners[rows]
         u, face_normal, face_mean, face_deviator, area = _face_operators(
             surface.vertices, triangles, normals
         )
@@ -52,7 +59,7 @@ def curvature_from_normals(
     run(block, range(0, m, _BLOCK), progress or Progress())
     weight, mean, real, imaginary = (
         np.sum(
-            [np.bincount(surface.triangles[:, k], part[k], minlength=n) for k in range(3)], axis=0
+            [np.bincount(corners[:, k], part[k], minlength=n) for k in range(3)], axis=0
         )
         for part in parts
     )
