@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...base.progress import Progress
 from ...base.unit import unit
 from ...mesh.surface import Surface
 from .bend import ROUND, bend_of

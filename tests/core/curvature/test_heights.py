@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from fitted_heights import fit_heights
 
+from core.curvature.fits.height_fit import heights_at
+
 
 def samples(count: int, fits: int, seed: int = 0):
     random = np.random.default_rng(seed)
@@ -60,3 +62,12 @@ def test_points_on_a_line_are_called_undetermined():
     fit = fit_heights(x, y, x * x, None, 3)
     assert list(fit.determined) == [False, True]
     assert all(np.isfinite(values).all() for values in fit.coefficients.values())
+
+
+def test_heights_at_places_are_those_of_the_terms():
+    random = np.random.default_rng(4)
+    coefficients = {(a, b): random.normal(size=7) for a in range(4) for b in range(3)}
+    x, y = random.normal(size=(2, 5, 7))
+    wanted = sum(value * x**a * y**b for (a, b), value in coefficients.items())
+    np.testing.assert_allclose(heights_at(coefficients, x, y), wanted, rtol=1e-10)
+    np.testing.assert_allclose(heights_at(coefficients, x[0], y[0]), wanted[0], rtol=1e-10)

@@ -95,3 +95,12 @@ def test_invariance(exponent: float, seed: int) -> None:
     shuffled = surface_of(renumbered(mesh, seed))
     field = curvature_from_normals(shuffled, vertex_normals(shuffled))
     np.testing.assert_allclose(np.sort(field.k2), np.sort(reference.k2), atol=1e-10)
+
+
+def test_some_vertices_have_the_operators_that_they_have_among_all():
+    surface = surface_of(ellipsoid(subdivisions=3))
+    normals = vertex_normals(surface)
+    asked = surface.vertices[:, 0] > 0.5
+    some = curvature_from_normals(surface, normals, vertices=asked)
+    for name, value in vars(curvature_from_normals(surface, normals)).items():
+        np.testing.assert_allclose(getattr(some, name)[asked], value[asked], atol=1e-12)
