@@ -73,7 +73,8 @@ def placed_slopes(
     axes, fitting:
         As for `fit_slopes`, those that the slopes are of.
     """
-    chains = find_ridges(surface, slopes, crests_only=crests_only).chains
+    quiet = progress.quiet()
+    chains = find_ridges(surface, slopes, crests_only=crests_only, progress=quiet).chains
     if not len(chains):
         return slopes
     rows = ring_around(surface, np.unique(surface.triangles[chains.triangle]), BESIDE)
