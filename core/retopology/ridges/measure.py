@@ -12,6 +12,7 @@ decimation, are seen as in `reach`, by how fits of degree six change from ring t
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -127,14 +128,15 @@ def _at_points(
 
 def _shares(lacking: np.ndarray, variance: np.ndarray, ridge: np.ndarray) -> np.ndarray:
     """(q,) which share of what the first fit lacks at points of ridges is no error, the same along
-    each ridge (q,); 0 where it is not known."""
+    each ridge (q,), whose points are in one piece; 0 where it is not known."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = lacking**2 / variance
     share = np.zeros(len(ridge))
-    for number in np.unique(ridge):
-        mine = ridge == number
-        known = ratio[mine & ~np.isnan(ratio)]
+    ends = np.flatnonzero(np.diff(ridge, append=-1)) + 1
+    for begin, end in pairwise([0, *ends]):
+        known = ratio[begin:end][~np.isnan(ratio[begin:end])]
         if len(known):
-            share[mine] = max(1.0 - MEDIAN**2 / max(float(np.median(known)), 1e-300), 0.0)
+            middle = max(float(np.median(known)), np.finfo(float).tiny)
+            share[begin:end] = max(1.0 - MEDIAN**2 / middle, 0.0)
     share[np.isnan(lacking)] = 0.0
     return share
