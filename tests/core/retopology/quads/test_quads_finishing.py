@@ -7,7 +7,6 @@ from scipy.spatial import cKDTree
 from surfaces import ellipsoid
 
 import core
-from benchmarks.quads import Judge
 from core.base.progress import Progress
 from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import scaled_jacobian
@@ -217,9 +216,11 @@ def test_squaring_makes_the_mean_better_and_costs_no_angle(monkeypatch):
         made.append(core.remesh(*bumpy(3), core.RemeshSettings(quads=800)))
     means = [scaled_jacobian(one.vertices, one.quads).mean() for one in made]
     assert means[1] > means[0] + 0.001
-    judge = Judge(*bumpy(3))
-    surface = judge.surface
-    angles = [
-        judge.angle((one.vertices - surface.origin) / surface.unit, one.quads) for one in made
-    ]
+    guide = core.Guide(*bumpy(3), core.detect(*bumpy(3)))
+    poles = guide.guidance().poles
+    angles = []
+    for one in made:
+        starts = np.arange(0, one.quads.size + 1, 4)
+        checked = core.check_topology(one.vertices, one.quads.ravel(), starts, guide, poles)
+        angles.append(checked.mean_angle)
     assert angles[1] < angles[0] + 0.1
