@@ -168,7 +168,8 @@ def _judged_again(
         # Opposite ones in pairs that come and go at the error that they do not rise above.
         resolved[own] = False
         up, down = own[before.index[own] > 0.0], own[before.index[own] < 0.0]
-        partner[up], partner[down] = down, up
+        # One of a whole index has two of a half to go with.
+        partner[up], partner[down] = np.resize(down, len(up)), np.resize(up, len(down))
         persistence[own] = UNRESOLVED * np.max(before.noise[own])
     place = np.where(keep, np.cumsum(keep) - 1, -1)
     persistence, resolved = persistence[keep], resolved[keep]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exact_fields import flat_surface
 
-from core.umbilics.compounds import settled
+from core.umbilics.compounds import merged, settled
 from core.umbilics.judged import Evidence, judge
 from core.umbilics.located import (
     BIAS_CLEAN,
@@ -339,3 +339,16 @@ def test_errors_are_known_as_well_as_the_fits_were_chosen(focused, windows, bias
     rings = np.zeros(1, int) if windows else None
     assert bias_of(SimpleNamespace(neighbourhood=around, rings=rings)) == bias
     assert bias_of(SimpleNamespace(neighbourhood=None, rings=None)) == 1.0
+
+
+def test_one_of_a_whole_index_goes_with_two_of_a_half(square):
+    """A group that adds up to nothing, in which there are more of one sign than of the other."""
+    surface, at = square
+    places = [at(0.2, 0.3), at(0.25, 0.3), at(0.2, 0.35)]
+    found = located(places, index=[1.0, -0.5, -0.5])
+    evidence = SimpleNamespace(gap=np.ones(len(surface.vertices)), regions=[])
+    left, verdict = merged(
+        surface, None, found, judged(surface, found), np.zeros(3, int), evidence
+    )
+    assert not verdict.resolved.any() and np.isfinite(verdict.persistence).all()
+    assert verdict.partner.tolist() == [1, 0, 0] and left.index.sum() == 0.0
