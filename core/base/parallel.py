@@ -24,6 +24,11 @@ def run(work: Callable[[int], None], firsts: Sequence[int], progress: Progress) 
     MemoryError
         There is not enough for the threads, which Python would call a `RuntimeError`.
     """
+    if len(firsts) == 1:
+        # Of many small tasks in turn most of the time would go into threads that begin and end.
+        for first in progress.track(firsts, 1):
+            work(first)
+        return
     with ThreadPoolExecutor(threads()) as pool:
         try:
             tasks = [pool.submit(work, first) for first in firsts]

@@ -27,3 +27,14 @@ def test_a_thread_that_cannot_start_is_a_lack_of_memory(monkeypatch):
     monkeypatch.setattr(threading.Thread, "start", start)
     with pytest.raises(MemoryError, match="thread"):
         run(print, [1, 2], Progress())
+
+
+def test_one_block_is_done_where_it_is_asked_for():
+    """Without a thread, and told when it is done."""
+    told, where = [], []
+
+    def report(fraction, _):
+        told.append(fraction)
+
+    run(lambda _: where.append(threading.current_thread()), [7], Progress(report))
+    assert where == [threading.current_thread()] and told == [1.0]
