@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..base.errors import GuidanceError
 from ..base.options import check, setting
+from ..base.subsets import spans
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..umbilics.result import Region
@@ -131,8 +132,7 @@ def pull_of(surface: Surface, strokes: Strokes) -> Pull:
         chord, points, length = chord[length > 0], points[:-1][length > 0], length[length > 0]
         count = np.ceil(2.0 * length / edge).astype(np.int64)
         part = np.repeat(np.arange(len(chord)), count)
-        step = np.arange(len(part)) - np.repeat(np.cumsum(count) - count, count)
-        share = (step + 0.5) / count[part]
+        share = (spans(0, count) + 0.5) / count[part]
         place.append(points[part] + share[:, None] * chord[part])
         ahead.append((chord / length[:, None])[part])
         number.append(np.full(len(part), stroke))

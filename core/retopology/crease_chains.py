@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.subsets import spans
 from ..base.unit import unit
 from ..mesh.creases import edge_bends, is_convex
 from ..mesh.half_edges import following
@@ -185,8 +186,7 @@ def _pairs(group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     _, start, count = np.unique(group[order], return_index=True, return_counts=True)
     each = np.repeat(count, count)
     one = np.repeat(np.arange(len(group)), each)
-    within = np.arange(len(one)) - np.repeat(np.cumsum(each) - each, each)
-    two = np.repeat(np.repeat(start, count), each) + within
+    two = spans(np.repeat(start, count), each)
     differ = one != two
     return order[one[differ]], order[two[differ]]
 

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from ..base.blas import one_blas_thread
 from ..base.errors import InvalidMeshError
 from ..base.progress import Progress
+from ..base.subsets import spans
 from ..fields.planes import FaceFrames, in_plane
 from ..mesh.surface import Surface
 from .planner import Guide
@@ -231,8 +232,8 @@ def _fans(corners: np.ndarray, start: np.ndarray) -> np.ndarray:
     """(t, 3) triangles of faces, each a fan about its first corner."""
     count = np.maximum(np.diff(start) - 2, 0)
     first = np.repeat(start[:-1], count)
-    within = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
-    return corners[np.column_stack([first, first + within + 1, first + within + 2])]
+    second = spans(start[:-1] + 1, count)
+    return corners[np.column_stack([first, second, second + 1])]
 
 
 def _edges(

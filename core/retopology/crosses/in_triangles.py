@@ -16,7 +16,7 @@ from scipy import sparse
 
 from ...base.parallel import run
 from ...base.progress import Progress
-from ...base.subsets import places_in
+from ...base.subsets import places_in, spans
 from ...curvature.field import CurvatureField
 from ...fields.connection import LARGEST_WEIGHT, LEAST_WEIGHT
 from ...fields.face_index import face_field_singularities
@@ -186,7 +186,7 @@ def index_around(surface: Surface, vertex: np.ndarray, quarters: np.ndarray) -> 
     count = np.bincount(row, minlength=len(vertex))
     size = np.abs(quarters)
     which = np.repeat(np.arange(len(vertex)), size)
-    turn = np.arange(len(which)) - np.repeat(np.cumsum(size) - size, size)
+    turn = spans(0, size)
     index = np.zeros(len(surface.triangles))
     first = np.cumsum(count) - count
     at = triangle[first[which] + turn % count[which]]

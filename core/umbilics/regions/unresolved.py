@@ -18,6 +18,7 @@ from scipy.sparse import csgraph
 
 from ...base.parallel import run
 from ...base.progress import Progress
+from ...base.subsets import spans
 from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
@@ -196,8 +197,7 @@ def _undecided_edges(
         progress.ask()
         count = begin[front + 1] - begin[front]
         tail = np.repeat(front, count)
-        step = np.arange(len(tail)) - np.repeat(np.cumsum(count) - count, count)
-        head = neighbours[np.repeat(begin[front], count) + step]
+        head = neighbours[spans(begin[front], count)]
         new = ~seen[head]
         seen[front] = True
         # Edges within the front are met from both of their ends.

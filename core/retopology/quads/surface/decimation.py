@@ -15,9 +15,8 @@ from scipy import sparse
 
 from ....base.errors import RemeshError
 from ....base.progress import Progress
-from ....base.subsets import places_in
+from ....base.subsets import places_in, spans
 from ....mesh.half_edges import following, link, previous
-from ...lines.polylines import spans
 from .subdivision import Triangles
 
 # An equilateral triangle of side s has the area 0.433 s^2.
