@@ -26,6 +26,7 @@ from .exact_shapes import (
     normal_rounding,
     shape_of,
 )
+from .half_edges import inner_edges
 from .surface import Surface
 
 # Share of flat edges from which a mesh may be a part: 0.35 to 0.6 on parts written by SolidWorks
@@ -102,7 +103,7 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     angle:
         Degrees from which an edge is a crease; None for those in the gap.
     """
-    edges = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
+    edges = inner_edges(surface.twin)
     sample = edges[:: max(len(edges) // SAMPLED, 1)]
     if len(sample) == 0 or flat_edges(surface, sample).mean() < MOST_FLAT:
         return None

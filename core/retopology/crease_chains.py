@@ -14,7 +14,7 @@ import numpy as np
 from ..base.subsets import spans
 from ..base.unit import unit
 from ..mesh.creases import edge_bends, is_convex
-from ..mesh.half_edges import following
+from ..mesh.half_edges import ends_of
 from ..mesh.surface import Surface
 from .ridges.paths import ordered_paths
 
@@ -76,9 +76,7 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     half_edge, bend, precision = half_edge[weak], bend[weak], precision[weak]
     normal, _ = surface.face_normal_area
     middle = normal[half_edge // 3] + normal[surface.twin[half_edge] // 3]
-    vertex = np.stack(
-        [surface.triangles.ravel()[half_edge], surface.triangles.ravel()[following(half_edge)]]
-    )
+    vertex = np.stack(ends_of(surface.triangles, half_edge))
     along = unit(surface.vertices[vertex[1]] - surface.vertices[vertex[0]])
     signed = np.where(is_convex(surface, half_edge), bend, -bend)
 

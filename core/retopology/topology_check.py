@@ -15,6 +15,7 @@ from ..base.errors import InvalidMeshError
 from ..base.progress import Progress
 from ..base.subsets import spans
 from ..fields.planes import FaceFrames, in_plane
+from ..mesh.half_edges import edge_keys
 from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
@@ -243,8 +244,7 @@ def _edges(
     following = np.arange(len(corners)) + 1
     following[start[1:] - 1] = start[:-1]
     tail, head = corners, corners[following]
-    key = np.minimum(tail, head) * np.int64(count) + np.maximum(tail, head)
-    edge, uses = np.unique(key, return_counts=True)
+    edge, uses = np.unique(edge_keys(tail, head, count), return_counts=True)
     return edge // count, edge % count, uses
 
 

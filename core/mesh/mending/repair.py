@@ -7,7 +7,7 @@ from scipy.sparse import csgraph
 
 from ...base.errors import InvalidMeshError
 from ...base.words import counted
-from ..half_edges import HalfEdges, following, link
+from ..half_edges import HalfEdges, ends_of, link
 from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
 from ..surface import NO_AREA, Surface
@@ -171,9 +171,8 @@ def _assemble(
     points -= origin
     points /= unit
     border = np.zeros(len(source), bool)
-    open_edges = np.flatnonzero(links.twin < 0)
-    border[corners.ravel()[open_edges]] = True
-    border[corners.ravel()[following(open_edges)]] = True
+    for end in ends_of(corners, np.flatnonzero(links.twin < 0)):
+        border[end] = True
     return Surface(
         vertices=points,
         triangles=corners,

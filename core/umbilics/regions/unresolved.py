@@ -22,6 +22,7 @@ from ...base.subsets import spans
 from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
+from ...mesh.half_edges import edge_keys
 from ...mesh.surface import Surface
 
 BLOCK = 32768
@@ -241,7 +242,7 @@ def _labelled(
     """(m,) int32 the piece of the edges from tail to head that each triangle has one of, -1 for
     none; `piece` (v,) is that of each of the `vertices`."""
     count = len(surface.vertices)
-    keys = np.sort(np.minimum(tail, head) * count + np.maximum(tail, head))
+    keys = np.sort(edge_keys(tail, head, count))
     of_vertex = np.full(count, -1, np.int32)
     of_vertex[vertices] = piece
     label = np.full(len(surface.triangles), -1, np.int32)
@@ -249,7 +250,7 @@ def _labelled(
     corners = surface.triangles[rows].astype(np.int64)
     for one, two in ((0, 1), (1, 2), (2, 0)):
         start, end = corners[:, one], corners[:, two]
-        key = np.minimum(start, end) * count + np.maximum(start, end)
+        key = edge_keys(start, end, count)
         slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
         there = keys[slot] == key
         label[rows[there]] = of_vertex[start[there]]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ....base.progress import Progress
 from ....fields.planes import FaceFrames, lay_out
+from ....mesh.half_edges import all_edges
 from ....umbilics.result import Umbilics
 from ...by_hand import (
     Strokes,
@@ -101,8 +102,8 @@ def planned_field(
 
 def _features(twin: np.ndarray, feature: np.ndarray) -> Features:
     """Hard features from the kinds of half-edges (3 m,), borders among them."""
-    name = np.arange(len(twin))
-    half = np.flatnonzero(((feature > 0) & (name < twin)) | (twin < 0))
+    edges = all_edges(twin)
+    half = edges[(feature[edges] > 0) | (twin[edges] < 0)]
     kind = np.where(feature[half] & MARKED > 0, MARK, CREASE)
     kind = np.where(twin[half] < 0, BORDER, kind).astype(np.int8)
     none = np.zeros(0)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....mesh.half_edges import following
+from ....mesh.half_edges import ends_of
 from ....mesh.rings import with_rings
 from ..surface.chains import chains
 from ..surface.subdivision import CREASE, MARK
@@ -89,7 +89,7 @@ def _without_creases(
     """Without the least feature in each connected part of the vertices `places` (n,) bool, or
     without `every` one, and the vertices (n,) bool of the parts that had none."""
     triangles = working.surface.triangles
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(triangles)
     inside = places[tail] & places[head]
     n = len(places)
     graph = sparse.coo_array((np.ones(inside.sum()), (tail[inside], head[inside])), shape=(n, n))
@@ -113,12 +113,11 @@ def without_open_creases(working: WorkingSurface, wishes: Wishes, near: np.ndarr
     """Without the creases at the vertices `near` (n,) bool that end somewhere in the open: of all
     features these are the least sure."""
     surface = working.surface
-    corners = surface.triangles.ravel()
     edges = np.flatnonzero(wishes.feature)
     edges = edges[edges < surface.twin[edges]]
     if not len(edges):
         return wishes
-    tail, head = corners[edges], corners[following(edges)]
+    tail, head = ends_of(surface.triangles, edges)
     degree = np.bincount(np.concatenate([tail, head]), minlength=len(near))
     open_ = (degree == 1) & ~surface.border
     chain, _ = chains(surface, edges)
@@ -168,8 +167,8 @@ def least_feature(
     if not len(edges):
         return None
     chain, length = chains(surface, edges)
-    corners = surface.triangles.ravel()
-    touches = near[corners[edges]] | near[corners[following(edges)]]
+    tail, head = ends_of(surface.triangles, edges)
+    touches = near[tail] | near[head]
     if not touches.any():
         return None
     close = np.unique(chain[touches])

@@ -8,6 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ....mesh.half_edges import edge_keys, ends_of
+
 # What a half-edge may be, as bits: along a crease that was found, along an edge that a user marked.
 CREASE, MARK = 1, 2
 
@@ -38,7 +40,7 @@ class Triangles:
     @property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """(3 m,) vertices that the half-edges start and end at."""
-        return self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
+        return ends_of(self.triangles)
 
     @property
     def area(self) -> float:
@@ -63,7 +65,7 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     n = len(mesh.vertices)
     tail, head = mesh.ends
     half = np.flatnonzero(marked)
-    key = np.minimum(tail[half], head[half]) * n + np.maximum(tail[half], head[half])
+    key = edge_keys(tail[half], head[half], n)
     edge, first, number = np.unique(key, return_index=True, return_inverse=True)
     one, two = edge // n, edge % n
     part = np.full((len(edge), 1), 0.5)
