@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ...base.errors import RemeshError
 from ...base.progress import Progress
+from ...base.words import counted
 from ...mesh.surface import Surface
 from ...umbilics.result import Detection, Umbilics
 from ..by_hand import Strokes, WantedPoles, planned_by_hand
@@ -89,8 +90,8 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     mesh, short = prepared(whole, field, found, size / whole.unit, settings.feature_angle)
     if short:
         warnings.append(
-            f"{short} crease{'' if short == 1 else 's'} left out, shorter than two quads or weak "
-            "and ending in the open. Mark the edges as sharp to keep them."
+            f"{counted(short, 'crease')} left out, shorter than two quads or weak and ending in "
+            "the open. Mark the edges as sharp to keep them."
         )
     if plane is not None:
         asked = max(1, asked // 2)
