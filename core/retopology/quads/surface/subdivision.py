@@ -81,9 +81,8 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     marks, middles = marked.reshape(-1, 3), middle.reshape(-1, 3)
     feature = mesh.feature.reshape(-1, 3)
     number_marked = marks.sum(axis=1)
-    pieces, origin, edges = [mesh.triangles[number_marked == 0]], [], []
-    origin.append(mesh.source[number_marked == 0])
-    edges.append(feature[number_marked == 0])
+    whole = number_marked == 0
+    pieces, origin, edges = [mesh.triangles[whole]], [mesh.source[whole]], [feature[whole]]
     for count in (1, 2, 3):
         rows = np.flatnonzero(number_marked == count)
         if not len(rows):
@@ -96,32 +95,10 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
         else:
             first = np.zeros(len(rows), np.int64)
         turned = (first[:, None] + np.arange(3)) % 3
-        row = rows[:, None]
-        a, b, c = mesh.triangles[row, turned].T
-        p, q, r = middles[row, turned].T
-        f, g, h = feature[row, turned].T
-        no = np.zeros(len(rows), np.int8)
-        if count == 1:
-            made = [((a, p, c), (f, no, h)), ((p, b, c), (f, g, no))]
-        elif count == 2:
-            # The shorter diagonal of what is left beside the corner.
-            across = ((vertices[a] - vertices[q]) ** 2).sum(axis=1)
-            other = ((vertices[p] - vertices[c]) ** 2).sum(axis=1)
-            short = across < other
-            last = np.where(short, q, c), np.where(short, a, p)
-            made = [
-                ((p, b, q), (f, g, no)),
-                ((a, p, last[0]), (f, no, np.where(short, no, h))),
-                ((last[1], q, c), (no, g, np.where(short, h, no))),
-            ]
-        else:
-            made = [
-                ((a, p, r), (f, no, h)),
-                ((p, b, q), (f, g, no)),
-                ((r, q, c), (no, g, h)),
-                ((p, q, r), (no, no, no)),
-            ]
-        for corners, sides in made:
+        corner, split, kind = (
+            of[rows[:, None], turned] for of in (mesh.triangles, middles, feature)
+        )
+        for corners, sides in _parts(vertices, corner, split, kind, count):
             pieces.append(np.column_stack(corners))
             edges.append(np.column_stack(sides))
             origin.append(mesh.source[rows])
@@ -132,6 +109,41 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
         np.concatenate(origin),
         np.concatenate(edges).ravel(),
     )
+
+
+def _parts(
+    vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray, feature: np.ndarray, count: int
+) -> list[tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]]:
+    """The parts of triangles abc whose first `count` sides are split: corners of each, and the
+    features along its sides.
+
+    Parameters
+    ----------
+    corner, middle, feature:
+        (r, 3) vertices at the corners, in the middles of the sides ab, bc and ca (where they are
+        split), and what runs along these.
+    """
+    (a, b, c), (p, q, r), (f, g, h) = corner.T, middle.T, feature.T
+    no = np.zeros(len(corner), np.int8)
+    if count == 1:
+        return [((a, p, c), (f, no, h)), ((p, b, c), (f, g, no))]
+    if count == 2:
+        # The shorter diagonal of what is left beside the corner.
+        across = ((vertices[a] - vertices[q]) ** 2).sum(axis=1)
+        other = ((vertices[p] - vertices[c]) ** 2).sum(axis=1)
+        short = across < other
+        last = np.where(short, q, c), np.where(short, a, p)
+        return [
+            ((p, b, q), (f, g, no)),
+            ((a, p, last[0]), (f, no, np.where(short, no, h))),
+            ((last[1], q, c), (no, g, np.where(short, h, no))),
+        ]
+    return [
+        ((a, p, r), (f, no, h)),
+        ((p, b, q), (f, g, no)),
+        ((r, q, c), (no, g, h)),
+        ((p, q, r), (no, no, no)),
+    ]
 
 
 def refined(mesh: Triangles, longest: float, rounds: int, most: int) -> Triangles:
