@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..base.unit import unit
+from ..base.unit import angles_between, unit
 from .surface import Surface
 
 PLANAR, CYLINDRICAL, CONICAL, SPHERICAL = "planar", "cylindrical", "conical", "spherical"
@@ -37,10 +37,9 @@ def shape_of(
     mean = weight @ n
     length = np.linalg.norm(mean)
     # Normals that all are near to one another hardly shorten their mean.
-    if length > 0.5 * weight.sum():
-        off = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(n - mean / length, axis=1), 0.0, 1.0))
-        if (off <= 2.0 * FLAT + 2.0 * rounding).all():
-            return PLANAR, 0.0, np.zeros(3)
+    near = length > 0.5 * weight.sum()
+    if near and (angles_between(n, mean / length) <= 2.0 * FLAT + 2.0 * rounding).all():
+        return PLANAR, 0.0, np.zeros(3)
     corners = np.unique(surface.triangles[rows])
     points = surface.vertices[corners]
     a, b, c = surface.triangles[rows[known]].T

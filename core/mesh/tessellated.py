@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ..base.unit import angles_between
 from ..base.words import counted
 from .exact_shapes import (
     CONICAL,
@@ -172,9 +173,7 @@ def _between(surface: Surface, edges: np.ndarray, flat: np.ndarray, bent: np.nda
 def _turns(surface: Surface, edges: np.ndarray) -> np.ndarray:
     """(e,) angle in radians between the normals at half-edges."""
     normal, _ = surface.face_normal_area
-    one, other = normal[edges // 3], normal[surface.twin[edges] // 3]
-    # Differences tell small angles better than cosines do.
-    return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(one - other, axis=1), 0.0, 1.0))
+    return angles_between(normal[edges // 3], normal[surface.twin[edges] // 3])
 
 
 def _flat(surface: Surface, edges: np.ndarray, turns: np.ndarray) -> np.ndarray:

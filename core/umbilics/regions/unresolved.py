@@ -23,9 +23,8 @@ from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
 from ...mesh.half_edges import edge_keys
-from ...mesh.surface import Surface
+from ...mesh.surface import BLOCK, Surface
 
-BLOCK = 32768
 # Rings from a border that are left out: as far as fits reach.
 BORDER_RINGS = 5
 # One edge in a row that misses by more than its neighbours does not end a curve.
