@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from ..base.errors import GuidanceError
 from ..base.options import check, setting
 from ..base.subsets import spans
+from ..mesh.half_edges import ends_of
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..umbilics.result import Region
@@ -154,8 +155,8 @@ def pull_of(surface: Surface, strokes: Strokes) -> Pull:
 def with_strokes(surface: Surface, features: Features, pull: Pull) -> Features:
     """Features of which the strokes are part, in place of crests beside them; hard ones stay."""
     hard = np.zeros(len(surface.vertices), bool)
-    for corner in (surface.triangles, surface.triangles[:, [1, 2, 0]]):
-        hard[corner.ravel()[features.half_edge]] = True
+    for end in ends_of(surface.triangles, features.half_edge):
+        hard[end] = True
     mine = ~hard[pull.vertex]
     rest = ~np.isin(features.crest_vertex, pull.vertex)
     vertex = np.concatenate([features.crest_vertex[rest], pull.vertex[mine]])

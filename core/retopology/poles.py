@@ -101,6 +101,7 @@ def plan_poles(
     umbilics = replace(umbilics, barycentric=weights)
     single, sign = _singularities(surface, cross.triangle_index)
     place = surface.vertices[surface.triangles[single]].mean(axis=1)
+    # About the side of an equilateral triangle of the usual area.
     edge = float(np.sqrt(np.median(surface.face_normal_area[1])) * 1.5)
     owner = _claimed(surface, cross, umbilics, rows, single, sign, place, edge)
     poles = Gathered([], [], [], [])
