@@ -216,7 +216,7 @@ class _Faces:
             shape = shape_of(self.surface, some, rounding[begin:end])
             if shape is not None:
                 self.face[some] = len(self.kinds)
-                self.kinds.append(shape[0])
-                self.curvatures.append(shape[1])
-                self.axes.append(shape[2])
+                self.kinds.append(shape.kind)
+                self.curvatures.append(shape.mean_curvature)
+                self.axes.append(shape.axis)
         return asked & (self.face < 0)
