@@ -109,8 +109,8 @@ def _of_revolution(
     weight: np.ndarray,
     rounding: float,
 ) -> ExactShape | None:
-    """The circular cylinder or cone, if any: normals at one angle to the axis, vertices around it in
-    circles. The parameters are those of `_sphere`."""
+    """The circular cylinder or cone, if any: normals at one angle to the axis, vertices in circles
+    around it. The parameters are those of `_sphere`."""
     if len(points) < FEWEST:
         return None
     axis, u, v = _axes(normals, weight)
