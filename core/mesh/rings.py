@@ -178,10 +178,10 @@ def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
     rank[taken] = 0
     rest = np.flatnonzero(~taken)
     while len(rest):
-        beside: dict[int, np.ndarray] = {}
+        decided: list[np.ndarray] = []
 
         def block(
-            first: int, rest: np.ndarray = rest, beside: dict[int, np.ndarray] = beside
+            first: int, rest: np.ndarray = rest, decided: list[np.ndarray] = decided
         ) -> None:
             some = rest[first : first + NEAR_BLOCK]
             rows = graph[some]
@@ -189,12 +189,11 @@ def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
             highest = np.maximum.reduceat(rank.take(rows.indices), rows.indptr[:-1])
             new = np.flatnonzero(rank[some] > highest)
             taken[some[new]] = True
-            beside[first] = rows[new].indices
+            decided.extend((some[new], rows[new].indices))
 
         run(block, range(0, len(rest), NEAR_BLOCK), progress.quiet())
-        for nodes in beside.values():
+        for nodes in decided:
             rank[nodes] = 0
-        rank[taken] = 0
         rest = rest[rank[rest] > 0]
     return np.flatnonzero(taken)
 
