@@ -43,8 +43,7 @@ class HalfEdges:
 def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     """Link the half-edges of (m, 3) triangles; None if two of them run the same way."""
     m = len(triangles)
-    tails = triangles.ravel()
-    heads = np.concatenate([triangles[:, 1:], triangles[:, :1]], axis=1).ravel()
+    tails, heads = ends_of(triangles)
     ends = (tails, heads), (heads, tails)
     graphs: dict[int, sparse.csr_array] = {}
     together = 1 if m > PART else 2
@@ -114,7 +113,7 @@ def ends_of(
     to."""
     corners = triangles.ravel()
     if half_edges is None:
-        return corners, triangles[:, [1, 2, 0]].ravel()
+        return corners, np.concatenate([triangles[:, 1:], triangles[:, :1]], axis=1).ravel()
     return corners[half_edges], corners[following(half_edges)]
 
 
