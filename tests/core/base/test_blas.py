@@ -23,6 +23,10 @@ def test_the_library_is_found_that_numpy_was_built_on():
     assert all(get() >= 1 for get, _ in found)
 
 
+def test_a_package_that_is_not_there_calls_no_library():
+    assert blas._files("no_such_package.linalg") == []
+
+
 def counts() -> list[int]:
     return [get() for get, _ in blas.libraries()]
 
