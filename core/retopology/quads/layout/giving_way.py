@@ -15,7 +15,7 @@ from scipy.sparse import csgraph
 from ....mesh.half_edges import ends_of
 from ....mesh.rings import with_rings
 from ..surface.chains import chains
-from ..surface.subdivision import CREASE, MARK
+from ..surface.subdivision import CREASE_BIT, MARK_BIT
 from ..surface.working_surface import WorkingSurface
 from .wishes import Wishes
 
@@ -63,7 +63,7 @@ def gentler(
     surface = working.surface
     places = with_rings(surface.triangles, faults, FAULT_RINGS)
     # What a user has marked stays as long as anything else can go.
-    bits = CREASE if attempt < LAST_LOCAL else CREASE | MARK
+    bits = CREASE_BIT if attempt < LAST_LOCAL else CREASE_BIT | MARK_BIT
     fewer, bare = _without_creases(
         working, wishes, places, bits, residual, every=attempt >= ONE_EACH
     )
@@ -124,7 +124,7 @@ def without_open_creases(working: WorkingSurface, wishes: Wishes, near: np.ndarr
     count = int(chain.max()) + 1
     gone = np.bincount(chain, weights=open_[tail] | open_[head], minlength=count) > 0
     gone &= np.bincount(chain, weights=near[tail] | near[head], minlength=count) > 0
-    gone &= np.bincount(chain, weights=wishes.feature[edges] & MARK, minlength=count) == 0
+    gone &= np.bincount(chain, weights=wishes.feature[edges] & MARK_BIT, minlength=count) == 0
     for number in np.flatnonzero(gone).tolist():
         chosen = np.zeros(len(wishes.feature), bool)
         mine = edges[chain == number]
@@ -137,12 +137,12 @@ def _bare(working: WorkingSurface, asked: Wishes, number: int) -> Wishes:
     """What was asked for without any crease, in the first of such beginnings with all marks; the
     directions as they were measured, the smoother the later. Creases that shut each other in bend
     a map everywhere, and where the curvature is not heard at all nothing keeps its poles apart."""
-    kept = np.where(number == 0, asked.feature & MARK, 0).astype(np.int8)
+    kept = np.where(number == 0, asked.feature & MARK_BIT, 0).astype(np.int8)
     left_out = np.flatnonzero((asked.feature > 0) & (kept == 0))
     left_out = left_out[left_out < working.surface.twin[left_out]]
     chain, _ = chains(working.surface, left_out)
     _, first = np.unique(chain, return_index=True)
-    marked = int(np.count_nonzero(asked.feature[left_out[first]] & MARK))
+    marked = int(np.count_nonzero(asked.feature[left_out[first]] & MARK_BIT))
     return replace(
         asked,
         feature=kept,

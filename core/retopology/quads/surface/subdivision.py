@@ -11,7 +11,7 @@ from scipy.sparse import csgraph
 from ....mesh.half_edges import edge_keys, ends_of
 
 # What a half-edge may be, as bits: along a crease that was found, along an edge that a user marked.
-CREASE, MARK = 1, 2
+CREASE_BIT, MARK_BIT = 1, 2
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class Triangles:
     source:
         (m,) int64 where each triangle came from.
     feature:
-        (3 m,) int8 what each half-edge is part of, `CREASE` and `MARK`, alike for both of an edge;
-        0 off features.
+        (3 m,) int8 what each half-edge is part of, `CREASE_BIT` and `MARK_BIT`, alike for both of
+        an edge; 0 off features.
     """
 
     vertices: np.ndarray

@@ -26,7 +26,7 @@ from core.retopology.quads.mapping.untangling import injective_map
 from core.retopology.quads.surface import working_surface
 from core.retopology.quads.surface.chains import long_chains
 from core.retopology.quads.surface.decimation import coarsened
-from core.retopology.quads.surface.subdivision import CREASE, Triangles, split_edges
+from core.retopology.quads.surface.subdivision import CREASE_BIT, Triangles, split_edges
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +165,7 @@ def test_splitting_keeps_a_manifold_and_its_features():
     vertices, triangles = cube(2)
     surface, _ = clean(vertices, triangles)
     feature = np.zeros(len(surface.twin), np.int8)
-    feature[::7] = CREASE
+    feature[::7] = CREASE_BIT
     feature |= feature[surface.twin]
     mesh = Triangles(
         surface.vertices,
@@ -198,7 +198,7 @@ def test_coarsening_keeps_topology_borders_and_features():
         surface.triangles.astype(np.int64),
         np.zeros((len(surface.vertices), 1)),
         np.arange(len(surface.triangles)),
-        np.where(feature, CREASE, 0).astype(np.int8),
+        np.where(feature, CREASE_BIT, 0).astype(np.int8),
     )
     coarse = coarsened(fine, 1500, core.Progress())
     other, warnings = clean(coarse.vertices, coarse.triangles)

@@ -23,7 +23,7 @@ from core.retopology.quads.mapping.elimination import free_basis
 from core.retopology.quads.mapping.seamless_map import pose
 from core.retopology.quads.surface import working_surface as working
 from core.retopology.quads.surface.decimation import coarsened
-from core.retopology.quads.surface.subdivision import CREASE, Triangles
+from core.retopology.quads.surface.subdivision import CREASE_BIT, Triangles
 
 
 def bare(surface, feature=None):
@@ -106,7 +106,7 @@ def test_coarsening_ends_near_what_is_asked_for(seed, share, holes):
     crease = (line.sum(axis=1) == 2)[:, None] & line & np.roll(line, -1, axis=1)
     crease = crease.ravel() & (surface.twin >= 0)
     crease[surface.twin[crease]] = True
-    feature = np.where(crease, CREASE, 0).astype(np.int8)
+    feature = np.where(crease, CREASE_BIT, 0).astype(np.int8)
     fine = bare(surface, feature)
     most = int(share * len(fine.triangles))
     coarse = coarsened(fine, most, core.Progress())

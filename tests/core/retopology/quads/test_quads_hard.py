@@ -18,7 +18,7 @@ from core.retopology.quads.layout import giving_way, laying_out
 from core.retopology.quads.layout import integers as integers_
 from core.retopology.quads.preparation import Given, prepare
 from core.retopology.quads.surface.flipping import flipped
-from core.retopology.quads.surface.subdivision import CREASE, Triangles
+from core.retopology.quads.surface.subdivision import CREASE_BIT, Triangles
 
 FEW = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
 
@@ -180,7 +180,7 @@ def test_two_triangles_in_a_plane_are_no_flat_face():
 def as_triangles(vertices, triangles, feature=None):
     kind = np.zeros(3 * len(triangles), np.int8)
     if feature is not None:
-        kind[feature] = CREASE
+        kind[feature] = CREASE_BIT
     m = len(triangles)
     return Triangles(
         vertices, np.asarray(triangles, np.int64), np.zeros((len(vertices), 0)), np.arange(m), kind
@@ -258,7 +258,7 @@ def test_layouts_begin_anew_without_creases(monkeypatch, marked):
     assert len(laid) == 1
     wishes = laid[0].wishes
     assert wishes.dropped == 12 and wishes.smoothed == wishes.unmarked == 0
-    assert (wishes.feature > 0).any() == marked and not (wishes.feature & CREASE).any()
+    assert (wishes.feature > 0).any() == marked and not (wishes.feature & CREASE_BIT).any()
 
 
 def test_poles_leave_where_a_map_has_failed(monkeypatch):
