@@ -99,7 +99,8 @@ def suitability(
     bent = ~sharp & (cosine < np.cos(np.radians(_BENT)))
     crossed = sharp & (cosine >= np.cos(np.radians(detection.crease_angle)))
     if marked is not None and len(marked):
-        creases = np.isin(edge, edge_keys(*np.asarray(marked, np.int64).T, len(vertices)))
+        one, other = np.asarray(marked, np.int64).T
+        creases = np.isin(edge, edge_keys(one, other, len(vertices)))
         if are_few(int(np.count_nonzero(creases)), triangles.size):
             crossed &= ~creases
     return Suitability(turn, len(cosine), *(int(np.sum(one)) for one in (sharp, bent, crossed)))
