@@ -15,7 +15,7 @@ from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import Winding
-from ...mesh.half_edges import following
+from ...mesh.half_edges import ends_of
 from ...mesh.rings import with_rings
 from ...mesh.surface import NO_AREA, Surface
 
@@ -122,12 +122,6 @@ class Patch:
         return (mine < count)[self.vertices]
 
 
-def ends_of(surface: Surface, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(e,) the vertices that half-edges (e,) come from and go to."""
-    corners = surface.triangles.ravel()
-    return corners[half], corners[following(half)]
-
-
 def turns_at_vertices(
     surface: Surface, patch: Patch, field: DirectionField, winding: Winding
 ) -> Turns:
@@ -140,7 +134,7 @@ def turns_at_vertices(
         That of the field.
     """
     half, twin = patch.edges(surface)
-    tail, head = ends_of(surface, half)
+    tail, head = ends_of(surface.triangles, half)
     here, there = half // 3, twin // 3
     # From the middle of one triangle to that of the other, by a third of their heights.
     area = surface.face_normal_area[1]
@@ -182,8 +176,7 @@ def turns_in_triangles(
     cross[patch.triangles] = in_plane(surface, patch.triangles, direction[patch.triangles]) ** 4
     here, there = half // 3, twin // 3
     carried = cross[here] * planes.turn[half] ** 4
-    tail = surface.triangles.ravel()[half]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    tail, head = ends_of(surface.triangles, half)
     row = places_in(patch.triangles, len(surface.triangles))
     place = places_in(patch.vertices, len(surface.vertices))
     # At a border a charge is outside already.
