@@ -83,10 +83,7 @@ MODULES = {
         "retopology/test_thin_sheets.py",
     ),
     "core/retopology/quads/finishing/mending.py": ("retopology/quads/test_quads_finishing.py",),
-    "core/retopology/quads/finishing/opening.py": (
-        "retopology/quads/test_opening.py",
-        "retopology/quads/test_quads_finishing.py",
-    ),
+    "core/retopology/quads/finishing/opening.py": ("retopology/quads/test_opening.py",),
 }
 # Loaded once: each mutant is run in a fork of this process.
 WARM = ("numpy", "scipy.sparse.linalg", "scipy.sparse.csgraph", "scipy.spatial", "hypothesis")

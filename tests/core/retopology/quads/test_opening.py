@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from core.retopology.quads.finishing.opening import FARTHEST, LEAST_SIDE, Opening, least_in_box
+from core.retopology.quads.finishing.opening import (
+    FARTHEST,
+    LEAST_SIDE,
+    NEARLY,
+    SOFT,
+    Opening,
+    Squaring,
+    least_in_box,
+)
 
 UP = np.array([[0.0, 0.0, 1.0]])
 IN_PLANE = np.eye(3)[None, :2]
@@ -21,7 +29,16 @@ def patch(moved):
     return Opening(points[quads], np.repeat(UP, 4, axis=0), local, IN_PLANE, 0.0, 1.0)
 
 
-def test_slopes_are_those_of_the_sum():
+def squaring(base, up, local, axes, stay, wanted):
+    """That of pulls to directions somehow in the planes that the quads are seen in."""
+    x = np.cross(up, [0.3, 0.5, 0.8])
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    pull = np.linspace(0.2, 1.0, len(base))
+    return Squaring(base, x, np.cross(up, x), pull, local, axes, stay, wanted)
+
+
+@pytest.mark.parametrize("kind", [Opening, squaring])
+def test_slopes_are_those_of_the_sum(kind):
     """Also of a folded quad, of short sides and of a vertex that moves along one axis alone."""
     random = np.random.default_rng(0)
     points = random.normal(size=(7, 3))
@@ -32,7 +49,7 @@ def test_slopes_are_those_of_the_sum():
     axes[1, 1] = 0.0
     up = random.normal(size=(3, 3))
     up /= np.linalg.norm(up, axis=1)[:, None]
-    problem = Opening(points[quads], up, local, axes, 0.3, 0.9)
+    problem = kind(points[quads], up, local, axes, 0.3, 0.9)
     unknown = 0.1 * random.normal(size=10)
     _, slope = problem._value(unknown)
     step = 1e-6 * np.eye(10)
@@ -79,6 +96,22 @@ def test_what_corners_lack_is_summed_with_what_sides_are_too_short():
     found = Opening(strip[None], UP, none, IN_PLANE[:0], 0.0, 0.0)._value(np.zeros(0))[0]
     short = LEAST_SIDE - np.hypot(0.1, 0.05 * 0.55) / 0.55
     assert found == pytest.approx(2.0 * 4.0 * short**2)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 45.0, 80.0])
+def test_a_square_turned_from_its_directions_is_pulled_by_both_middle_lines(degrees):
+    """By half the sine of twice the angle, and not at all by its corners, which are right."""
+    turn = np.radians(degrees)
+    x = np.array([[np.cos(turn), np.sin(turn), 0.0]])
+    none = np.full((1, 4), -1)
+    problem = Squaring(
+        SQUARE[None], x, np.cross(UP, x), np.array([0.7]), none, IN_PLANE[:0], 0.0, 0.5
+    )
+    found, _ = problem._value(np.zeros(0))
+    off = 0.5 * np.sin(2.0 * turn) / (1.0 + SOFT**2)
+    pulled = 2.0 * 0.7 * (np.hypot(off, NEARLY) - NEARLY)
+    soft = 4.0 * (1.0 - 1.0 / (1.0 + SOFT**2))
+    assert found == pytest.approx(pulled + soft)
 
 
 def test_least_in_a_box():
