@@ -14,6 +14,7 @@ from core.retopology.quads.finishing import finished, mending
 from core.retopology.quads.finishing.directions import direction_weights
 from core.retopology.quads.finishing.guides import Guides
 from core.retopology.quads.finishing.mending import against, oriented_quality
+from core.retopology.quads.finishing.opening import Squaring
 from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.relaxation import squared
@@ -149,6 +150,25 @@ def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
     assert np.array_equal(position[hopeless], start[hopeless])
     others = ~(quads == hopeless).any(axis=1)
     assert quality(position, quads, guides)[others].min() > 0.69
+
+
+def test_slopes_of_squaring_are_those_of_its_sum():
+    random = np.random.default_rng(1)
+    position, quads = grid(4)
+    position += 0.25 * random.normal(size=position.shape) * [1.0, 1.0, 0.1]
+    q = len(quads)
+    turn = random.uniform(0.0, np.pi, q)
+    x = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    y = np.cross([0.0, 0.0, 1.0], x)
+    axes = np.broadcast_to(np.eye(3)[:2], (len(position), 2, 3))
+    pull = random.uniform(0.0, 1.0, q)
+    problem = Squaring(position[quads], x, y, pull, quads, axes, 0.1, 0.7)
+    unknown = 0.1 * random.normal(size=2 * len(position))
+    _, slope = problem._value(unknown)
+    step = 1e-6 * np.eye(len(unknown))
+    ahead = np.array([problem._value(unknown + by)[0] for by in step])
+    behind = np.array([problem._value(unknown - by)[0] for by in step])
+    assert np.abs((ahead - behind) / 2e-6 - slope).max() < 1e-6 * np.abs(slope).max()
 
 
 @pytest.mark.parametrize("turn", [0.0, 20.0])
