@@ -12,7 +12,6 @@ import numpy as np
 from .... import core
 from ...base.errors import FileError
 from ...jobs.refusals import CONVERTIBLE
-from ...mesh.read import positions
 from . import damage
 from .file_kinds import LOADERS, UPRIGHT
 from .guard import shown
@@ -144,9 +143,9 @@ def _weld(mesh: bpy.types.Mesh) -> None:
     work = bmesh.new()
     try:
         work.from_mesh(mesh)
-        # Less than the rounding of single precision: 0 joins nothing before Blender 5.
-        reach = float(np.abs(positions(mesh)).max(initial=0.0))
-        bmesh.ops.remove_doubles(work, verts=work.verts, dist=1e-7 * reach)
+        # The copies are the same to the bit. 0 joins nothing before Blender 5; the square of this
+        # is 0 in single precision.
+        bmesh.ops.remove_doubles(work, verts=work.verts, dist=1e-30)
         work.to_mesh(mesh)
     finally:
         work.free()
