@@ -48,7 +48,7 @@ def refusal(path: str, suffixes: Collection[str]) -> str:
     except ValueError as error:
         return f"cannot be read ({error})"
     if stat.S_ISDIR(status.st_mode):
-        return "this is a folder, not a file"
+        return "this is a folder, not a file; with --out DIR all meshes in it are taken"
     if not stat.S_ISREG(status.st_mode):
         return "this is not a file but a pipe, a socket or a device"
     if Path(path).suffix.lower() not in suffixes:
