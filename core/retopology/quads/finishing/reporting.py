@@ -16,6 +16,7 @@ from ..layout.laying_out import LaidOut
 from ..result import QuadMesh
 from ..surface.working_surface import WorkingSurface
 from .directions import deviators
+from .guides import filled_corner
 from .placement import Placement
 from .projection import ClosestPoints
 
@@ -62,7 +63,7 @@ def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
         quads = placed.quads
         quality = scaled_jacobian(position, quads)
         rows = np.flatnonzero((quality < SKEWED) & (quality > 0.0))
-        filling = _fills_a_corner(position, quads[rows], placed.beside)
+        filling = filled_corner(position, quads[rows], placed.beside) >= 0
         sharp += quality[rows[filling]].tolist()
         skewed += quality[rows[~filling]].tolist()
     said = []
@@ -81,23 +82,6 @@ def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
             "creases lie nearer to each other. Ask for more quads."
         )
     return said
-
-
-def _fills_a_corner(position: np.ndarray, quads: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """(q,) bool whether both sides at the worst corner of each quad run along features."""
-    at = position[quads]
-    out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
-    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    sine = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
-    sine /= np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), 1e-300)
-    row, worst = np.arange(len(quads)), sine.argmin(axis=1)
-    corner = quads[row, worst]
-    found = np.ones(len(quads), bool)
-    for step in (1, 3):
-        other = quads[row, (worst + step) % 4]
-        along = (beside[corner] == other[:, None]).any(axis=1)
-        found &= along | (beside[other] == corner[:, None]).any(axis=1)
-    return found
 
 
 def angle_to_curvature(

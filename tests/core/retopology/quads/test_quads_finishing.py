@@ -13,13 +13,14 @@ from core.retopology.quads.conformity import scaled_jacobian
 from core.retopology.quads.finishing import finished, mending
 from core.retopology.quads.finishing.directions import direction_weights
 from core.retopology.quads.finishing.guides import Guides
-from core.retopology.quads.finishing.mending import against, oriented_quality
+from core.retopology.quads.finishing.mending import against, oriented_quality, quality_to_mend
 from core.retopology.quads.finishing.opening import Squaring
 from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.relaxation import squared
 from core.retopology.quads.finishing.reporting import words_of_shape
 from core.retopology.quads.finishing.unfolding import unfolded
+from core.retopology.quads.finishing.worst import worst_opened
 from core.retopology.quads.preparation import Given, prepare
 
 
@@ -127,6 +128,43 @@ def test_skewed_quads_are_told_and_why():
     skewed[5, :2] += 0.45
     said = words_of_shape([(placed, skewed)])
     assert len(said) == 1 and "skewed" in said[0]
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_quads_in_held_corners_are_not_tried_to_be_opened(held):
+    """As sharp as the border there they stay, unless the corner itself may slide."""
+    position, quads = grid(3)
+    n = len(position)
+    ring = np.array([0, 1, 2, 3, 7, 11, 15, 14, 13, 12, 8, 4])
+    border = np.isin(np.arange(n), ring)
+    position[0] = [-6.0, -6.0, 0.0]
+    guides = guided(*sheet(16, 3.0), n, border & held)
+    guides.beside[ring] = np.stack([np.roll(ring, 1), np.roll(ring, -1)], axis=1)
+    sharp = oriented_quality(position, quads, guides)
+    assert np.flatnonzero(sharp < 0.5).tolist() == [0]
+    found = quality_to_mend(position, quads, guides)
+    assert found[0] == (1.0 if held else sharp[0])
+    np.testing.assert_array_equal(found[1:], sharp[1:])
+    moved = worst_opened(position.copy(), quads, guides, Progress())
+    assert len(moved) == 0 if held else len(moved) > 0
+
+
+@pytest.mark.once
+def test_a_sharp_border_is_evened_out_once(monkeypatch):
+    """What only fills its corners is no reason for the way of thin parts."""
+    evened, ways = finished._evened, []
+
+    def watched(laid, grid, placed, steps, thin, progress):
+        ways.append(thin)
+        return evened(laid, grid, placed, steps, thin, progress)
+
+    monkeypatch.setattr(finished, "_evened", watched)
+    position, quads = grid(20)
+    position[:, 0] += 3.0 * position[:, 1]
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    made = core.remesh(position, triangles, core.RemeshSettings(quads=200))
+    assert 0.0 < scaled_jacobian(made.vertices, made.quads).min() < 0.5
+    assert ways == [False]
 
 
 def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
