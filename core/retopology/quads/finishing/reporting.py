@@ -55,6 +55,24 @@ def reported(
     )
 
 
+def words_of_folds(left: int, farthest: float, folded: int) -> list[str]:
+    """What is said of so many vertices left off the surface, by so much at most, so that nothing
+    folds, and of so many quads that are folded or face against the surface."""
+    said = []
+    if left:
+        said.append(
+            f"{left} vert{'ex' if left == 1 else 'ices'} moved off the surface, by {farthest:.3g} "
+            "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
+            "more quads to have them on it."
+        )
+    if folded:
+        said.append(
+            f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
+            f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
+        )
+    return said
+
+
 def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
     """What is said of quads of a scaled Jacobian below `SKEWED`, of each piece its placement and
     positions (n, 3): whether the corners of creases and borders that they fill are as sharp."""

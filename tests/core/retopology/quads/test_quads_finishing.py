@@ -1,7 +1,10 @@
 """Steps of the finishing: what counts as folded, mending place by place, corners made square."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from quad_guarantees import broken_guarantees
 from quad_surfaces import bumpy
 from scipy.spatial import cKDTree
 from surfaces import ellipsoid
@@ -9,8 +12,9 @@ from surfaces import ellipsoid
 import core
 from core.base.progress import Progress
 from core.mesh.mending.repair import clean
+from core.mesh.rings import with_rings
 from core.retopology.quads.conformity import scaled_jacobian
-from core.retopology.quads.finishing import finished, mending
+from core.retopology.quads.finishing import finished, last_check, mending
 from core.retopology.quads.finishing.directions import direction_weights
 from core.retopology.quads.finishing.guides import Guides
 from core.retopology.quads.finishing.mending import against, oriented_quality, quality_to_mend
@@ -93,21 +97,52 @@ def test_a_quad_against_the_surface_is_unfolded():
 
 @pytest.mark.once
 def test_what_stays_against_the_surface_is_said(monkeypatch):
-    """A quad that no step could turn is never left in silence."""
-    quality = finished.oriented_quality
-
-    def one_folded(*arguments):
-        found = quality(*arguments)
-        found[0] = -0.5
-        return found
+    """A quad that no step could turn is never left in silence, and nothing is moved for it."""
+    plain = core.remesh(*bumpy(0, 3), core.RemeshSettings(quads=200))
 
     def first(position, quads, surface):
         return np.arange(len(quads)) == 0
 
-    monkeypatch.setattr(finished, "oriented_quality", one_folded)
-    monkeypatch.setattr(finished, "against", first)
+    monkeypatch.setattr(last_check, "against", first)
     made = core.remesh(*bumpy(0, 3), core.RemeshSettings(quads=200))
     assert any("1 quad folded" in said for said in made.warnings)
+    np.testing.assert_array_equal(made.vertices, plain.vertices)
+
+
+def turned_over(made, quad):
+    """Quads of which one is laid over onto that beside it."""
+    vertices = made.vertices.copy()
+    corner = made.quads[quad]
+    vertices[corner[:2]] += 1.6 * (vertices[corner[[3, 2]]] - vertices[corner[:2]])
+    return replace(made, vertices=vertices)
+
+
+@pytest.mark.once
+def test_the_last_check_turns_what_faces_against_the_input():
+    """On the surface again, and what is not around it stays; held vertices stay, too, where that
+    is enough, and where all are held nothing is moved."""
+    mesh = ellipsoid(subdivisions=4)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
+    whole, _ = clean(mesh.vertices, mesh.triangles)
+    quad = int(np.flatnonzero((made.pole[made.quads] < 0).all(axis=1))[20])
+    folded = turned_over(made, quad)
+    found, wrong, off = last_check.checked(folded, whole, Progress())
+    assert wrong == 0 and len(off) == 0
+    assert broken_guarantees(mesh.vertices, mesh.triangles, folded) != []
+    assert broken_guarantees(mesh.vertices, mesh.triangles, found) == []
+    far = with_rings(made.quads, np.isin(np.arange(len(made.vertices)), made.quads[quad]), 5)
+    np.testing.assert_array_equal(found.vertices[~far], made.vertices[~far])
+    held = np.zeros(len(made.vertices), bool)
+    held[made.quads[quad, 3]] = True
+    found, wrong, _ = last_check.checked(replace(folded, feature=held), whole, Progress())
+    assert wrong == 0
+    np.testing.assert_array_equal(found.vertices[held], folded.vertices[held])
+    released, wrong, _ = last_check.checked(replace(folded, feature=~held), whole, Progress())
+    assert wrong == 0
+    stuck = replace(folded, border=np.ones(len(made.vertices), bool))
+    same, wrong, _ = last_check.checked(stuck, whole, Progress())
+    assert wrong > 0
+    np.testing.assert_array_equal(same.vertices, folded.vertices)
 
 
 def test_skewed_quads_are_told_and_why():
