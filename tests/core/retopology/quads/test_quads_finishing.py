@@ -244,6 +244,33 @@ def test_slopes_of_squaring_are_those_of_its_sum():
     assert np.abs((ahead - behind) / 2e-6 - slope).max() < 1e-6 * np.abs(slope).max()
 
 
+def test_squaring_counts_the_worst_corner():
+    """Of quads whose corners lack as much together, that with one bad corner lacks more."""
+    position, quads = grid(1)
+    flat = np.zeros((1, 3)) + [0.0, 0.0, 1.0]
+    x, y = np.eye(3)[:1], np.eye(3)[1:2]
+    problem = Squaring(position[quads], x, y, np.zeros(1), quads, flat[None], 0.0, 0.0)
+    even, steep = problem._lack(np.full((1, 4), 0.9))
+    one, steeper = problem._lack(np.array([[0.6, 1.0, 1.0, 1.0]]))
+    assert even == pytest.approx(0.4, abs=0.01)
+    assert one > 2.5 * even
+    assert steeper[0, 0] > 2.5 * steep[0, 0] and steeper[0, 1] < 1e-3
+
+
+def test_a_step_that_is_too_long_is_shortened(monkeypatch):
+    """Where quads bend far it makes the mean worse, and no quad bad."""
+    step = Squaring.step
+    monkeypatch.setattr(Squaring, "step", lambda problem: 3.0 * step(problem))
+    position, quads = grid(9)
+    edge = (position[:, :2] == 0.0).any(axis=1) | (position[:, :2] == 9.0).any(axis=1)
+    shaken = np.random.default_rng(2).uniform(-0.05, 0.05, (100, 2))
+    position[~edge, :2] += shaken[~edge]
+    guides = guided(*sheet(9, 3.0), len(position), edge)
+    before = scaled_jacobian(position, quads).mean()
+    squared(position, quads, guides, guides, Progress())
+    assert scaled_jacobian(position, quads).mean() > before
+
+
 @pytest.mark.parametrize("turn", [0.0, 20.0])
 def test_squared_corners_and_directions(turn):
     """On a plane nothing is in the way: quads become rectangles along the directions; at the
