@@ -112,7 +112,10 @@ def remesh(
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
     cut = [cut_in_three(one, part) for one in unlaid]
-    pieces = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
+    pieces = [
+        reported(one.laid, one.grid, one.placed, one.position, one.triangle, one.surface)
+        for one in done
+    ]
     pieces += cut
     clock.lap("report")
     progress.step(1.0)

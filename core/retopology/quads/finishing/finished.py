@@ -39,14 +39,16 @@ OFF, LOST = 1e-6, 1.0
 
 @dataclass(frozen=True)
 class Finished:
-    """The quads of a piece in their places, how many of them are folded and bad, how many of the
-    vertices are off the surface so that none is folded, and how far at most."""
+    """The quads of a piece in their places on the mapped surface, how many of them are folded and
+    bad, how many of the vertices are off the surface so that none is folded, and how far at most.
+    """
 
     laid: LaidOut
     grid: Grids
     placed: Placement
     position: np.ndarray
     triangle: np.ndarray
+    surface: ClosestPoints
     folded: int
     bad: int
     left: int = 0
@@ -146,7 +148,8 @@ def _evened(
     poor = bool(quality.min() < POOR) and bool(
         quality_to_mend(position, quads, guides).min() < POOR
     )
-    return Finished(laid, grid, placed, position, triangle, folded, bad), quality, poor
+    one = Finished(laid, grid, placed, position, triangle, mapped.surface, folded, bad)
+    return one, quality, poor
 
 
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:
@@ -164,17 +167,13 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
     if off.max() > LOST * side:
         return None
-    surface = one.laid.working.surface
-    triangle, _ = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(
-        position, normals
-    )
     return replace(
         one,
         position=position,
-        triangle=triangle,
+        triangle=one.surface(position, normals)[0],
         folded=int(np.count_nonzero(against(position, quads, guides.surface))),
         left=int(np.count_nonzero(off > OFF * side)),
-        farthest=float(off.max()) * surface.unit,
+        farthest=float(off.max()) * one.laid.working.surface.unit,
     )
 
 

@@ -38,8 +38,8 @@ BETWEEN = 2
 # Where corners are made square: how much a pull to the directions counts, what a move by the mean
 # side costs, the sine up to which corners are opened first, the scaled Jacobian below which no quad
 # gets worse, and how often a step is halved, and then not made, where one would. Chosen on Suzanne,
-# the skull and wave 1 of the benchmark, the pull as the least that costs no angle there; confirmed on
-# its wave 3, on Spot and the bunny.
+# the skull and wave 1 of the benchmark, the pull as the least that costs no angle there; confirmed
+# on its wave 3, on Spot and the bunny.
 PULL, STAYING, LOW, SOUND, HALVINGS = 0.9, 0.02, 0.75, 0.6, 12
 ROUNDING = 1e-9
 # Rings around folded quads in which steps are undone, more each time.

@@ -30,8 +30,10 @@ def reported(
     placed: Placement,
     position: np.ndarray,
     triangle: np.ndarray,
+    closest: ClosestPoints,
 ) -> QuadMesh:
-    """Quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
+    """Quads at `position` (n, 3), on the triangles (n,) of the mapped surface, whose closest points
+    are looked for in `closest`."""
     surface = laid.working.surface
     topology = conformity(placed.quads, len(position))
     irregular = topology.irregular
@@ -50,7 +52,7 @@ def reported(
         border=topology.border,
         feature=on_feature & ~topology.border,
         patch=grid.patch,
-        angle=angle_to_curvature(laid.working, position, placed.quads),
+        angle=angle_to_curvature(laid.working, position, placed.quads, closest),
         source_triangle=surface.source_triangle[triangle],
     )
 
@@ -103,13 +105,12 @@ def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
 
 
 def angle_to_curvature(
-    working: WorkingSurface, position: np.ndarray, quads: np.ndarray
+    working: WorkingSurface, position: np.ndarray, quads: np.ndarray, closest: ClosestPoints
 ) -> np.ndarray:
     """(q,) degrees from the quads' directions to the principal directions; NaN without any."""
     surface = working.surface
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     triangle, _ = closest(at.mean(axis=1), normal)
     deviator = deviators(working)[triangle]
     x, y = side_axes(surface, triangle)

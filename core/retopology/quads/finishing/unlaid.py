@@ -95,7 +95,7 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
         border=topology.border,
         feature=on_feature & ~topology.border,
         patch=np.arange(len(quads)) // EACH,
-        angle=angle_to_curvature(piece.working, position, quads),
+        angle=angle_to_curvature(piece.working, position, quads, closest),
         source_triangle=surface.source_triangle[triangle],
     )
 

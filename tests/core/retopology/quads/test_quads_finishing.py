@@ -137,7 +137,7 @@ def test_the_last_check_turns_what_faces_against_the_input():
     found, wrong, _ = last_check.checked(replace(folded, feature=held), whole, Progress())
     assert wrong == 0
     np.testing.assert_array_equal(found.vertices[held], folded.vertices[held])
-    released, wrong, _ = last_check.checked(replace(folded, feature=~held), whole, Progress())
+    _, wrong, _ = last_check.checked(replace(folded, feature=~held), whole, Progress())
     assert wrong == 0
     stuck = replace(folded, border=np.ones(len(made.vertices), bool))
     same, wrong, _ = last_check.checked(stuck, whole, Progress())
@@ -247,9 +247,8 @@ def test_slopes_of_squaring_are_those_of_its_sum():
 def test_squaring_counts_the_worst_corner():
     """Of quads whose corners lack as much together, that with one bad corner lacks more."""
     position, quads = grid(1)
-    flat = np.zeros((1, 3)) + [0.0, 0.0, 1.0]
-    x, y = np.eye(3)[:1], np.eye(3)[1:2]
-    problem = Squaring(position[quads], x, y, np.zeros(1), quads, flat[None], 0.0, 0.0)
+    x, y, axes = np.eye(3)[:1], np.eye(3)[1:2], np.zeros((4, 1, 3))
+    problem = Squaring(position[quads], x, y, np.zeros(1), quads, axes, 0.0, 0.0)
     even, steep = problem._lack(np.full((1, 4), 0.9))
     one, steeper = problem._lack(np.array([[0.6, 1.0, 1.0, 1.0]]))
     assert even == pytest.approx(0.4, abs=0.01)
