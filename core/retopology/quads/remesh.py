@@ -120,9 +120,9 @@ def remesh(
     clock.lap("report")
     progress.step(1.0)
     made = _parted(_joined(pieces, [], clock.seconds), guide.surface, progress)
-    made, folded, off = checked(made, guide.surface, progress)
-    left = sum(one.left for one in done) + len(off)
-    farthest = max([*(one.farthest for one in done), *off.tolist()], default=0.0)
+    made, folded = checked(made, guide.surface, progress)
+    left = sum(one.left for one in done)
+    farthest = max((one.farthest for one in done), default=0.0)
     warnings += words_of_folds(left, farthest, folded)
     ends = np.cumsum([0] + [len(one.position) for one in done])
     places = [made.vertices[first:end] for first, end in itertools.pairwise(ends)]

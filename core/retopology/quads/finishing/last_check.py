@@ -2,12 +2,11 @@
 
 Pieces are finished by themselves, on a surface that may be coarser than the input, and parted after
 that. What is folded or faces against the input then is opened in its place: with creases held and,
-where that finds nothing, without; on the surface and, where that finds nothing, beside it.
+where that finds nothing, without. Nothing leaves the surface for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +29,7 @@ from .unfolding import locally_unfolded, own_quality
 RINGS, RIM = 4, 2
 
 
-def checked(made: QuadMesh, whole: Surface, progress: Progress) -> tuple[QuadMesh, int, np.ndarray]:
+def checked(made: QuadMesh, whole: Surface, progress: Progress) -> tuple[QuadMesh, int]:
     """With fewer quads that are folded or face against the surface, as far as that was found and no
     more quads cross by it.
 
@@ -41,36 +40,30 @@ def checked(made: QuadMesh, whole: Surface, progress: Progress) -> tuple[QuadMes
 
     Returns
     -------
-    made, wrong, off:
-        The quads; how many are still wrong; and how far vertices that were on the surface are off
-        it now, in the coordinates of the input.
+    made, wrong:
+        The quads, and how many are still wrong.
     """
     quads, position = made.quads, made.vertices
     place = start = (position - whole.origin) / whole.unit
     closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
     wrong = _wrong(place, quads, closest)
     if not wrong.any():
-        return made, 0, np.zeros(0)
+        return made, 0
     crossing = len(made_crossings(position, quads, whole))
     for held in (made.border | made.feature, made.border):
-        for trial in _trials(place, quads, wrong > 0, held, closest, progress):
-            trial, found = _where_better(trial, place, quads, wrong, closest)
-            there = np.where(trial == place, position, trial * whole.unit + whole.origin)
-            if found.sum() < wrong.sum() and len(made_crossings(there, quads, whole)) <= crossing:
-                position, place, wrong = there, trial, found
-                break
+        trial = _opened(place, quads, wrong > 0, held, closest, progress)
+        trial, found = _where_better(trial, place, quads, wrong, closest)
+        there = np.where(trial == place, position, trial * whole.unit + whole.origin)
+        if found.sum() < wrong.sum() and len(made_crossings(there, quads, whole)) <= crossing:
+            position, place, wrong = there, trial, found
         if not wrong.any() or not made.feature.any():
             break
     rows = np.flatnonzero((place != start).any(axis=1))
-    triangle, on = closest(place[rows], vertex_normals(place, quads)[rows])
+    triangle, _ = closest(place[rows], vertex_normals(place, quads)[rows])
     source = made.source_triangle.copy()
     source[rows] = whole.source_triangle[triangle]
-    side = np.linalg.norm(place[quads] - place[np.roll(quads, -1, axis=1)], axis=2).mean()
-    off = np.linalg.norm(on - place[rows], axis=1)
-    before = np.linalg.norm(closest(start[rows])[1] - start[rows], axis=1)
-    off = off[(off > OFF * side) & (before <= OFF * side)] * whole.unit
     made = replace(made, vertices=position, source_triangle=source)
-    return made, int(np.count_nonzero(wrong)), off
+    return made, int(np.count_nonzero(wrong))
 
 
 def _wrong(place: np.ndarray, quads: np.ndarray, closest: ClosestPoints) -> np.ndarray:
@@ -80,16 +73,15 @@ def _wrong(place: np.ndarray, quads: np.ndarray, closest: ClosestPoints) -> np.n
     return np.where(folded, 2, against(place, quads, closest).astype(np.int64))
 
 
-def _trials(
+def _opened(
     place: np.ndarray,
     quads: np.ndarray,
     wrong: np.ndarray,
     held: np.ndarray,
     closest: ClosestPoints,
     progress: Progress,
-) -> Iterator[np.ndarray]:
-    """Positions (n, 3) that may be better around the quads that are `wrong` (q,) bool: those that
-    are on the surface first."""
+) -> np.ndarray:
+    """Positions (n, 3) that may be better around the quads that are `wrong` (q,) bool."""
     moving = _around(place, quads, wrong)
     some = quads[with_rings(quads, moving, RIM)[quads].any(axis=1)]
     rows, corner = np.unique(some, return_inverse=True)
@@ -107,10 +99,9 @@ def _trials(
     on_it = beside_it.copy()
     moved = with_rings(local, (beside_it != place[rows]).any(axis=1), 1)
     mend(on_it, local, replace(guides, fixed=guides.fixed | ~moved, thin=True), progress)
-    for found in (on_it, beside_it):
-        trial = place.copy()
-        trial[rows] = found
-        yield trial
+    trial = place.copy()
+    trial[rows] = on_it
+    return trial
 
 
 def _around(place: np.ndarray, quads: np.ndarray, wrong: np.ndarray) -> np.ndarray:
@@ -127,11 +118,16 @@ def _where_better(
     wrong: np.ndarray,
     closest: ClosestPoints,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The trial in those places where less is wrong by it, what was before in others, and how
-    wrong (q,) quads are then."""
+    """The trial in those places where less is wrong by it and nothing is off the surface, what was
+    before in others, and how wrong (q,) quads are then."""
     found = _wrong(trial, quads, closest)
     label = _places(quads, _around(place, quads, wrong > 0))
     more = np.bincount(label + 1, found - wrong, int(label.max()) + 2)
+    moved = np.flatnonzero((trial != place).any(axis=1))
+    side = np.linalg.norm(place[quads] - place[np.roll(quads, -1, axis=1)], axis=2).mean()
+    off = np.zeros(len(place), bool)
+    off[moved] = np.linalg.norm(closest(trial[moved])[1] - trial[moved], axis=1) > OFF * side
+    more[np.unique(label[off[quads].any(axis=1)]) + 1] = 0
     back = np.zeros(len(place), bool)
     back[quads[(label >= 0) & (more[label + 1] >= 0)]] = True
     if not back.any():
