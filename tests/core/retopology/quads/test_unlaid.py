@@ -89,8 +89,9 @@ def test_the_other_pieces_follow_the_curvature(monkeypatch):
     assert conformity(made.quads, len(made.vertices)).characteristic == 4
     sides = [made.vertices[made.quads].mean(axis=1)[:, 0] < 5.0]
     sides.append(~sides[0])
-    off = sorted(float(np.nanmean(made.angle[side])) for side in sides)
-    assert off[0] < 3.0 < off[1]
+    # The median: beside the umbilics, where curvatures are alike, angles say nothing.
+    off = sorted(float(np.nanmedian(made.angle[side])) for side in sides)
+    assert off[0] < 2.0 and off[1] > 10.0
     assert abs(len(made.quads) - 600) < 60
 
 
