@@ -18,6 +18,7 @@ from ...features import Features
 from .chains import long_chains
 from .decimation import SHARE, coarsened
 from .flipping import flipped
+from .needles import without_needles
 from .subdivision import CREASE, MARK, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted: no more
@@ -108,6 +109,7 @@ def working_surface(
     size:
         Length of a quad's edge, in the coordinates of `whole`.
     """
+    mesh = without_needles(mesh)
     area = mesh.area
     most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
     fine = None
