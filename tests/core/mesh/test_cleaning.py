@@ -226,7 +226,8 @@ def loft(rows, columns, radius):
     wide[[0, -1]] = radius
     u, v = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
     u, v, beside = u.ravel(), v.ravel(), ((v + 1) % columns).ravel()
-    a, b, c, d = u * columns + v, (u + 1) * columns + v, (u + 1) * columns + beside, u * columns + beside
+    above, below = u * columns, (u + 1) * columns
+    a, b, c, d = above + v, below + v, below + beside, above + beside
     points = np.stack(
         [
             3.0 * np.outer(wide, np.cos(around)),

@@ -13,14 +13,23 @@ MET = 0.03
 NEAR = 1.5
 
 
-def words_of_unlaid(count: int) -> list[str]:
-    """What is said of so many pieces without a layout."""
+def words_of_unlaid(count: int, scraps: int = 0) -> list[str]:
+    """What is said of so many pieces without a layout, of which so many are too small for one."""
+    said = []
+    if scraps:
+        said.append(
+            f"{scraps} piece{'' if scraps == 1 else 's'} of the mesh smaller than a quad: "
+            f"{'its' if scraps == 1 else 'their'} triangles were cut into three quads each. "
+            "Remesh small pieces by themselves, or ask for more quads."
+        )
+    count -= scraps
     if not count:
-        return []
+        return said
     return [
+        *said,
         f"No layout along the curvature was found for {count} piece{'' if count == 1 else 's'} of "
         f"the mesh: {'its' if count == 1 else 'their'} triangles were cut into three quads each. "
-        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers."
+        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers.",
     ]
 
 
