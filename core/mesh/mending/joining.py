@@ -81,6 +81,15 @@ def in_one_place(surface: Surface, count: int) -> np.ndarray | None:
     half = np.flatnonzero(none)
     if not len(half):
         return None
+    piece = surface.component[surface.triangles[:, 0]]
+    left = proper(_taken_together(surface, half, count)[surface.source_vertex[surface.triangles]])
+    # A piece of which nothing would be left stays as it is.
+    half = half[np.bincount(piece, weights=left)[piece[half // 3]] > 0]
+    return _taken_together(surface, half, count) if len(half) else None
+
+
+def _taken_together(surface: Surface, half: np.ndarray, count: int) -> np.ndarray:
+    """(count,) int64 for each vertex of the input the first of those that half-edges join it to."""
     corners = surface.source_vertex[surface.triangles.ravel()]
     ends = corners[half], corners[following(half)]
     graph = sparse.coo_array((np.ones(len(half), np.int8), ends), shape=(count, count))
@@ -136,10 +145,15 @@ def _renamed(
     if (same == np.arange(len(same))).all():
         return corners, rows, open_edges
     corners = same[corners].astype(np.int32)
-    a, b, c = corners.T
-    sound = (a != b) & (b != c) & (c != a)
+    sound = proper(corners)
     corners, rows = corners[sound], rows[sound]
     return corners, rows, border_half_edges(corners, len(same))
+
+
+def proper(triangles: np.ndarray) -> np.ndarray:
+    """(m,) bool, triangles (m, 3) with three different corners."""
+    a, b, c = triangles.T
+    return np.asarray((a != b) & (b != c) & (c != a))
 
 
 def corners_in_input(

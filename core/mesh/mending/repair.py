@@ -12,7 +12,7 @@ from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
 from ..surface import NO_AREA, Surface
 from .cavities import cavities
-from .joining import corners_in_input, in_one_place, joined_with, mend_borders
+from .joining import corners_in_input, in_one_place, joined_with, mend_borders, proper
 from .sheets import linked, separate, split_fans
 from .slits import without_slits
 
@@ -46,7 +46,7 @@ def clean(
     vertices, triangles = _checked(vertices, triangles)
     surface, warnings = _cleaned(vertices, triangles, np.arange(len(vertices)), join_borders)
     same = in_one_place(surface, len(vertices)) if join_borders else None
-    if same is not None and _proper(same[triangles]).any():
+    if same is not None:
         surface, warnings = _cleaned(vertices, triangles, same, join_borders)
         number = counted(int(np.count_nonzero(same != np.arange(len(same)))), "vertex", "vertices")
         warnings.append(
@@ -69,8 +69,8 @@ def _cleaned(
     as_given = not len(copies)
     if len(copies):
         corners = same[corners].astype(np.int32)
-        proper = _proper(corners)
-        corners, rows = corners[proper], rows[proper]
+        sound = proper(corners)
+        corners, rows = corners[sound], rows[sound]
     links = link(corners, len(vertices))
     if join_borders and (links is None or (links.twin < 0).any()):
         mended = mend_borders(vertices, corners, rows, links, warnings)
@@ -148,7 +148,7 @@ def _checked(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, n
 
 def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) -> np.ndarray:
     """Rows of the triangles with three different, finite corners."""
-    good = _proper(triangles)
+    good = proper(triangles)
     if not good.all():
         warnings.append(
             f"{counted(int(np.count_nonzero(~good)), 'triangle')} with repeated corners left out."
@@ -165,12 +165,6 @@ def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) ->
     if not good.any():
         raise InvalidMeshError("No face of the mesh has three different, finite corners.")
     return np.flatnonzero(good)
-
-
-def _proper(triangles: np.ndarray) -> np.ndarray:
-    """(m,) bool, triangles (m, 3) with three different corners."""
-    a, b, c = triangles.T
-    return np.asarray((a != b) & (b != c) & (c != a))
 
 
 def _specks(component: np.ndarray) -> np.ndarray:
