@@ -24,6 +24,8 @@ from ...mesh.surface import NO_AREA, Surface
 LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 10.0
 # Cost of a way where the directions mean nothing, to one where they mean as much as usual.
 LEAST_COST = 0.05
+# What usually is meant is at least this part of the largest: sums of costs stay exact enough.
+USUAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,8 @@ def turns_at_vertices(
     both = area[here] + np.where(twin >= 0, area[there], 0.0)
     way = both / (1.5 * np.maximum(length, np.finfo(float).tiny))
     size = np.nan_to_num(field.magnitude)
-    typical = max(float(np.median(size)), np.finfo(float).tiny)
+    # Where most of a surface is flat the usual magnitude is nothing.
+    typical = max(float(np.median(size)), USUAL * float(size.max()), np.finfo(float).tiny)
     place = places_in(patch.triangles, len(surface.triangles))
     row = places_in(patch.vertices, len(surface.vertices))
     return Turns(

@@ -23,7 +23,7 @@ from .layout.wishes import Wishes
 from .settings import RemeshSettings
 from .surface.sizes import sizes
 from .surface.subdivision import pieces
-from .surface.working_surface import SCRAP, prepared, working_surface
+from .surface.working_surface import prepared, working_surface
 
 # Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
 BEYOND = 0.5
@@ -123,10 +123,10 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             strokes=given.strokes,
             wanted=None if poles is None else _of_piece(poles, surface),
         )
-        area = float((working.surface.face_normal_area[1] / wishes.size**2).sum())
-        laid = laid_out(working, wishes, mine, effort) if area >= SCRAP else None
+        without = Unlaid(working, wishes)
+        laid = None if without.scrap else laid_out(working, wishes, mine, effort)
         if laid is None:
-            unlaid.append(Unlaid(working, wishes))
+            unlaid.append(without)
         else:
             parts.append(laid)
     asked = max(asked - sum(one.asked for one in unlaid), 1)

@@ -108,7 +108,7 @@ def remesh(
     done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     clock.lap("evening out")
     unlaid = prepared.unlaid + without + torn
-    warnings += words_of_unlaid(len(unlaid))
+    warnings += words_of_unlaid(len(unlaid), sum(one.scrap for one in unlaid))
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
     cut = [cut_in_three(one, part) for one in unlaid]
@@ -170,7 +170,7 @@ def quad_layout(
     part = progress.part("Mapping the surface", 0.2, 1.0)
     prepared = prepare(guide, given, settings, part)
     progress.step(1.0)
-    said = words_of_unlaid(len(prepared.unlaid))
+    said = words_of_unlaid(len(prepared.unlaid), sum(one.scrap for one in prepared.unlaid))
     said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
 

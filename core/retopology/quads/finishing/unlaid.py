@@ -20,7 +20,7 @@ from ..layout.wishes import Wishes
 from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
-from ..surface.working_surface import WorkingSurface
+from ..surface.working_surface import SCRAP, WorkingSurface
 from .guides import Guides, on_curve, vertex_normals
 from .mending import mend
 from .parting import without_folds
@@ -44,10 +44,20 @@ class Unlaid:
     wishes: Wishes
 
     @property
+    def area(self) -> float:
+        """Its area, in quads."""
+        _, area = self.working.surface.face_normal_area
+        return float((area / self.wishes.size**2).sum())
+
+    @property
+    def scrap(self) -> bool:
+        """Whether no layout is sought for so small a piece."""
+        return self.area < SCRAP
+
+    @property
     def asked(self) -> int:
         """How many quads fit its size."""
-        _, area = self.working.surface.face_normal_area
-        return max(round(float((area / self.wishes.size**2).sum())), FEWEST)
+        return max(round(self.area), FEWEST)
 
 
 def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:

@@ -14,15 +14,25 @@ MET = 0.03
 NEAR = 1.5
 
 
-def words_of_unlaid(count: int) -> list[str]:
-    """What is said of so many pieces without a layout."""
+def words_of_unlaid(count: int, scraps: int = 0) -> list[str]:
+    """What is said of so many pieces without a layout, of which so many are too small for one."""
+    said = []
+    if scraps:
+        whose = "its" if scraps == 1 else "their"
+        said.append(
+            f"{counted(scraps, 'piece')} of the mesh smaller than a quad: "
+            f"{whose} triangles were cut into three quads each. "
+            "Remesh small pieces by themselves, or ask for more quads."
+        )
+    count -= scraps
     if not count:
-        return []
+        return said
     whose = "its" if count == 1 else "their"
     return [
+        *said,
         f"No layout along the curvature was found for {counted(count, 'piece')} of the mesh: "
         f"{whose} triangles were cut into three quads each. "
-        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers."
+        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers.",
     ]
 
 

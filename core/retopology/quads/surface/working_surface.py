@@ -16,6 +16,7 @@ from ...features import CREASE, MARK, Features
 from .chains import long_chains
 from .decimation import SHARE, coarsened
 from .flipping import flipped
+from .needles import without_needles
 from .subdivision import CREASE_BIT, MARK_BIT, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted: no more
@@ -106,6 +107,7 @@ def working_surface(
     size:
         Length of a quad's edge, in the coordinates of `whole`.
     """
+    mesh = without_needles(mesh)
     area = mesh.area
     most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
     fine = None

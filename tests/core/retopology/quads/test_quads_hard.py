@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis.strategies import floats, integers
 from quad_guarantees import holds
-from quad_surfaces import bumpy, cube
+from quad_surfaces import bumpy, cube, plain, with_needles
 from scipy import sparse
 from surfaces import cylinder, ellipsoid
 
@@ -351,3 +351,19 @@ def test_systems_of_wide_weights_are_solved():
     value = random.normal(size=n)
     found = solve_part(matrix.tocsr(), matrix @ value, Progress())
     assert np.abs(matrix @ (found - value)).max() < 1e-6 * np.abs(matrix @ value).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", ["goblet", "box"])
+def test_vertices_one_step_of_their_numbers_apart(shape):
+    """Booleans leave such along creases: no layout was found for them."""
+    vertices, triangles = lathe(goblet(0.15, 0.5)) if shape == "goblet" else cube(2)
+    surface, _ = clean(vertices, triangles)
+    normal, _ = surface.face_normal_area
+    bend = np.einsum("ec,ec->e", normal[np.arange(len(surface.twin)) // 3],
+                     normal[surface.twin // 3])
+    marked = (bend < 0.7) & (np.random.default_rng(0).random(len(bend)) < 0.3)
+    spoiled = with_needles(plain(vertices, triangles), marked, 1.2e-7)
+    made = core.remesh(spoiled.vertices, spoiled.triangles, core.RemeshSettings(quads=600))
+    assert not any("No layout" in word for word in made.warnings)
+    holds(spoiled.vertices, spoiled.triangles, made)

@@ -137,3 +137,15 @@ def test_few_folds_do_not_cost_the_layout(monkeypatch):
     folded = 200
     made = core.remesh(mesh.vertices, mesh.triangles, settings)
     assert len(made.pole_valence) > len(whole.pole_valence)
+
+
+def test_pieces_smaller_than_a_quad_are_said_to_be():
+    mesh = ellipsoid(subdivisions=3)
+    n = len(mesh.vertices)
+    vertices = np.concatenate([mesh.vertices, 0.01 * mesh.vertices + [4.0, 0.0, 0.0]])
+    triangles = np.concatenate([mesh.triangles, mesh.triangles + n])
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=300))
+    (said,) = (one for one in made.warnings if "cut into three" in one)
+    assert said.startswith("1 piece of the mesh smaller than a quad")
+    layout = core.quad_layout(vertices, triangles, core.RemeshSettings(quads=300))
+    assert said in layout.warnings
