@@ -1,11 +1,10 @@
 """Found, missed and false umbilics on surfaces whose umbilics are known: one table.
 
-    python3 -m benchmarks.accuracy [--seeds N] [--out FILE]
-    python3 -m benchmarks.accuracy --meshes [--seeds N] [--first N] [--out FILE]
+    benchmarks/accuracy [--seeds N] [--out FILE]
+    benchmarks/accuracy --meshes [--seeds N] [--first N] [--out FILE]
 
-Writes docs/accuracy.md, or docs/accuracy_meshes.md about the meshes that people have, for which
-tools/benchmark_requirements.txt are needed. CGAL's compute_umbilics is built and run on the same
-meshes where it and a C++ compiler are installed.
+Writes docs/accuracy.md, or docs/accuracy_meshes.md about the meshes that people have. CGAL's
+compute_umbilics is built and run on the same meshes where it and a C++ compiler are installed.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ NOISES = (0.0, 0.01, 0.02, 0.05, 0.1)
 HEADER = """# Accuracy
 
 Umbilics found on surfaces whose umbilics are known exactly, with the default settings. Written
-by `python3 -m benchmarks.accuracy`; {seeds}. Coarse and decimated meshes and marching
+by `benchmarks/accuracy`; {seeds}. Coarse and decimated meshes and marching
 cubes are on [another page](accuracy_meshes.md).
 
 - **Meshes**: about {count} vertices. *Regular*: a subdivided icosahedron or a grid. *Random*:

@@ -1,7 +1,7 @@
 """The kinds of mesh that people have, of closed implicit surfaces: on the surface, coarse,
 marching cubes, decimated by quadrics.
 
-Needs scikit-image and fast-simplification (tools/benchmark_requirements.txt).
+Needs scikit-image and fast-simplification, which `tools/run_in_benchmark_python.py` brings.
 """
 
 from __future__ import annotations

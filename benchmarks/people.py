@@ -39,7 +39,7 @@ HEADER = """# Accuracy on the meshes that people have
 {count} surfaces without symmetry, or with all of it, whose umbilics are known to 1e-9: random
 harmonics of a sphere, random fields and metaballs (seeds {seeds}), x² + y² + z² + xyz = 1 (8 stars,
 12 monstars), cos x + cos y + cos z = 3/2, a superquadric, surfaces of genus 2 and 5. Default
-settings. Written by `python3 -m benchmarks.accuracy --meshes`.
+settings. Written by `benchmarks/accuracy --meshes`.
 
 Cages: closed ones of 62 quads, drawn at random (seeds {seeds}), after Catmull and Clark; the limit
 surface is exact, its umbilics are read off a mesh of a quarter of a million vertices.

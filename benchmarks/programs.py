@@ -19,7 +19,7 @@ from .peers.measurement import LIMIT, Measurement
 OURS = "Umbilics, the whole detection"
 # Rounds of ours at least, of which the first meets memory that is new to the process; others need
 # little of it, and differ by a hundredth or so from round to round.
-LEAST_ROUNDS = 3
+LEAST_ROUNDS = 5
 
 
 class Ours:

@@ -1,6 +1,6 @@
 """Crest lines against surfaces whose crests are known: docs/ridges.md.
 
-    python3 -m benchmarks.ridges [--surfaces N] [--out FILE]
+    benchmarks/ridges [--surfaces N] [--out FILE]
 
 Marching cubes need scikit-image, decimated meshes fast-simplification; what is missing is left
 out. CGAL's Ridges_3 is built and run on the same meshes where it and a C++ compiler are installed.
@@ -36,7 +36,7 @@ SAMPLES = 4
 PAGE = """# Ridges
 
 Crest lines found on surfaces whose crests are known, with the default settings. Written by
-`python3 -m benchmarks.ridges` on {machine}.
+`benchmarks/ridges` on {machine}.
 
 - **Meshes**: about {count:,} vertices. *icosphere*: subdivided and turned (the torus: a grid).
   *random*: uniformly random points, Delaunay triangles. *marching cubes*: scikit-image, {cells}

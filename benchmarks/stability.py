@@ -1,10 +1,9 @@
 """Whether what is kept of a scan is kept again of the same scan with more noise, half the
 triangles, or other triangles between the same points: one page.
 
-    python3 -m benchmarks.stability [--meshes FOLDER] [--out FILE]
+    benchmarks/stability [--meshes FOLDER] [--out FILE]
 
-Writes docs/stability.md. The scans are looked for in $UMBILICS_MESHES or ../shared/meshes;
-tools/benchmark_requirements.txt are needed.
+Writes docs/stability.md. The scans are looked for in $UMBILICS_MESHES or ../shared/meshes.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ FEW = 10
 HEADER = """# Stability on scans
 
 What is kept of a scan by default, and how much of it is kept again after the scan was changed in a
-way that leaves its shape as it is. Written by `python3 -m benchmarks.stability`.
+way that leaves its shape as it is. Written by `benchmarks/stability`.
 
 - **Noise**: normal deviates of the standard deviation that the detection estimates for the scan's
   own noise, added to every coordinate. **Half**: decimated by quadrics (fast-simplification) to

@@ -10,6 +10,7 @@ from places import TOOLS, cache_folder, made_once, run_quietly, say
 REQUIREMENTS = TOOLS / "test_requirements.txt"
 # These are installed without their dependencies.
 MESHES = TOOLS / "test_meshes.txt"
+REQUIREMENTS_TO_MEASURE = TOOLS / "benchmark_requirements.txt"
 REQUIREMENTS_TO_LINT = TOOLS / "lint_requirements.txt"
 REQUIREMENTS_TO_MUTATE = TOOLS / "mutation_requirements.txt"
 REQUIREMENTS_IN_BLENDER = TOOLS / "test_requirements_blender.txt"
@@ -32,6 +33,20 @@ def test_python() -> Path:
 
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS, MESHES)}"
+    return made_once(folder, make) / "bin" / "python"
+
+
+def benchmark_python() -> Path:
+    """A Python with the NumPy of the current Blender, and what meshes are made with."""
+
+    def make(folder: Path) -> None:
+        say("installing what the benchmarks need (NumPy, SciPy, scikit-image, …), once …")
+        venv.create(folder, with_pip=True, symlinks=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install"]
+        run_quietly([*command, "-r", REQUIREMENTS_TO_MEASURE], "install the benchmarks' packages")
+
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache_folder() / "python" / f"benchmarks-{version}-{_key(REQUIREMENTS_TO_MEASURE)}"
     return made_once(folder, make) / "bin" / "python"
 
 

@@ -37,9 +37,10 @@ def on_faces(surface: Surface, normals: np.ndarray, part: Tessellation) -> Curva
     rows = found[directed[face[found]]]
     facing, areas = surface.face_normal_area
     total = np.zeros((n, 3))
-    for corner in surface.triangles[inside].T:
-        own = face[corner] == part.face[inside]
-        weighted = facing[inside[own]] * areas[inside[own], None]
+    bent = inside[directed[part.face[inside]]]
+    for corner in surface.triangles[bent].T:
+        own = face[corner] == part.face[bent]
+        weighted = facing[bent[own]] * areas[bent[own], None]
         for axis in range(3):
             total[:, axis] += np.bincount(corner[own], weighted[:, axis], minlength=n)
     normal = unit(total[rows])

@@ -40,7 +40,7 @@ def field_noise(
     n = len(surface.vertices)
     start, neighbours = surface.neighbour_start, surface.neighbours
     valence = np.diff(start)
-    gap = k1 - k2
+    gap, lengths = k1 - k2, surface.ring_lengths
     direction = d1 + 1j * np.cross(normal, d1)
     difference, edge = np.empty(n), np.empty(n)
     # Whole fans to a block.
@@ -49,7 +49,7 @@ def field_noise(
         other = neighbours[start[first] : start[last]]
         own = np.repeat(np.arange(first, last), valence[first:last])
         carried = gap[other] * rotation(direction[own].T, direction[other].T) ** 2
-        length = np.linalg.norm(surface.vertices[other] - surface.vertices[own], axis=1)
+        length = lengths[start[first] : start[last]]
         place = start[first:last] - start[first]
         count = valence[first:last]
         mean = np.add.reduceat(carried, place) / count

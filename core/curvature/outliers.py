@@ -71,7 +71,8 @@ def without_outliers(
         rows = np.flatnonzero(asked)
         if not 0 < len(rows) <= MOST * len(asked):
             break
-        straight = np.where((graph @ asked) | asked, 0.0, 1.0)[:, None] * normals
+        straight = normals.copy()
+        straight[graph[rows].indices] = straight[rows] = 0.0
         shift = _shifts(surface, straight, rows, asked, progress)
         out = np.einsum("rc,rc->r", shift, shift) > 0.0
         if not out.any():

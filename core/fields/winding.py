@@ -284,10 +284,11 @@ def _intrinsic_turns(
     angle -= direction[tails]
     twin = local[surface.twin[half_edges]]
     # One value for both directions of an edge, so that the turns cancel to the last bit.
-    rotation = angle[twin] + np.pi - angle
-    lower = half_edges < surface.twin[half_edges]
-    turn = np.angle(np.exp(-1j * symmetry * rotation))
-    turn = np.where(lower, turn, -turn[twin])
+    lower = np.flatnonzero(half_edges < surface.twin[half_edges])
+    rotation = angle[twin[lower]] + np.pi - angle[lower]
+    turn = np.empty(len(angle))
+    turn[lower] = np.angle(np.exp(-1j * symmetry * rotation))
+    turn[twin[lower]] = -turn[lower]
     holonomy = scaled.reshape(-1, 3).sum(axis=1) - np.pi
     return turn.reshape(-1, 3), holonomy
 

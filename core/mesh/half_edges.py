@@ -10,6 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from ..base.parallel import run
+from ..base.progress import Progress
+
+# Half-edges, or vertices, that one thread looks at: fewer are not worth a thread.
+PART = 1 << 17
+
 
 @dataclass(frozen=True)
 class HalfEdges:
@@ -38,23 +44,35 @@ def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     """Link the half-edges of (m, 3) triangles; None if two of them run the same way."""
     m = len(triangles)
     tails = triangles.ravel()
-    heads = triangles[:, [1, 2, 0]].ravel()
-    names = np.arange(3 * m, dtype=np.int32)
-    shape = (vertex_count, vertex_count)
-    forward = sparse.coo_array((names, (tails, heads)), shape=shape).tocsr()
-    if forward.nnz < 3 * m:
+    heads = np.concatenate([triangles[:, 1:], triangles[:, :1]], axis=1).ravel()
+    ends = (tails, heads), (heads, tails)
+    graphs: dict[int, sparse.csr_array] = {}
+    together = 1 if m > PART else 2
+
+    def direct(first: int) -> None:
+        for way in range(first, first + together):
+            rows, columns = ends[way]
+            graphs[way] = _by_row(rows, columns, vertex_count)
+
+    run(direct, range(0, 2, together), Progress())
+    forward, backward = graphs[0], graphs[1]
+    if not forward.has_canonical_format:
         return None
     corner_count = np.diff(forward.indptr)
     leaving = np.full(vertex_count, -1, np.int32)
     used = corner_count > 0
     leaving[used] = forward.data[forward.indptr[:-1][used]]
-    backward = forward.T.tocsr()
     if np.array_equal(forward.indptr, backward.indptr) and np.array_equal(
         forward.indices, backward.indices
     ):
         # Without a border every edge has both directions, in the same places.
         twin = np.empty(3 * m, np.int32)
-        twin[forward.data] = backward.data
+
+        def pair(first: int) -> None:
+            some = slice(first, first + PART)
+            twin[forward.data[some]] = backward.data[some]
+
+        run(pair, range(0, 3 * m, PART), Progress())
         return HalfEdges(twin, leaving, corner_count, forward.indptr, forward.indices)
     # One sum aligns both directions of every edge: the low half names the half-edge from row
     # to column, counted from 1, the high half the one that comes back.
@@ -66,6 +84,17 @@ def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     twin = np.full(3 * m + 1, -1, np.int32)
     twin[out] = back  # half-edges that do not exist are named -1 and land in the spare slot
     return HalfEdges(twin[:-1], leaving, corner_count, both.indptr, both.indices)
+
+
+def _by_row(rows: np.ndarray, columns: np.ndarray, vertex_count: int) -> sparse.csr_array:
+    """The entries at `rows` and `columns` (e,), numbered in their order, row by row with rising
+    columns; its format is not canonical if several are in one place."""
+    names = np.arange(len(rows), dtype=np.int32)
+    graph = sparse.coo_array((names, (rows, columns)), shape=(vertex_count, vertex_count))
+    graph.has_canonical_format = True  # or entries in one place would be summed
+    found = graph.tocsr()
+    found.sort_indices()
+    return found
 
 
 def following(half_edges: np.ndarray) -> np.ndarray:
@@ -96,18 +125,23 @@ def has_pinched_vertex(triangles: np.ndarray, links: HalfEdges) -> bool:
     first = links.leaving.copy()
     openings = np.flatnonzero(links.twin < 0)
     first[triangles.ravel()[openings]] = openings
-    walking = np.flatnonzero(first >= 0)
-    begin = current = first[walking]
-    length = 0
-    while len(walking):
-        length += 1
-        current = step[current]
-        going = (current >= 0) & (current != begin)
-        if not going.all():
-            if (links.corner_count[walking[~going]] != length).any():
-                return True
-            walking, begin, current = walking[going], begin[going], current[going]
-    return False
+    pinched: list[int] = []
+
+    def walk(low: int) -> None:
+        walking = low + np.flatnonzero(first[low : low + PART] >= 0)
+        begin = current = first[walking]
+        length = 0
+        while len(walking) and not pinched:
+            length += 1
+            current = step[current]
+            going = (current >= 0) & (current != begin)
+            if not going.all():
+                if (links.corner_count[walking[~going]] != length).any():
+                    pinched.append(low)
+                walking, begin, current = walking[going], begin[going], current[going]
+
+    run(walk, range(0, len(first), PART), Progress())
+    return bool(pinched)
 
 
 def fan_labels(twin: np.ndarray) -> np.ndarray:

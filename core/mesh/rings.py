@@ -17,6 +17,8 @@ from .surface import Surface
 # Neighbours of neighbours that are gathered at once, each as often as it is met: 16,384 vertices
 # with eight rings around them, 200 MB at most.
 MOST_GATHERED = 1 << 25
+# Rings from which on only the outermost leads further; with fewer that takes longer than it saves.
+BY_FRONTS = 5
 # Nodes whose surroundings are gathered by one thread.
 NEAR_BLOCK = 1 << 15
 
@@ -81,7 +83,57 @@ def grow(
     grown:
         (r, n) what they have become.
     """
-    return grown_rows(reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress)
+    if rings < BY_FRONTS:
+        yield from grown_rows(
+            reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress
+        )
+        return
+    # What every ring has added. Only the last leads further, and back to no more than itself and
+    # the one before.
+    reach.sum_duplicates()
+    degree = np.diff(graph.indptr)
+    parts = [(np.arange(reach.shape[0]), [reach], rings)]
+    while parts:
+        rows, fronts, left = parts.pop()
+        while left and fronts[-1].nnz:
+            if progress is not None:
+                progress.ask()
+            half = _half(fronts, degree)
+            if half:
+                parts.append((rows[half:], [front[half:] for front in fronts], left))
+                rows, fronts = rows[:half], [front[:half] for front in fronts]
+                continue
+            new = fronts[-1] @ graph
+            for known in fronts[-2:]:
+                new = new > known
+            fronts, left = [*fronts, new], left - 1
+        yield rows, _together(fronts)
+
+
+def _half(fronts: list[sparse.csr_array], degree: np.ndarray) -> int:
+    """How many rows are half of what all gather; 0 where that is not too much at once."""
+    most = int(degree.max(initial=0)) + 1
+    if fronts[0].shape[0] < 2 or most * sum(front.nnz for front in fronts) <= MOST_GATHERED:
+        return 0
+    ends = sum(np.append(0, np.cumsum(degree[one.indices] + 1.0))[one.indptr] for one in fronts)
+    if ends[-1] <= MOST_GATHERED:
+        return 0
+    return int(np.clip(np.searchsorted(ends, ends[-1] / 2), 1, len(ends) - 2))
+
+
+def _together(fronts: list[sparse.csr_array]) -> sparse.csr_array:
+    """The rows of all fronts, which share nothing, beside each other."""
+    starts = np.stack([front.indptr for front in fronts]).sum(axis=0, dtype=np.int32)
+    indices = np.empty(starts[-1], np.int32)
+    begin = starts[:-1].copy()
+    for front in fronts:
+        count = np.diff(front.indptr)
+        place = np.arange(front.nnz, dtype=np.int32)
+        place += np.repeat(begin - front.indptr[:-1], count)
+        indices[place] = front.indices
+        begin += count
+    ones = np.ones(len(indices), bool)
+    return sparse.csr_array((ones, indices, starts), shape=fronts[0].shape)
 
 
 class Begun:
@@ -178,23 +230,20 @@ def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
     rank[taken] = 0
     rest = np.flatnonzero(~taken)
     while len(rest):
-        beside: dict[int, np.ndarray] = {}
+        decided: list[np.ndarray] = []
 
-        def block(
-            first: int, rest: np.ndarray = rest, beside: dict[int, np.ndarray] = beside
-        ) -> None:
+        def block(first: int, rest: np.ndarray = rest, decided: list[np.ndarray] = decided) -> None:
             some = rest[first : first + NEAR_BLOCK]
             rows = graph[some]
             # A rank of zero is that of a node that is decided.
             highest = np.maximum.reduceat(rank.take(rows.indices), rows.indptr[:-1])
             new = np.flatnonzero(rank[some] > highest)
             taken[some[new]] = True
-            beside[first] = rows[new].indices
+            decided.extend((some[new], rows[new].indices))
 
         run(block, range(0, len(rest), NEAR_BLOCK), progress.quiet())
-        for nodes in beside.values():
+        for nodes in decided:
             rank[nodes] = 0
-        rank[taken] = 0
         rest = rest[rank[rest] > 0]
     return np.flatnonzero(taken)
 

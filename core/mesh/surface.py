@@ -87,15 +87,23 @@ class Surface:
 
         def block(first: int) -> None:
             rows = slice(first, first + BLOCK)
-            corners = np.take(coordinates, self.triangles[rows].T, axis=1, mode="clip")
-            sides = corners[:, [1, 2, 0]] - corners
+            abc = np.ascontiguousarray(self.triangles[rows].T)
+            corners, sides = np.empty((2, 3, *abc.shape))
+            for here, at, side in zip(coordinates, corners, sides, strict=True):
+                np.take(here, abc, out=at, mode="clip")
+                np.subtract(at[1:], at[:2], out=side[:2])
+                np.subtract(at[0], at[2], out=side[2])
             np.einsum("ckr,ckr->kr", sides, sides, out=squares[:, rows])
             (ax, bx, _), (ay, by, _), (az, bz, _) = sides
-            cross = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-            np.einsum("cr,cr->r", corners[:, 0], cross / 6.0, out=volumes[rows])
-            length = np.sqrt(np.einsum("cr,cr->r", cross, cross))
+            cross = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            x, y, z = cross
+            length = np.sqrt(x * x + y * y + z * z)
             np.multiply(0.5, length, out=areas[rows])
-            np.divide(cross.T, np.maximum(length, np.finfo(float).tiny)[:, None], out=normals[rows])
+            from_origin = corners[:, 0]
+            volumes[rows] = np.einsum("cr,cr->r", from_origin, np.stack(cross)) / 6.0
+            np.maximum(length, np.finfo(float).tiny, out=length)
+            for along, out in zip(cross, normals[rows].T, strict=True):
+                np.divide(along, length, out=out)
 
         run(block, range(0, m, BLOCK), Progress())
         return normals, areas, squares, volumes
@@ -124,8 +132,13 @@ class Surface:
     @property
     def ring_lengths(self) -> np.ndarray:
         """(e,) length of the edge to each of the `neighbours`."""
-        offset = self.vertices[self.neighbours] - self.vertices[self.owner]
-        return np.asarray(np.linalg.norm(offset, axis=1))
+        # Coordinate by coordinate: several times faster than along the rows of (e, 3).
+        valence, squares = np.diff(self.neighbour_start), np.zeros(len(self.neighbours))
+        for here in self.coordinates:
+            offset = here.take(self.neighbours, mode="clip")
+            offset -= np.repeat(here, valence)
+            squares += np.square(offset, out=offset)
+        return np.sqrt(squares, out=squares)
 
     @property
     def mean_side(self) -> float:

@@ -87,10 +87,11 @@ def clean(
 
 def _apart(
     corners: np.ndarray, count: int, links: HalfEdges | None, warnings: list[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, HalfEdges]:
+) -> tuple[np.ndarray | slice, np.ndarray, np.ndarray, HalfEdges]:
     """Triangles on `count` vertices as a manifold: the rows that are kept, their corners among its
     vertices, the old vertex of each of these, and its half-edges."""
-    kept, source = np.arange(len(corners)), np.arange(count)
+    kept: np.ndarray | slice = slice(None)
+    source = np.arange(count)
     if links is None:
         kept, corners, source = separate(corners, count, warnings)
         links = linked(corners, len(source))
@@ -159,7 +160,7 @@ def _assemble(
     joined: np.ndarray,
     recut: tuple[np.ndarray, np.ndarray],
 ) -> Surface:
-    points = vertices[source]
+    points = vertices.take(source, axis=0, mode="clip")
     # By columns: several times faster than along the first axis of (n, 3).
     low = np.array([column.min() for column in points.T])
     high = np.array([column.max() for column in points.T])

@@ -181,7 +181,9 @@ def trust_ratio(noise: np.ndarray, gap: np.ndarray) -> float:
     known = np.isfinite(noise) & np.isfinite(gap)
     if not known.any():
         return 0.0
-    cancels, median = PAIR_NOISE * float(np.median(noise[known])), float(np.median(gap[known]))
+    if not known.all():
+        noise, gap = noise[known], gap[known]
+    cancels, median = PAIR_NOISE * float(np.median(noise)), float(np.median(gap))
     return cancels / median if cancels < 1e6 * median else 0.0
 
 
