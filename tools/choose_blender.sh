@@ -39,8 +39,10 @@ choose_blender() {
     '')
         local found version
         found=$(command -v blender || true)
-        # This very script may be what PATH finds.
-        if [ -n "$found" ] && ! [ "$found" -ef "$tools/blender" ]; then
+        # This very script may be what PATH finds, or a program that calls it, for ever then.
+        if [ -n "$found" ] && ! [ "$found" -ef "$tools/blender" ] &&
+            [ -z "${UMBILICS_ASKS_PATH:-}" ]; then
+            export UMBILICS_ASKS_PATH=1
             version=$(version_of "$found" || true)
             if is_new_enough "$version"; then
                 blender_program=$found

@@ -29,6 +29,10 @@ from decisions import DECISIONS
 REPOSITORY = Path(__file__).resolve().parents[1]
 # The modules that decide, and the tests that are to notice; the quickest first.
 MODULES = {
+    "core/base/blas.py": ("base/test_blas.py",),
+    "core/base/subsets.py": ("base/test_subsets.py",),
+    "core/mesh/half_edges.py": ("mesh/test_half_edges.py", "mesh/test_cleaning.py"),
+    "core/curvature/outliers.py": ("curvature/test_outliers.py",),
     "core/curvature/scale.py": ("curvature/test_scale.py",),
     "core/curvature/noise.py": ("curvature/test_noise.py",),
     "core/curvature/fits/flattened.py": ("curvature/test_flattened.py",),
@@ -78,6 +82,8 @@ MODULES = {
         "retopology/crosses/test_dipoles.py",
         "retopology/test_thin_sheets.py",
     ),
+    "core/retopology/quads/finishing/mending.py": ("retopology/quads/test_quads_finishing.py",),
+    "core/retopology/quads/finishing/opening.py": ("retopology/quads/test_opening.py",),
 }
 # Loaded once: each mutant is run in a fork of this process.
 WARM = ("numpy", "scipy.sparse.linalg", "scipy.sparse.csgraph", "scipy.spatial", "hypothesis")

@@ -18,7 +18,7 @@ from .parts import Part, short
 _PERMANENT = 1e37
 # Part of a row for the kind, of the rest for the index, of the rest for the persistence; and of
 # the columns' names, of which the kind's needs less.
-_PARTS = 0.525, 0.24, 0.43
+_PARTS = 0.53, 0.24, 0.52
 _NAME_PARTS = 0.4, 0.38, 0.48
 
 

@@ -205,11 +205,6 @@ class Settings:
         kind="flag",
     )
 
-    @property
-    def unfolds(self) -> bool:
-        """Whether the mesh is laid into the plane by its charts."""
-        return self.method == "C" or (self.method == "S" and self.parametrization == "charts")
-
     merge: bool = setting(
         True,
         label="Merge",
@@ -217,6 +212,11 @@ class Settings:
         "their indices; method I reports each cluster of vertices once. Off to see the parts",
         kind="flag",
     )
+
+    @property
+    def unfolds(self) -> bool:
+        """Whether the mesh is laid into the plane by its charts."""
+        return self.method == "C" or (self.method == "S" and self.parametrization == "charts")
 
     @property
     def certified(self) -> bool:

@@ -14,7 +14,7 @@ from ..base.settings import Settings
 from ..base.unit import unit
 from ..fields.winding import Winding
 from ..mesh.creases import bent_half_edges, marked_half_edges
-from ..mesh.half_edges import following
+from ..mesh.half_edges import ends_of
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood
 from ..mesh.normals import smooth_normals
 from ..mesh.rings import adjacency, rings_across
@@ -232,8 +232,8 @@ def _crease_vertices(
         found.append(marked_half_edges(surface, sharp))
     creased = np.concatenate(found) if found else np.zeros(0, np.int64)
     crease_vertices = np.zeros(len(surface.vertices), bool)
-    for end in (creased, following(creased)):
-        crease_vertices[surface.triangles.ravel()[end]] = True
+    for end in ends_of(surface.triangles, creased):
+        crease_vertices[end] = True
     return crease_vertices if crease_vertices.any() else None
 
 

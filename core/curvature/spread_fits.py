@@ -123,7 +123,7 @@ def fit_spread(
 
 
 def _open(neighbourhood: Neighbourhood) -> sparse.csr_array:
-    """The one-ring graph without the edges at walls and at vertices in strips: these are fitted
+    """The one-ring graph without the edges at creases and at vertices in strips: these are fitted
     each for itself."""
     closed = neighbourhood.crease_vertices
     if neighbourhood.thinned is not None:

@@ -7,6 +7,7 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..mesh.half_edges import all_edges, ends_of
 from ..mesh.surface import NO_AREA, Surface
 from .transport import rotation
 
@@ -42,14 +43,12 @@ def connection_laplacian(
 ) -> tuple[sparse.csr_array, np.ndarray]:
     """Connection Laplacian of powers `symmetry`, (n, n), and its diagonal (n,)."""
     n = len(surface.vertices)
-    tail = surface.triangles.ravel()
-    head = surface.triangles[:, [1, 2, 0]].ravel()
     # One entry for each edge: the first of its half-edges carries both cotangents.
     twin = surface.twin
-    first = np.flatnonzero((twin < 0) | (np.arange(len(twin), dtype=np.int32) < twin))
+    first = all_edges(twin)
+    tail, head = ends_of(surface.triangles, first)
     both = weights[first] + np.where(twin[first] >= 0, weights[twin[first]], 0.0)
     both = np.clip(both, LEAST_WEIGHT, LARGEST_WEIGHT)
-    tail, head = tail[first], head[first]
     transport = np.empty(len(first), complex)
     for start in range(0, len(first), BLOCK):
         part = slice(start, start + BLOCK)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.plane import corner_angles
-from ..mesh.half_edges import previous
+from ..mesh.half_edges import inner_edges, previous
 from ..mesh.surface import Surface
 from .planes import FaceFrames, in_plane
 
@@ -33,11 +33,11 @@ def face_field_singularities(
     twin = surface.twin
     cross = in_plane(surface, np.arange(len(surface.triangles)), direction) ** 4
     inner = np.flatnonzero(twin >= 0)
+    lower = inner_edges(twin)
     carried = cross[inner // 3] * planes.turn[inner] ** 4
     turn = np.zeros(len(twin))
     turn[inner] = np.angle(cross[twin[inner] // 3] * carried.conj()) / 4.0
     # Exactly opposite for both sides of an edge, also where the turn is half a right angle.
-    lower = inner[inner < twin[inner]]
     turn[twin[lower]] = -turn[lower]
     corner = np.arange(len(twin))
     vertex = surface.triangles.ravel()

@@ -15,11 +15,9 @@ from ..base.parallel import run
 from ..base.progress import Progress
 from ..base.subsets import places_in
 from ..base.unit import phase
-from ..mesh.half_edges import following, previous
-from ..mesh.surface import Surface
+from ..mesh.half_edges import ends_of, previous
+from ..mesh.surface import BLOCK, Surface
 
-# Triangles per block: long enough that handing over the interpreter lock costs little.
-BLOCK = 32768
 # Cosine between normals along an edge below which the whole triangle is looked at.
 ALIKE = 0.8
 # How much real parts must exceed imaginary ones for round-off not to matter.
@@ -77,11 +75,10 @@ class Winding:
         """
         turns = np.empty(len(half_edges))
         frames = np.ascontiguousarray((d1 + 1j * d2).T)
-        corners = surface.triangles.ravel()
 
         def block(first: int) -> None:
             some = half_edges[first : first + BLOCK]
-            one, two = (frames.take(corners[end], axis=1) for end in (some, following(some)))
+            one, two = (frames.take(end, axis=1) for end in ends_of(surface.triangles, some))
             rotation = phase(np.einsum("ce,ce->e", one.conj(), two))
             turns[first : first + BLOCK] = _turn(rotation, self.symmetry)
 
@@ -260,7 +257,7 @@ def _intrinsic_turns(
         2 * np.pi / valence[tails],
     )
     # Walk each fan anticlockwise from its first half-edge, adding up the angles.
-    following = local[surface.twin[previous(half_edges)]]
+    next_around = local[surface.twin[previous(half_edges)]]
     angle = np.zeros(len(half_edges))
     # What is written last stays: of each vertex its first half-edge.
     leaving = np.full(len(d1), -1)
@@ -270,12 +267,12 @@ def _intrinsic_turns(
     current, turned = first, np.zeros(len(first))
     while len(current):
         turned = turned + scaled[current]
-        current = following[current]
+        current = next_around[current]
         going = current != first
         first, current, turned = first[going], current[going], turned[going]
         angle[current] = turned
     # Angle of d1 in the same unfolding, by the first half-edge of each fan.
-    heads = surface.triangles[:, [1, 2, 0]].ravel()[half_edges[start]]
+    _, heads = ends_of(surface.triangles, half_edges[start])
     edge = surface.vertices[heads] - surface.vertices[vertex]
     direction = np.zeros(len(d1))
     direction[vertex] = -np.arctan2(
@@ -296,7 +293,7 @@ def _intrinsic_turns(
 def _corner_angles(surface: Surface, rows: np.ndarray) -> np.ndarray:
     """(3 r,) interior angle at each corner of the triangles `rows`, 0 where undefined."""
     sides = surface.side_squares[:, rows]
-    following, before = sides, sides[[2, 0, 1]]
+    ahead, back = sides, sides[[2, 0, 1]]
     # The product of two sides from a corner by the law of cosines, and their cross product.
-    product = 0.5 * (following + before - sides[[1, 2, 0]])
+    product = 0.5 * (ahead + back - sides[[1, 2, 0]])
     return np.arctan2(2.0 * surface.face_normal_area[1][rows], product).T.ravel()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from ..base.progress import Progress
 from ..retopology.guidance import Guidance
 from ..retopology.lines.polylines import Lines
 from ..retopology.planner import Guide
+from ..retopology.poles import Poles
 from ..retopology.quads.result import QuadMesh
 from ..retopology.ridges.ridge_lines import RidgeLines
+from ..umbilics.result import Umbilics
 from .curves import write_curves
 from .fields.dmat import write_dmat
 from .fields.rawfield import write_rawfield
@@ -201,10 +204,14 @@ def _sharp(path: Path, data: Exported, _turn: np.ndarray) -> None:
     write_sharp(path, guidance.feature_convex, guidance.feature_triangle, guidance.feature_side)
 
 
-def _turned(lines: Lines | None, turn: np.ndarray) -> Lines:
-    if lines is None:
+_Placed = TypeVar("_Placed", Lines, RidgeLines, Poles, Umbilics)
+
+
+def _turned(rows: _Placed | None, turn: np.ndarray) -> _Placed:
+    """Lines or points in the coordinates of the file."""
+    if rows is None:
         raise FormatError("There are no lines to write.")
-    return replace(lines, position=lines.position @ turn.T, normal=lines.normal @ turn.T)
+    return replace(rows, position=rows.position @ turn.T, normal=rows.normal @ turn.T)
 
 
 def _lines(path: Path, data: Exported, turn: np.ndarray) -> None:
@@ -220,25 +227,15 @@ def _ridges(path: Path, data: Exported, turn: np.ndarray) -> None:
 
 
 def _ridge_figures(rows: Path, same: Path, data: Exported, turn: np.ndarray) -> None:
-    if data.ridges is None:
-        raise FormatError("There are no ridges to write.")
-    ridges = data.ridges
-    table = ridges_table(
-        replace(ridges, position=ridges.position @ turn.T, normal=ridges.normal @ turn.T)
-    )
+    table = ridges_table(_turned(data.ridges, turn))
     write_points_csv(rows, table)
     write_points_json(same, {"ridges": table})
 
 
 def _tables(data: Exported, turn: np.ndarray) -> dict[str, Table]:
-    poles, umbilics = data.guidance.poles, data.guide.detection.umbilics
     return {
-        "poles": poles_table(
-            replace(poles, position=poles.position @ turn.T, normal=poles.normal @ turn.T)
-        ),
-        "umbilics": umbilics_table(
-            replace(umbilics, position=umbilics.position @ turn.T, normal=umbilics.normal @ turn.T)
-        ),
+        "poles": poles_table(_turned(data.guidance.poles, turn)),
+        "umbilics": umbilics_table(_turned(data.guide.detection.umbilics, turn)),
     }
 
 

@@ -13,7 +13,8 @@ from .closest_points import Fit, polished, refined
 from .proposals import Similarity, matched, proposed, singly_proposed
 from .shape import Shape
 
-# Proposals that are refined a little, and those that are refined to the end.
+# Proposals that are refined a little, and those that are refined to the end; in so many steps at
+# most, since one that wins nothing is the last.
 REFINED, FINALISTS = 24, 4
 SHORT, LONG = 5, 40
 # Those of single umbilics, which are asked where pairs lead to nothing.

@@ -90,12 +90,8 @@ def find_mirror_plane(
         )
     # Where noise has moved the umbilics: the plane of a mirrored shape lies across an axis of
     # inertia, through its middle.
-    corner = vertices[triangles] - middle
-    area = face_normal_area[1]
-    sums = corner.sum(axis=1)
-    # Of a triangle's second moments: its corners' and that of their sum, over 12 and its area.
-    spread = np.einsum("t,tki,tkj->ij", area, corner, corner) + (area * sums.T) @ sums
-    planes += [(axis, float(axis @ middle)) for axis in np.linalg.eigh(spread)[1].T]
+    axes = _axes_of_inertia(vertices[triangles] - middle, face_normal_area[1])
+    planes += [(axis, float(axis @ middle)) for axis in axes]
     rough = []
     for done, plane in enumerate(planes):
         progress.step(0.8 * done / len(planes))
@@ -134,3 +130,12 @@ def find_mirror_plane(
         angle_error=angle_error,
         offset_error=offset_error,
     )
+
+
+def _axes_of_inertia(corner: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """(3, 3) unit axes, a row each, of triangles with corners (m, 3, 3) about the origin and areas
+    (m,)."""
+    sums = corner.sum(axis=1)
+    # Of a triangle's second moments: its corners' and that of their sum, over 12 and its area.
+    spread = np.einsum("t,tki,tkj->ij", area, corner, corner) + (area * sums.T) @ sums
+    return np.linalg.eigh(spread)[1].T

@@ -57,6 +57,21 @@ class Motions:
     scale: np.ndarray
     shift: np.ndarray
 
+    @classmethod
+    def of_frames(
+        cls,
+        frame: np.ndarray,
+        onto: np.ndarray,
+        place: np.ndarray,
+        goal: np.ndarray,
+        scale: np.ndarray,
+    ) -> Motions:
+        """Those by factors `scale` (h,) that take frames (h, 3, 3), axes in columns, at places
+        (h, 3) onto others at their goals."""
+        rotation = onto @ frame.transpose(0, 2, 1)
+        moved = np.einsum("hij,hj->hi", rotation, place)
+        return cls(rotation, scale, goal - scale[:, None] * moved)
+
 
 def proposed(one: Shape, other: Shape, scaled: bool, count: int) -> list[Similarity]:
     """At most `count` similarities of shape `one` onto `other`, those with the most votes first.
@@ -75,10 +90,10 @@ def proposed(one: Shape, other: Shape, scaled: bool, count: int) -> list[Similar
     order = np.argsort(away[row, place], kind="stable")[:_COUNTED]
     a, b = row[order], near[row[order], place[order]]
     scale = theirs.length[b] / ours.length[a] if scaled else np.ones(len(a))
-    rotation = theirs.frame[b] @ ours.frame[a].transpose(0, 2, 1)
-    moved = np.einsum("hij,hj->hi", rotation, ours.middle[a])
-    shift = theirs.middle[b] - scale[:, None] * moved
-    return voted(one, other, Motions(rotation, scale, shift), count)
+    motions = Motions.of_frames(
+        ours.frame[a], theirs.frame[b], ours.middle[a], theirs.middle[b], scale
+    )
+    return voted(one, other, motions, count)
 
 
 def singly_proposed(one: Shape, other: Shape, scaled: bool, count: int) -> list[Similarity]:
@@ -101,10 +116,9 @@ def singly_proposed(one: Shape, other: Shape, scaled: bool, count: int) -> list[
     order = order[np.argsort(off[order], kind="stable")][:_COUNTED]
     i, j = i[order], j[order]
     scale = bent[order] / wanted[order] if scaled else np.ones(len(order))
-    rotation = theirs[second[order]] @ ours[first[order]].transpose(0, 2, 1)
-    moved = np.einsum("hij,hj->hi", rotation, one.umbilics.position[i])
-    shift = other.umbilics.position[j] - scale[:, None] * moved
-    return voted(one, other, Motions(rotation, scale, shift), count)
+    here, there = one.umbilics.position[i], other.umbilics.position[j]
+    motions = Motions.of_frames(ours[first[order]], theirs[second[order]], here, there, scale)
+    return voted(one, other, motions, count)
 
 
 def _frames(umbilics: Umbilics) -> tuple[np.ndarray, np.ndarray]:

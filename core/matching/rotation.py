@@ -10,15 +10,12 @@ from ..base.blas import one_blas_thread
 from ..base.errors import MatchError
 from ..base.progress import Progress
 from ..fields.transport import tangents
-from .align import limit
+from .align import LONG, REFINED, SHORT, limit
 from .closest_points import Fit, polished, refined, rotation_by
 from .proposals import REACH, Similarity, matched, proposed
 from .shape import Shape
 from .symmetry import Symmetry
 
-# Motions of a shape onto itself that are refined.
-_REFINED = 24
-_SHORT, _LONG = 5, 40
 # The highest order that is looked for: beyond it umbilics of neighbouring sectors are not told
 # apart, and a surface of revolution has no umbilics to go by.
 MOST_ORDER = 24
@@ -66,7 +63,7 @@ def find_rotation(shape: Shape, progress: Progress | None = None) -> RotationSym
     """
     progress = progress or Progress()
     # The best motion is none at all: one more is asked for.
-    motions = proposed(shape, shape, False, _REFINED + 1)
+    motions = proposed(shape, shape, False, REFINED + 1)
     turns = [motion for motion in motions if not _rests(motion, shape)]
     if not turns:
         raise MatchError(
@@ -97,10 +94,10 @@ def _known(fit: Fit, found: list[tuple[int, Fit]]) -> bool:
 def _finished(start: Similarity, shape: Shape) -> Fit | None:
     """The best motion near a start that brings the shape onto itself; None if there is none."""
     far = limit(shape, shape)
-    fit = refined(start, shape, shape, False, _SHORT, rough=True)
+    fit = refined(start, shape, shape, False, SHORT, rough=True)
     if fit is None or fit.error > 2.0 * far:
         return None
-    fit = refined(fit.motion, shape, shape, False, _LONG)
+    fit = refined(fit.motion, shape, shape, False, LONG)
     if fit is None or fit.error > 2.0 * far:
         return None
     fit = polished(fit, shape, shape, False, far, fine=False)

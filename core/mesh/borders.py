@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .half_edges import ends_of
 from .surface import Surface
 
 # Steps to the farthest border that counts, at most, and of an edge: more of them are shorter
@@ -26,8 +27,7 @@ def distance_to_border(
     half_edges = np.flatnonzero(surface.twin < 0)
     if not len(half_edges) or not len(points):
         return np.full(len(points), np.inf)
-    tails = surface.vertices[surface.triangles.ravel()[half_edges]]
-    heads = surface.vertices[surface.triangles[:, [1, 2, 0]].ravel()[half_edges]]
+    tails, heads = (surface.vertices[end] for end in ends_of(surface.triangles, half_edges))
     length = np.linalg.norm(heads - tails, axis=1)
     steps = np.ones(len(length))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .half_edges import following
+from .half_edges import all_edges, edge_keys, ends_of, inner_edges, previous
 from .input_map import kept_vertices
 from .surface import Surface
 
@@ -23,7 +23,7 @@ def bent_half_edges(surface: Surface, angle: float) -> np.ndarray:
 def edge_bends(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """(h,) int64 half-edges, one of each inner edge, ascending, and the degrees (h,) that the
     normal turns across each."""
-    inner = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
+    inner = inner_edges(surface.twin)
     normal, _ = surface.face_normal_area
     one, two = normal[inner // 3], normal[surface.twin[inner] // 3]
     sine = np.linalg.norm(np.cross(one, two), axis=1)
@@ -35,7 +35,7 @@ def is_convex(surface: Surface, half_edges: np.ndarray) -> np.ndarray:
     twin = surface.twin[half_edges]
     normal, _ = surface.face_normal_area
     inner = twin >= 0
-    opposite = surface.triangles.ravel()[np.where(twin % 3 == 0, twin + 2, twin - 1)]
+    opposite = surface.triangles.ravel()[previous(twin)]
     tail = surface.triangles.ravel()[half_edges]
     height = np.einsum(
         "ec,ec->e",
@@ -56,17 +56,15 @@ def marked_half_edges(surface: Surface, sharp: np.ndarray | None) -> np.ndarray:
     """
     if sharp is None or not len(sharp):
         return np.zeros(0, np.int64)
-    twin = surface.twin
     source = surface.source_vertex
-    name = np.arange(len(twin), dtype=np.int32)
-    once = np.flatnonzero((name < twin) | (twin < 0))
-    corners = surface.triangles.ravel()
-    ends = np.sort(source[np.column_stack([corners[once], corners[following(once)]])], axis=1)
-    count = np.int64(source.max()) + 1
-    marked = np.sort(kept_vertices(surface, np.asarray(sharp, np.int64)), axis=1)
-    marked = marked[(marked < count).all(axis=1)]
-    chosen = once[np.isin(ends[:, 0] * count + ends[:, 1], marked[:, 0] * count + marked[:, 1])]
-    return chosen if are_few(len(chosen), len(twin)) else np.zeros(0, np.int64)
+    edges = all_edges(surface.twin)
+    tail, head = ends_of(surface.triangles, edges)
+    count = int(source.max()) + 1
+    marked = kept_vertices(surface, np.asarray(sharp, np.int64))
+    one, other = marked[(marked < count).all(axis=1)].T
+    keys = edge_keys(source[tail], source[head], count)
+    chosen = edges[np.isin(keys, edge_keys(one, other, count))]
+    return chosen if are_few(len(chosen), len(surface.twin)) else np.zeros(0, np.int64)
 
 
 def are_few(marked: int, half_edges: int) -> bool:

@@ -5,9 +5,11 @@ The facets' normals tell the kind, their vertices and middles how far it goes.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from ..base.unit import unit
+from ..base.unit import angles_between, unit
 from .surface import Surface
 
 PLANAR, CYLINDRICAL, CONICAL, SPHERICAL = "planar", "cylindrical", "conical", "spherical"
@@ -18,29 +20,48 @@ FLAT = 5e-4
 # between normals and an axis, beside what single precision leaves: vertices may lie on the chord
 # of a facet (of 10 degrees 0.4 % of the radius inside), and programs write three or four digits.
 ON_SHAPE, ON_AXIS = 1e-2, 1e-2
+# Vertices that fix a shape: a cone has six unknowns.
+FEWEST = 6
 # Angle between the normals of facets and of the sphere at their middles, for 16 segments around.
 # Larger facets would fit the sphere through the rims of a cylinder.
 ON_SPHERE = 0.35
 
 
-def shape_of(
-    surface: Surface, rows: np.ndarray, rounding: np.ndarray
-) -> tuple[str, float, np.ndarray] | None:
-    """Kind, mean curvature and axis of the exact face that triangles `rows` (t,) with the
-    `normal_rounding` (t,) make up, if they do."""
+@dataclass(frozen=True)
+class ExactShape:
+    """What an exact face is part of.
+
+    Attributes
+    ----------
+    kind:
+        "planar", "cylindrical", "conical" or "spherical".
+    mean_curvature:
+        Of the face, in the coordinates of the surface; of a cone
+        at the median distance of its vertices from the axis.
+    axis:
+        (3,) float64 unit axis of a cylinder or cone, zero for the others.
+    """
+
+    kind: str
+    mean_curvature: float
+    axis: np.ndarray
+
+
+def shape_of(surface: Surface, rows: np.ndarray, rounding: np.ndarray) -> ExactShape | None:
+    """The shape that triangles `rows` (t,) with the `normal_rounding` (t,) make up a face of, if
+    they do."""
     normal, area = surface.face_normal_area
     n, weight = normal[rows], area[rows]
     known = weight > 0
     if not known.any():
-        return PLANAR, 0.0, np.zeros(3)
+        return ExactShape(PLANAR, 0.0, np.zeros(3))
     n, weight, rounding = n[known], weight[known], rounding[known]
     mean = weight @ n
     length = np.linalg.norm(mean)
     # Normals that all are near to one another hardly shorten their mean.
-    if length > 0.5 * weight.sum():
-        off = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(n - mean / length, axis=1), 0.0, 1.0))
-        if (off <= 2.0 * FLAT + 2.0 * rounding).all():
-            return PLANAR, 0.0, np.zeros(3)
+    near = length > 0.5 * weight.sum()
+    if near and (angles_between(n, mean / length) <= 2.0 * FLAT + 2.0 * rounding).all():
+        return ExactShape(PLANAR, 0.0, np.zeros(3))
     corners = np.unique(surface.triangles[rows])
     points = surface.vertices[corners]
     a, b, c = surface.triangles[rows[known]].T
@@ -52,12 +73,12 @@ def shape_of(
 
 def _sphere(
     points: np.ndarray, middles: np.ndarray, normals: np.ndarray, weight: np.ndarray
-) -> tuple[str, float, np.ndarray] | None:
-    """Kind, mean curvature and no axis of the sphere that points (p, 3) lie on and fix, if any.
+) -> ExactShape | None:
+    """The sphere that points (p, 3) lie on and fix, if any.
 
     Triangles (t,) on it have `middles` and `normals` (t, 3) and areas `weight`.
     """
-    if len(points) < 6:
+    if len(points) < FEWEST:
         return None
     middle = points.mean(axis=0)
     local = points - middle
@@ -78,7 +99,7 @@ def _sphere(
     outward = float(np.sign(weight @ cosine))
     if (outward * cosine).min() < np.cos(ON_SPHERE):
         return None
-    return SPHERICAL, outward / (size * radius), np.zeros(3)
+    return ExactShape(SPHERICAL, outward / (size * radius), np.zeros(3))
 
 
 def _of_revolution(
@@ -87,19 +108,12 @@ def _of_revolution(
     normals: np.ndarray,
     weight: np.ndarray,
     rounding: float,
-) -> tuple[str, float, np.ndarray] | None:
-    """Kind, mean curvature and axis of a circular cylinder or cone: normals at one angle to the
-    axis, vertices around it in circles. The parameters are those of `_sphere`."""
-    if len(points) < 6:
+) -> ExactShape | None:
+    """The circular cylinder or cone, if any: normals at one angle to the axis, vertices in circles
+    around it. The parameters are those of `_sphere`."""
+    if len(points) < FEWEST:
         return None
-    centred = normals - weight @ normals / weight.sum()
-    spread, axes = np.linalg.eigh((centred * weight[:, None]).T @ centred / weight.sum())
-    axis, u, v = axes.T
-    if spread[1] < 1e-4 * spread[2]:
-        # Two facets only: of all the circles through their normals that of a cylinder.
-        far = np.argmax(np.abs(centred @ v))
-        axis = unit(np.cross(normals[far], v))
-        u = np.cross(v, axis)
+    axis, u, v = _axes(normals, weight)
     along = normals @ axis
     slope = _median(along)
     if np.abs(along - slope).max() > ON_AXIS + 2.0 * rounding:
@@ -133,8 +147,23 @@ def _of_revolution(
         across = middles @ sides - (solution[:2] * scale + middle)
         outward = float(np.sign(weight @ np.einsum("tc,tc->t", across, normals @ sides)))
         kind = CYLINDRICAL if abs(slope) < ON_AXIS else CONICAL
-        return kind, 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical, axis
+        bend = 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical
+        return ExactShape(kind, bend, axis)
     return None
+
+
+def _axes(normals: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The axis (3,) about which normals (t, 3) of areas `weight` (t,) lie on a circle, and two unit
+    vectors square to it."""
+    centred = normals - weight @ normals / weight.sum()
+    spread, axes = np.linalg.eigh((centred * weight[:, None]).T @ centred / weight.sum())
+    axis, u, v = axes.T
+    if spread[1] < 1e-4 * spread[2]:
+        # Two facets only: of all the circles through their normals that of a cylinder.
+        far = np.argmax(np.abs(centred @ v))
+        axis = unit(np.cross(normals[far], v))
+        u = np.cross(v, axis)
+    return axis, u, v
 
 
 def _median(values: np.ndarray) -> float:

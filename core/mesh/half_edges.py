@@ -43,8 +43,7 @@ class HalfEdges:
 def link(triangles: np.ndarray, vertex_count: int) -> HalfEdges | None:
     """Link the half-edges of (m, 3) triangles; None if two of them run the same way."""
     m = len(triangles)
-    tails = triangles.ravel()
-    heads = np.concatenate([triangles[:, 1:], triangles[:, :1]], axis=1).ravel()
+    tails, heads = ends_of(triangles)
     ends = (tails, heads), (heads, tails)
     graphs: dict[int, sparse.csr_array] = {}
     together = 1 if m > PART else 2
@@ -105,6 +104,34 @@ def following(half_edges: np.ndarray) -> np.ndarray:
 def previous(half_edges: np.ndarray) -> np.ndarray:
     """The half-edge before each one in its triangle."""
     return np.where(half_edges % 3 == 0, half_edges + 2, half_edges - 1)
+
+
+def ends_of(
+    triangles: np.ndarray, half_edges: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(h,) the vertices that half-edges (h,), or all (3 m,), of triangles (m, 3) come from and go
+    to."""
+    corners = triangles.ravel()
+    if half_edges is None:
+        return corners, np.concatenate([triangles[:, 1:], triangles[:, :1]], axis=1).ravel()
+    return corners[half_edges], corners[following(half_edges)]
+
+
+def edge_keys(one: np.ndarray, other: np.ndarray, count: int) -> np.ndarray:
+    """(e,) int64 a number for each edge between two of `count` vertices, whichever end is first:
+    least * count + greatest."""
+    least = np.minimum(one, other, dtype=np.int64)
+    return np.asarray(least * count + np.maximum(one, other))
+
+
+def inner_edges(twin: np.ndarray) -> np.ndarray:
+    """(e,) int64 the lower half-edge of each edge that two triangles share, ascending."""
+    return np.flatnonzero(np.arange(len(twin), dtype=twin.dtype) < twin)
+
+
+def all_edges(twin: np.ndarray) -> np.ndarray:
+    """(e,) int64 a half-edge of each edge, of two the lower, ascending."""
+    return np.flatnonzero((twin < 0) | (np.arange(len(twin), dtype=twin.dtype) < twin))
 
 
 def _next_around(twin: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ class Surface:
     """An oriented triangle manifold, possibly with border and several components.
 
     Every edge has one or two triangles, every vertex one fan of triangles, windings agree.
-    `core.cleaning` makes it from any input; isolated vertices are not part of it.
+    `core.mesh.mending.repair.clean` makes it from any input; isolated vertices are not part of it.
 
     Attributes
     ----------

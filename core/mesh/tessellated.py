@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ..base.unit import angles_between
 from ..base.words import counted
 from .exact_shapes import (
     CONICAL,
@@ -26,6 +27,7 @@ from .exact_shapes import (
     normal_rounding,
     shape_of,
 )
+from .half_edges import inner_edges
 from .surface import Surface
 
 # Share of flat edges from which a mesh may be a part: 0.35 to 0.6 on parts written by SolidWorks
@@ -102,7 +104,7 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     angle:
         Degrees from which an edge is a crease; None for those in the gap.
     """
-    edges = np.flatnonzero(np.arange(len(surface.twin), dtype=np.int32) < surface.twin)
+    edges = inner_edges(surface.twin)
     sample = edges[:: max(len(edges) // SAMPLED, 1)]
     if len(sample) == 0 or flat_edges(surface, sample).mean() < MOST_FLAT:
         return None
@@ -171,9 +173,7 @@ def _between(surface: Surface, edges: np.ndarray, flat: np.ndarray, bent: np.nda
 def _turns(surface: Surface, edges: np.ndarray) -> np.ndarray:
     """(e,) angle in radians between the normals at half-edges."""
     normal, _ = surface.face_normal_area
-    one, other = normal[edges // 3], normal[surface.twin[edges] // 3]
-    # Differences tell small angles better than cosines do.
-    return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(one - other, axis=1), 0.0, 1.0))
+    return angles_between(normal[edges // 3], normal[surface.twin[edges] // 3])
 
 
 def _flat(surface: Surface, edges: np.ndarray, turns: np.ndarray) -> np.ndarray:
@@ -216,7 +216,7 @@ class _Faces:
             shape = shape_of(self.surface, some, rounding[begin:end])
             if shape is not None:
                 self.face[some] = len(self.kinds)
-                self.kinds.append(shape[0])
-                self.curvatures.append(shape[1])
-                self.axes.append(shape[2])
+                self.kinds.append(shape.kind)
+                self.curvatures.append(shape.mean_curvature)
+                self.axes.append(shape.axis)
         return asked & (self.face < 0)

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from ..base.progress import Progress
+from ..base.subsets import spans
 from .surface import Surface
 
 # Length over height of a long thin triangle, and the share of such around a vertex and its
@@ -107,8 +108,8 @@ def _crowded(surface: Surface, normals: np.ndarray) -> np.ndarray | None:
     asked = np.flatnonzero(crowded)
     begin, valence = surface.neighbour_start[asked], np.diff(surface.neighbour_start)[asked]
     row = np.repeat(np.arange(len(asked)), valence)
-    place = np.arange(len(row)) - np.repeat(np.cumsum(valence) - valence, valence)
-    beside = np.bincount(row, share[surface.neighbours[begin[row] + place]], len(asked))
+    ring = surface.neighbours[spans(begin, valence)]
+    beside = np.bincount(row, share[ring], len(asked))
     crowded[asked] = beside >= MOST * valence
     return crowded if crowded.any() else None
 

@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 
 from ..base.errors import GuidanceError
 from ..base.options import check, setting
+from ..base.subsets import spans
+from ..mesh.half_edges import ends_of
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..umbilics.result import Region
@@ -131,8 +133,7 @@ def pull_of(surface: Surface, strokes: Strokes) -> Pull:
         chord, points, length = chord[length > 0], points[:-1][length > 0], length[length > 0]
         count = np.ceil(2.0 * length / edge).astype(np.int64)
         part = np.repeat(np.arange(len(chord)), count)
-        step = np.arange(len(part)) - np.repeat(np.cumsum(count) - count, count)
-        share = (step + 0.5) / count[part]
+        share = (spans(0, count) + 0.5) / count[part]
         place.append(points[part] + share[:, None] * chord[part])
         ahead.append((chord / length[:, None])[part])
         number.append(np.full(len(part), stroke))
@@ -154,8 +155,8 @@ def pull_of(surface: Surface, strokes: Strokes) -> Pull:
 def with_strokes(surface: Surface, features: Features, pull: Pull) -> Features:
     """Features of which the strokes are part, in place of crests beside them; hard ones stay."""
     hard = np.zeros(len(surface.vertices), bool)
-    for corner in (surface.triangles, surface.triangles[:, [1, 2, 0]]):
-        hard[corner.ravel()[features.half_edge]] = True
+    for end in ends_of(surface.triangles, features.half_edge):
+        hard[end] = True
     mine = ~hard[pull.vertex]
     rest = ~np.isin(features.crest_vertex, pull.vertex)
     vertex = np.concatenate([features.crest_vertex[rest], pull.vertex[mine]])

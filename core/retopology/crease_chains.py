@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.subsets import spans
 from ..base.unit import unit
 from ..mesh.creases import edge_bends, is_convex
-from ..mesh.half_edges import following
+from ..mesh.half_edges import ends_of
 from ..mesh.surface import Surface
 from .ridges.paths import ordered_paths
 
@@ -75,9 +76,7 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
     half_edge, bend, precision = half_edge[weak], bend[weak], precision[weak]
     normal, _ = surface.face_normal_area
     middle = normal[half_edge // 3] + normal[surface.twin[half_edge] // 3]
-    vertex = np.stack(
-        [surface.triangles.ravel()[half_edge], surface.triangles.ravel()[following(half_edge)]]
-    )
+    vertex = np.stack(ends_of(surface.triangles, half_edge))
     along = unit(surface.vertices[vertex[1]] - surface.vertices[vertex[0]])
     signed = np.where(is_convex(surface, half_edge), bend, -bend)
 
@@ -185,8 +184,7 @@ def _pairs(group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     _, start, count = np.unique(group[order], return_index=True, return_counts=True)
     each = np.repeat(count, count)
     one = np.repeat(np.arange(len(group)), each)
-    within = np.arange(len(one)) - np.repeat(np.cumsum(each) - each, each)
-    two = np.repeat(np.repeat(start, count), each) + within
+    two = spans(np.repeat(start, count), each)
     differ = one != two
     return order[one[differ]], order[two[differ]]
 

@@ -15,6 +15,7 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from ..mesh.creases import marked_half_edges
+from ..mesh.half_edges import ends_of
 from ..mesh.surface import Surface
 from ..mesh.tessellated import flat_edges
 from .crease_chains import crease_chains
@@ -100,9 +101,8 @@ def find_features(
 def between_features(surface: Surface, features: Features) -> np.ndarray:
     """(m,) bool triangles with all corners on hard features: no vertex is of their face alone."""
     on = np.zeros(len(surface.vertices), bool)
-    half = features.half_edge
-    on[surface.triangles.ravel()[half]] = True
-    on[surface.triangles[:, [1, 2, 0]].ravel()[half]] = True
+    for end in ends_of(surface.triangles, features.half_edge):
+        on[end] = True
     return np.asarray(on[surface.triangles].all(axis=1))
 
 
@@ -143,14 +143,6 @@ def barriers(features: Features, crests: Chains) -> Barriers:
     )
 
 
-def _ends(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tails and heads (e,) of half-edges."""
-    return (
-        surface.triangles.ravel()[half_edges],
-        surface.triangles[:, [1, 2, 0]].ravel()[half_edges],
-    )
-
-
 def _crests(
     surface: Surface, hard: np.ndarray, ridges: Ridges | None, shortest: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,7 +169,7 @@ def _crests(
     vertex = np.flatnonzero(weight)
     if len(hard):
         # A fit that reaches over a sharp edge says nothing of directions beside it.
-        edge = np.unique(np.concatenate(_ends(surface, hard)))
+        edge = np.unique(np.concatenate(ends_of(surface.triangles, hard)))
         distance, _ = cKDTree(surface.vertices[edge]).query(surface.vertices[vertex])
         vertex = vertex[distance > FIT_EXTENT * ridges.slopes.radius[vertex]]
     return vertex, direction[vertex], weight[vertex]
@@ -201,7 +193,7 @@ def wanted_directions(
     """
     n = len(surface.vertices)
     total, count = np.zeros(n, complex), np.zeros(n)
-    tail, head = _ends(surface, features.half_edge)
+    tail, head = ends_of(surface.triangles, features.half_edge)
     along = surface.vertices[head] - surface.vertices[tail]
     for corner in (tail, head):
         value = fourth_power(axis[:, corner], along)

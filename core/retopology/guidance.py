@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..base.words import counted
 from ..mesh.creases import is_convex
 from ..mesh.input_map import at_triangles, at_vertices, places_on_surface, sums_at_triangles
 from ..mesh.surface import Surface
@@ -102,8 +103,8 @@ def disagreements(
     found = []
     if stayed:
         found.append(
-            f"{stayed} umbilic{'s' if stayed > 1 else ''} that should go stay in the field: "
-            "nothing opposite is left to cancel with, or the surface is too rough there."
+            f"{counted(stayed, 'umbilic')} that should go stay in the field: nothing opposite is "
+            "left to cancel with, or the surface is too rough there."
         )
     planned = np.zeros(len(cross.triangle_index))
     at, _ = places_on_surface(surface, poles.triangle, poles.barycentric)
@@ -112,8 +113,7 @@ def disagreements(
     differing = max(differing, cross.astray)
     if differing:
         found.append(
-            f"The cross field has other poles than planned in {differing} "
-            f"place{'s' if differing > 1 else ''}: the sum of the planned ones does not allow "
-            "them, or triangles are too few there."
+            f"The cross field has other poles than planned in {counted(differing, 'place')}: the "
+            "sum of the planned ones does not allow them, or triangles are too few there."
         )
     return tuple(found)

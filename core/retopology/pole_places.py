@@ -22,6 +22,42 @@ from .lines.tracing import Starts, trace
 APART_LENGTHS, APART_EDGES = 0.5, 1.0
 
 
+@dataclass(frozen=True)
+class Singularities:
+    """The quarter singularities of a cross field, one row for each quarter.
+
+    Attributes
+    ----------
+    triangle:
+        (s,) int64 triangle of the surface.
+    sign:
+        (s,) int64 of the index, 1 or -1.
+    place:
+        (s, 3) float64 its middle, in the coordinates of the surface.
+    """
+
+    triangle: np.ndarray
+    sign: np.ndarray
+    place: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.sign)
+
+    @classmethod
+    def of(cls, surface: Surface, index: np.ndarray) -> Singularities:
+        """Those of a field with the indices (m,) in the triangles.
+
+        A triangle with all corners on a border has room for none: they leave over it.
+        """
+        quarters = np.rint(4.0 * index).astype(np.int64)
+        quarters[surface.border[surface.triangles].all(axis=1)] = 0
+        found = np.flatnonzero(quarters)
+        repeat = np.abs(quarters[found])
+        triangle = np.repeat(found, repeat)
+        place = surface.vertices[surface.triangles[triangle]].mean(axis=1)
+        return cls(triangle, np.repeat(np.sign(quarters[found]), repeat), place)
+
+
 @dataclass
 class Gathered:
     """Poles by rows of the surface while they are gathered."""
@@ -98,9 +134,7 @@ def remaining(
     surface: Surface,
     regions: list[Region],
     cross: CrossField,
-    single: np.ndarray,
-    sign: np.ndarray,
-    place: np.ndarray,
+    singular: Singularities,
     owner: np.ndarray,
     plan: Gathered,
 ) -> None:
@@ -119,12 +153,12 @@ def remaining(
     lacking = np.where(surface.closed, 4.0 * surface.euler_characteristic - have, spread)
     lacking = np.rint(lacking).astype(np.int64)
     free = np.flatnonzero(owner < 0)
-    whose = component[single[free]]
+    whose = component[singular.triangle[free]]
     for number in np.flatnonzero(lacking):
         mine = free[whose == number]
         wanted = int(np.sign(lacking[number]))
-        left = _uncancelled(place[mine], sign[mine], wanted)
-        chosen = single[mine[left]][: abs(int(lacking[number]))]
+        left = _uncancelled(singular.place[mine], singular.sign[mine], wanted)
+        chosen = singular.triangle[mine[left]][: abs(int(lacking[number]))]
         more = abs(int(lacking[number])) - len(chosen)
         if more > 0:
             chosen = np.concatenate([chosen, _weakest(surface, cross, component == number, more)])

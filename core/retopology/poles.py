@@ -18,7 +18,7 @@ from ..mesh.input_map import places_in_input, places_on_surface
 from ..mesh.surface import Surface
 from ..umbilics.result import Region, Umbilics
 from .crosses.cross_field import CrossField
-from .pole_places import Gathered, across_separatrices, outside, remaining
+from .pole_places import Gathered, Singularities, across_separatrices, outside, remaining
 
 # A singularity of the smoothed field belongs to an umbilic up to this many smoothing lengths
 # and edges away.
@@ -99,20 +99,20 @@ def plan_poles(
     """
     rows, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
     umbilics = replace(umbilics, barycentric=weights)
-    single, sign = _singularities(surface, cross.triangle_index)
-    place = surface.vertices[surface.triangles[single]].mean(axis=1)
+    singular = Singularities.of(surface, cross.triangle_index)
+    # About the side of an equilateral triangle of the usual area.
     edge = float(np.sqrt(np.median(surface.face_normal_area[1])) * 1.5)
-    owner = _claimed(surface, cross, umbilics, rows, single, sign, place, edge)
+    owner = _claimed(surface, cross, umbilics, rows, singular, edge)
     poles = Gathered([], [], [], [])
     mine = np.flatnonzero(owner >= 0)
-    centre = np.full((len(single), 3), 1.0 / 3.0)
-    poles.add(single[mine], centre[mine], sign[mine], owner[mine])
+    centre = np.full((len(singular), 3), 1.0 / 3.0)
+    poles.add(singular.triangle[mine], centre[mine], singular.sign[mine], owner[mine])
     if plan == "field":
         others = np.flatnonzero(owner < 0)
-        poles.add(single[others], centre[others], sign[others], owner[others])
+        poles.add(singular.triangle[others], centre[others], singular.sign[others], owner[others])
     else:
         across_separatrices(surface, planes, cross, umbilics, rows, owner, edge, poles)
-        remaining(surface, regions, cross, single, sign, place, owner, poles)
+        remaining(surface, regions, cross, singular, owner, poles)
     triangle = np.concatenate(poles.triangle).astype(np.int64)
     barycentric = np.concatenate(poles.barycentric).reshape(-1, 3)
     sign = np.concatenate(poles.sign).astype(np.int64)
@@ -179,46 +179,32 @@ def poles_at(
     )
 
 
-def _singularities(surface: Surface, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the quarter singularities, one entry for each quarter, and their signs.
-
-    A triangle with all corners on a border has room for none: they leave over it.
-    """
-    quarters = np.rint(4.0 * index).astype(np.int64)
-    quarters[surface.border[surface.triangles].all(axis=1)] = 0
-    found = np.flatnonzero(quarters)
-    repeat = np.abs(quarters[found])
-    return np.repeat(found, repeat), np.repeat(np.sign(quarters[found]), repeat)
-
-
 def _claimed(
     surface: Surface,
     cross: CrossField,
     umbilics: Umbilics,
     rows: np.ndarray,
-    single: np.ndarray,
-    sign: np.ndarray,
-    place: np.ndarray,
+    singular: Singularities,
     edge: float,
 ) -> np.ndarray:
     """(s,) the umbilic that takes each singularity, -1 for none; nearest pairs first."""
-    owner = np.full(len(single), -1)
+    owner = np.full(len(singular), -1)
     reach = CLAIM_LENGTHS * cross.smoothing + CLAIM_EDGES * edge
     component = surface.component[surface.triangles[:, 0]]
     there = (umbilics.position - surface.origin) / surface.unit
     wants = np.rint(4.0 * np.abs(umbilics.index)).astype(np.int64)
     for direction in (1, -1):
         mine = np.flatnonzero((np.sign(umbilics.index) == direction) & (rows >= 0))
-        free = np.flatnonzero(sign == direction)
+        free = np.flatnonzero(singular.sign == direction)
         if not len(mine) or not len(free):
             continue
         most = min(CANDIDATES, len(mine))
-        distance, near = cKDTree(there[mine]).query(place[free], k=most)
+        distance, near = cKDTree(there[mine]).query(singular.place[free], k=most)
         distance, near = distance.reshape(len(free), -1), near.reshape(len(free), -1)
         which = np.repeat(np.arange(len(free)), near.shape[1])
         umbilic, distance = mine[near.ravel()], distance.ravel()
         fits = distance <= reach
-        fits &= component[single[free[which]]] == component[rows[umbilic]]
+        fits &= component[singular.triangle[free[which]]] == component[rows[umbilic]]
         order = np.flatnonzero(fits)[np.argsort(distance[fits], kind="stable")]
         left = wants.copy()
         for item in order:

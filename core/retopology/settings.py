@@ -1,6 +1,6 @@
 """The settings of the guidance: cross field, poles, lines, export and symmetry.
 
-Written once, like `core.settings`: the Blender properties, the panel and the command line are
+Written once, like `core.base.settings`: the Blender properties, the panel and the command line are
 made from the `Option` of each field.
 """
 

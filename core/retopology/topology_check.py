@@ -13,7 +13,9 @@ from scipy.spatial import cKDTree
 from ..base.blas import one_blas_thread
 from ..base.errors import InvalidMeshError
 from ..base.progress import Progress
+from ..base.subsets import spans
 from ..fields.planes import FaceFrames, in_plane
+from ..mesh.half_edges import edge_keys
 from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
@@ -231,8 +233,8 @@ def _fans(corners: np.ndarray, start: np.ndarray) -> np.ndarray:
     """(t, 3) triangles of faces, each a fan about its first corner."""
     count = np.maximum(np.diff(start) - 2, 0)
     first = np.repeat(start[:-1], count)
-    within = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
-    return corners[np.column_stack([first, first + within + 1, first + within + 2])]
+    second = spans(start[:-1] + 1, count)
+    return corners[np.column_stack([first, second, second + 1])]
 
 
 def _edges(
@@ -242,8 +244,7 @@ def _edges(
     following = np.arange(len(corners)) + 1
     following[start[1:] - 1] = start[:-1]
     tail, head = corners, corners[following]
-    key = np.minimum(tail, head) * np.int64(count) + np.maximum(tail, head)
-    edge, uses = np.unique(key, return_counts=True)
+    edge, uses = np.unique(edge_keys(tail, head, count), return_counts=True)
     return edge // count, edge % count, uses
 
 

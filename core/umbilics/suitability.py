@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.creases import are_few
+from ..mesh.half_edges import edge_keys, ends_of
 from .result import Detection
 
 # Turn of the surface within a neighbourhood, in radians, from which on it is coarse: see above.
@@ -98,36 +99,28 @@ def suitability(
     bent = ~sharp & (cosine < np.cos(np.radians(_BENT)))
     crossed = sharp & (cosine >= np.cos(np.radians(detection.crease_angle)))
     if marked is not None and len(marked):
-        ends = np.sort(np.asarray(marked, np.int64), axis=1)
-        creases = np.isin(edge, ends[:, 0] * len(vertices) + ends[:, 1])
+        one, other = np.asarray(marked, np.int64).T
+        creases = np.isin(edge, edge_keys(one, other, len(vertices)))
         if are_few(int(np.count_nonzero(creases)), triangles.size):
             crossed &= ~creases
     return Suitability(turn, len(cosine), *(int(np.sum(one)) for one in (sharp, bent, crossed)))
 
 
 def _edge_cosines(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(e,) edges of two triangles with area, smaller end times n plus the other, and the cosine
-    between the normals there."""
+    """(e,) edges of two triangles with area, by `edge_keys`, and the cosine between the normals
+    there."""
     a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
-    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64), axis=1)
-    edge = ends[:, 0] * len(vertices) + ends[:, 1]
+    tail, head = ends_of(triangles)
+    edge = edge_keys(tail, head, len(vertices))
     order = np.argsort(edge, kind="stable")
     first = np.flatnonzero(edge[order[1:]] == edge[order[:-1]])
-    one, other = order[first] // 3, order[first + 1] // 3
-    has_area = (length[one] > 0.0) & (length[other] > 0.0)
-    one, other = one[has_area], other[has_area]
+    half_edge, twin = order[first], order[first + 1]
+    has_area = (length[half_edge // 3] > 0.0) & (length[twin // 3] > 0.0)
+    half_edge, twin = half_edge[has_area], twin[has_area]
+    one, other = half_edge // 3, twin // 3
     # Triangles wound against each other have opposite normals: that is no crease.
-    same = _runs_up(triangles, order[first[has_area]]) != _runs_up(
-        triangles, order[first[has_area] + 1]
-    )
-    sign = np.where(same, 1.0, -1.0)
+    sign = np.where(tail[half_edge] == head[twin], 1.0, -1.0)
     cosine = sign * np.sum(normal[one] * normal[other], axis=1) / (length[one] * length[other])
-    return edge[order[first[has_area]]], cosine
-
-
-def _runs_up(triangles: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """(k,) bool whether the edge behind a corner, 3 * triangle + place, runs to a larger vertex."""
-    triangle, place = np.divmod(corner, 3)
-    return triangles[triangle, place] < triangles[triangle, (place + 1) % 3]
+    return edge[half_edge], cosine

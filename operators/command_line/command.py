@@ -14,7 +14,7 @@ from ... import core
 from . import batch, exit_codes, matching, messages, one_file, topology, version
 from .arguments import parser as arguments
 from .arguments.request import Request
-from .batch import lifetime, supervised
+from .batch import lifetime, machine, supervised
 from .files import importers
 from .files.guard import shown
 
@@ -126,7 +126,7 @@ def _one_file(
     except core.UmbilicsError as error:
         failure = str(error) or f"{label}stopped without a word ({type(error).__name__})."
     except MemoryError:
-        failure = f"{label}out of memory: give it more with fewer --jobs or --memory-limit."
+        failure = f"{label}{machine.LACK}."
     except Exception as error:  # noqa: BLE001
         # Not foreseen: said in full for those who can mend it, and the other files go on.
         messages.say(traceback.format_exc(), sys.stderr)

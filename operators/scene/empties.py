@@ -124,7 +124,9 @@ def _add(
     transaction: Transaction,
 ) -> None:
     if collection is None:
-        collection = transaction.made(bpy.data.collections.new(f"Umbilics of {obj.name}"))
+        # One of ours stands for another one.
+        whose = obj.get(OWNER_TAG, obj.name)
+        collection = transaction.made(bpy.data.collections.new(f"Umbilics of {whose}"))
         collection[COLLECTION_TAG] = True
     root = context.scene.collection
     if collection not in root.children_recursive:

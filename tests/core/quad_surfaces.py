@@ -3,6 +3,9 @@
 import numpy as np
 from surfaces import sphere
 
+from core.mesh.mending.repair import clean
+from core.retopology.quads.surface.subdivision import Triangles, split_edges
+
 
 def cube(cuts=4):
     """A closed cube of right-angled triangles, its sides in `cuts` parts."""
@@ -50,3 +53,24 @@ def uneven_box(splits=60):
         cut = [[a, b, middle], [b, c, middle], [c, a, middle]]
         triangles = np.vstack([np.delete(triangles, row, axis=0), cut])
     return vertices, triangles
+
+
+def with_needles(mesh, marked, gap):
+    """Triangles, the `marked` edges (3 m,) of which have a vertex `gap` beside one end: a needle
+    on either side, as intersections leave them."""
+    twin = clean(mesh.vertices, mesh.triangles)[0].twin
+    marked = marked | (marked[twin] & (twin >= 0))
+    length = np.maximum(mesh.lengths, 1e-300)
+    return split_edges(mesh, marked, gap / length)
+
+
+def plain(vertices, triangles, feature=None):
+    """A mesh as triangles on the way to be mapped."""
+    count = 3 * len(triangles)
+    return Triangles(
+        np.asarray(vertices, float),
+        np.asarray(triangles, np.int64),
+        np.zeros((len(vertices), 1)),
+        np.arange(len(triangles)),
+        np.zeros(count, np.int8) if feature is None else feature,
+    )

@@ -60,6 +60,19 @@ def test_a_new_enough_blender_on_path_is_taken(fake, version):
     assert run(TOOLS / "blender", "x", PATH=path).stdout == "[x]\nstandard input\n"
 
 
+def test_a_program_on_path_that_calls_it_is_not_asked_for_ever(fake, tmp_path, machine):
+    """As a wrapper called blender does; each asked the next one for its version."""
+    environment = machine(id="echo 0", env="exit 0", mmdebstrap="exit 100")
+    wrapper = tmp_path / "blender"
+    calls, tool = tmp_path / "calls", TOOLS / "blender"
+    wrapper.write_text(f'#!/bin/bash\necho >> {calls}\nexec bash {tool} "$@"\n')
+    wrapper.chmod(0o755)
+    done = run("/usr/bin/timeout", "20", wrapper, "-b", **environment)
+    assert done.returncode == 1
+    assert "No Blender could be set up" in done.stderr
+    assert len(calls.read_text()) == 2
+
+
 def test_without_a_package_manager_it_says_how_to_install_blender(fake, tmp_path):
     # A PATH with the usual programs, an old Blender and no apt-get.
     old = fake("3.4.1")

@@ -7,7 +7,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()}
+# What the tools leave behind, in .gitignore, is there or not.
+MADE = {"dist", "wheels", "umbilics-output"}
+FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()} - MADE
 
 
 def chapters(page):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...base.subsets import spans
 from ..surface import Surface
 
 # Where in a triangle it is asked whether it lies within others: at no place of a regular mesh.
@@ -44,9 +45,7 @@ def cavities(surface: Surface) -> np.ndarray:
         stop = start + max(1, int(np.searchsorted(total, _BLOCK)))
         some, many = rows[start:stop], count[start:stop]
         triangle = np.repeat(some, many)
-        place = np.repeat(low[start:stop], many) + (
-            np.arange(len(triangle)) - np.repeat(np.cumsum(many) - many, many)
-        )
+        place = spans(low[start:stop], many)
         apart = owner[triangle] != piece[place]
         triangle, place = triangle[apart], place[apart]
         above = _is_above(surface, triangle, points[place])

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from ...base.subsets import places_in
 from ...base.unit import unit
-from ..half_edges import following, previous
+from ..half_edges import edge_keys, ends_of, following, previous
 
 # Distance, in the shortest edge at either vertex, within which two border vertices are one. What
 # is nearer bends the surface less than noise of a hundredth of an edge, at which umbilics are
@@ -24,9 +24,7 @@ FOLDED = 0.9994
 
 def border_half_edges(corners: np.ndarray, vertex_count: int) -> np.ndarray:
     """(h,) int64 half-edges of triangles (m, 3) whose edge no other triangle has."""
-    tails = corners.ravel().astype(np.int64)
-    heads = corners[:, [1, 2, 0]].ravel()
-    keys = np.minimum(tails, heads) * vertex_count + np.maximum(tails, heads)
+    keys = edge_keys(*ends_of(corners), vertex_count)
     _, first, count = np.unique(keys, return_index=True, return_counts=True)
     return np.sort(first[count == 1])
 
@@ -52,21 +50,20 @@ def joined_vertices(
     same = np.arange(len(vertices))
     if not len(open_edges):
         return same
-    tails = corners.ravel()[open_edges]
-    heads = corners.ravel()[following(open_edges)]
-    used, ends = np.unique(np.concatenate([tails, heads]), return_inverse=True)
+    tails, heads = ends_of(corners, open_edges)
+    used, both = np.unique(np.concatenate([tails, heads]), return_inverse=True)
     place = _exact_places(vertices[used])
-    ends = ends.reshape(2, -1)
-    first, second = _matching(vertices, corners, open_edges, place[ends])
+    both = both.reshape(2, -1)
+    first, second = _matching(vertices, corners, open_edges, place[both])
     unmatched = np.ones(len(open_edges), bool)
     unmatched[first] = unmatched[second] = False
-    pairs = [_ends_at_one_place(place[ends], tails, heads, first, second)]
+    pairs = [_ends_at_one_place(place[both], tails, heads, first, second)]
     if unmatched.any():
         rest = np.flatnonzero(unmatched)
-        place = _near_places(vertices, corners, used, place, np.unique(ends[:, rest]))
-        first, second = _matching(vertices, corners, open_edges[rest], place[ends[:, rest]])
+        place = _near_places(vertices, corners, used, place, np.unique(both[:, rest]))
+        first, second = _matching(vertices, corners, open_edges[rest], place[both[:, rest]])
         first, second = rest[first], rest[second]
-        pairs.append(_ends_at_one_place(place[ends], tails, heads, first, second))
+        pairs.append(_ends_at_one_place(place[both], tails, heads, first, second))
     one, other = np.concatenate(pairs, axis=1)
     apart = one != other
     if not apart.any():

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ...base.words import counted
-from ..half_edges import HalfEdges
+from ..half_edges import HalfEdges, following
+from ..surface import Surface
 from .coincident import border_half_edges, joined_vertices
 from .t_junctions import split_at_junctions
+
+# A border edge that is no longer than this, in the unit of the surface, is a few steps of single
+# precision; if it is no more than this part of its triangle's longest side, too, it is no detail.
+ROUNDED, NEEDLE = 4e-7, 1e-5
 
 
 def mend_borders(
@@ -59,6 +66,65 @@ def mend_borders(
     return corners, rows, np.stack([copies, same[copies]], axis=1)
 
 
+def in_one_place(surface: Surface, count: int) -> np.ndarray | None:
+    """(count,) int64 for each vertex of the input the first of those that edges of no length join
+    it to; None where there is no such edge.
+
+    Poles of lofts and lathes come as rows of vertices in one place, around a hole that is none,
+    and bevels that ran into each other as triangles without area. Around such a hole edges have no
+    length that single precision would not have either.
+    """
+    squares = surface.side_squares
+    none = (squares == 0.0).T.ravel()
+    if surface.border.any():
+        none |= _holes_of_no_size(surface)
+    half = np.flatnonzero(none)
+    if not len(half):
+        return None
+    piece = surface.component[surface.triangles[:, 0]]
+    left = proper(_taken_together(surface, half, count)[surface.source_vertex[surface.triangles]])
+    # A piece of which nothing would be left stays as it is.
+    half = half[np.bincount(piece, weights=left)[piece[half // 3]] > 0]
+    return _taken_together(surface, half, count) if len(half) else None
+
+
+def _taken_together(surface: Surface, half: np.ndarray, count: int) -> np.ndarray:
+    """(count,) int64 for each vertex of the input the first of those that half-edges join it to."""
+    corners = surface.source_vertex[surface.triangles.ravel()]
+    ends = corners[half], corners[following(half)]
+    graph = sparse.coo_array((np.ones(len(half), np.int8), ends), shape=(count, count))
+    _, label = csgraph.connected_components(graph, directed=False)
+    _, first = np.unique(label, return_index=True)
+    return np.asarray(first[label])
+
+
+def _holes_of_no_size(surface: Surface) -> np.ndarray:
+    """(3 m,) bool the edges around holes none of whose edges has a length of its own."""
+    found = np.zeros(len(surface.twin), bool)
+    squares = surface.side_squares
+    half = np.flatnonzero(surface.twin < 0)
+    least = np.minimum(ROUNDED, NEEDLE * np.sqrt(squares[:, half // 3].max(axis=0)))
+    long = squares[half % 3, half // 3] > least**2
+    if long.all():
+        return found
+    corners, n = surface.triangles.ravel(), len(surface.vertices)
+    ends = corners[half], corners[following(half)]
+    graph = sparse.coo_array((np.ones(len(half), np.int8), ends), shape=(n, n))
+    _, label = csgraph.connected_components(graph, directed=False)
+    loop = label[ends[0]]
+    found[half] = np.bincount(loop, weights=long)[loop] == 0
+    return found
+
+
+def joined_with(vertices: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    """Vertices, those in the first column of `joined` (j, 2) as what the second says."""
+    if not len(joined) or not len(vertices):
+        return vertices
+    same = np.arange(1 + max(int(vertices.max()), int(joined.max())))
+    same[joined[:, 0]] = joined[:, 1]
+    return same[vertices]
+
+
 def _in_a_unit_box(vertices: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Vertices moved and scaled so that those of the triangles lie in a box of two units, where
     no square overflows; what lies in one place stays there."""
@@ -79,10 +145,15 @@ def _renamed(
     if (same == np.arange(len(same))).all():
         return corners, rows, open_edges
     corners = same[corners].astype(np.int32)
-    a, b, c = corners.T
-    sound = (a != b) & (b != c) & (c != a)
+    sound = proper(corners)
     corners, rows = corners[sound], rows[sound]
     return corners, rows, border_half_edges(corners, len(same))
+
+
+def proper(triangles: np.ndarray) -> np.ndarray:
+    """(m,) bool, triangles (m, 3) with three different corners."""
+    a, b, c = triangles.T
+    return np.asarray((a != b) & (b != c) & (c != a))
 
 
 def corners_in_input(
@@ -100,9 +171,7 @@ def corners_in_input(
     corners, rows:
         (m, 3) input vertices at the corners of the surface's triangles, (m,) input triangles.
     """
-    same = np.arange(len(vertices))
-    same[joined[:, 0]] = joined[:, 1]
-    given = same[triangles[rows]]
+    given = joined_with(triangles[rows], joined)
     recut = np.flatnonzero((given != corners).any(axis=1))
     given, corners = given[recut], corners[recut]
     weights = (corners[:, :, None] == given[:, None, :]).astype(float)

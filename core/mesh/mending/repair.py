@@ -7,12 +7,12 @@ from scipy.sparse import csgraph
 
 from ...base.errors import InvalidMeshError
 from ...base.words import counted
-from ..half_edges import HalfEdges, following, link
+from ..half_edges import HalfEdges, ends_of, link
 from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
 from ..surface import NO_AREA, Surface
 from .cavities import cavities
-from .joining import corners_in_input, mend_borders
+from .joining import corners_in_input, in_one_place, joined_with, mend_borders, proper
 from .sheets import linked, separate, split_fans
 from .slits import without_slits
 
@@ -23,7 +23,8 @@ def clean(
     """The surface that a triangle mesh describes, and warnings about what was changed.
 
     Triangles with repeated corners or corners that are not finite, and copies of a triangle,
-    are left out. Borders that coincide are joined, and vertices on a border edge inserted there.
+    are left out. Borders that coincide are joined, vertices on a border edge inserted there, and
+    both ends of edges without a length taken for one vertex.
     Windings are made to agree. Sheets that meet at an edge of three or more triangles or at a
     pinched vertex are separated. Pieces too small for a fit are left out, unless there are no
     others. A clean manifold passes through untouched.
@@ -35,7 +36,7 @@ def clean(
     triangles:
         (m, 3) integer corners.
     join_borders:
-        False leaves borders open that lie on each other.
+        False leaves borders open that lie on each other, and edges without a length.
 
     Raises
     ------
@@ -43,16 +44,40 @@ def clean(
         Wrong shapes or types, corners out of range, or no usable triangle.
     """
     vertices, triangles = _checked(vertices, triangles)
+    surface, warnings = _cleaned(vertices, triangles, np.arange(len(vertices)), join_borders)
+    same = in_one_place(surface, len(vertices)) if join_borders else None
+    if same is not None:
+        surface, warnings = _cleaned(vertices, triangles, same, join_borders)
+        number = counted(int(np.count_nonzero(same != np.arange(len(same)))), "vertex", "vertices")
+        warnings.append(
+            f"Edges without a length: {number} taken together with others in the same place for "
+            "the analysis. Merge by Distance does so in the mesh."
+        )
+    _warn_about_geometry(surface, warnings)
+    return surface, warnings
+
+
+def _cleaned(
+    vertices: np.ndarray, triangles: np.ndarray, same: np.ndarray, join_borders: bool
+) -> tuple[Surface, list[str]]:
+    """As `clean`, with vertices taken for the others that `same` (n,) names."""
     warnings: list[str] = []
     rows = _usable(vertices, triangles, warnings)
     corners = triangles[rows] if len(rows) < len(triangles) else triangles
+    copies = np.flatnonzero(same != np.arange(len(same)))
+    joined = np.stack([copies, same[copies]], axis=1)
+    as_given = not len(copies)
+    if len(copies):
+        corners = same[corners].astype(np.int32)
+        sound = proper(corners)
+        corners, rows = corners[sound], rows[sound]
     links = link(corners, len(vertices))
-    joined = np.zeros((0, 2), np.int64)
-    as_given = True
     if join_borders and (links is None or (links.twin < 0).any()):
         mended = mend_borders(vertices, corners, rows, links, warnings)
         if mended is not None:
-            corners, rows, joined = mended
+            corners, rows, again = mended
+            joined[:, 1] = joined_with(joined[:, 1], again)
+            joined = np.concatenate([joined, again])
             as_given = False
             links = link(corners, len(vertices))
     manifold = links is not None
@@ -81,7 +106,6 @@ def clean(
     if not (as_given and manifold):
         recut = corners_in_input(vertices, triangles, source[corners], rows, joined)
     surface = _assemble(vertices, corners, rows, source, links, component, joined, recut)
-    _warn_about_geometry(surface, warnings)
     return surface, warnings
 
 
@@ -124,8 +148,7 @@ def _checked(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, n
 
 def _usable(vertices: np.ndarray, triangles: np.ndarray, warnings: list[str]) -> np.ndarray:
     """Rows of the triangles with three different, finite corners."""
-    a, b, c = triangles.T
-    good = (a != b) & (b != c) & (c != a)
+    good = proper(triangles)
     if not good.all():
         warnings.append(
             f"{counted(int(np.count_nonzero(~good)), 'triangle')} with repeated corners left out."
@@ -172,9 +195,8 @@ def _assemble(
     points -= origin
     points /= unit
     border = np.zeros(len(source), bool)
-    open_edges = np.flatnonzero(links.twin < 0)
-    border[corners.ravel()[open_edges]] = True
-    border[corners.ravel()[following(open_edges)]] = True
+    for end in ends_of(corners, np.flatnonzero(links.twin < 0)):
+        border[end] = True
     return Surface(
         vertices=points,
         triangles=corners,

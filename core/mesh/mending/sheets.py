@@ -10,7 +10,15 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.words import counted
-from ..half_edges import HalfEdges, fan_labels, following, has_pinched_vertex, link
+from ..half_edges import (
+    HalfEdges,
+    edge_keys,
+    ends_of,
+    fan_labels,
+    following,
+    has_pinched_vertex,
+    link,
+)
 
 
 def separate(
@@ -58,9 +66,7 @@ def separate(
 
 def _undirected_edges(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
     """(3 m,) number of the undirected edge of each half-edge, and the half-edges on each."""
-    tails = corners.ravel().astype(np.int64)
-    heads = corners[:, [1, 2, 0]].ravel()
-    keys = np.minimum(tails, heads) * vertex_count + np.maximum(tails, heads)
+    keys = edge_keys(*ends_of(corners), vertex_count)
     _, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
     return edge, count
 

@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.unit import unit
-from ..half_edges import HalfEdges
+from ..half_edges import HalfEdges, ends_of, previous
 from .sheets import linked, without_unused
 
 
@@ -26,12 +26,12 @@ def without_slits(
         A manifold, and for each of its vertices the row among `vertices`.
     """
     slits = _slits(corners, vertices, source, links)
-    tail, head = corners.ravel(), corners[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(corners)
     n = len(source)
     while slits:
         pairs = np.concatenate(slits)
-        ends = tail[pairs[:, 0]], head[pairs[:, 1]]
-        graph = sparse.coo_array((np.ones(len(pairs)), ends), shape=(n, n))
+        meeting = tail[pairs[:, 0]], head[pairs[:, 1]]
+        graph = sparse.coo_array((np.ones(len(pairs)), meeting), shape=(n, n))
         joined = csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
         edge, uses = np.unique(joined[tail] * n + joined[head], return_counts=True)
         twice = edge[uses > 1]
@@ -52,7 +52,7 @@ def _slits(
 ) -> list[np.ndarray]:
     """The pairs (p, 2) of half-edges that lie on each other, border by border; the head of the
     first is where the second starts, or comes to lie there by pairs between."""
-    tail, head = corners.ravel(), corners[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(corners)
     border = np.flatnonzero(links.twin < 0)
     leaving = np.full(len(source), -1)
     leaving[tail[border]] = border
@@ -88,10 +88,10 @@ def _bend(
 ) -> np.ndarray:
     """(e,) cosine between the triangles of two half-edges that lie on each other, seen along them:
     -1 where these go straight on."""
-    start = points[corners[one // 3, one % 3]]
-    along = unit(points[corners[one // 3, (one % 3 + 1) % 3]] - start)
+    start, end = (points[of] for of in ends_of(corners, one))
+    along = unit(end - start)
     out = []
     for edge in (one, other):
-        apex = points[corners[edge // 3, (edge % 3 + 2) % 3]] - start
+        apex = points[corners.ravel()[previous(edge)]] - start
         out.append(unit(apex - np.einsum("ec,ec->e", apex, along)[:, None] * along))
     return np.einsum("ec,ec->e", *out)

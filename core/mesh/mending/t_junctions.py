@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..half_edges import following, previous
+from ..half_edges import ends_of, following, previous
 from .coincident import NEAR, border_half_edges
 
 # Halvings of an edge after which its pieces are shorter than the distance that counts.
@@ -64,7 +64,7 @@ def _junctions(
     """
     nothing = np.zeros(0, np.int64), np.zeros(0, np.int64)
     flat = corners.ravel()
-    tails, heads = flat[open_edges], flat[following(open_edges)]
+    tails, heads = ends_of(corners, open_edges)
     border = np.unique(np.concatenate([tails, heads]))
     if len(border) < 3:
         return nothing

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -11,7 +12,8 @@ from scipy.sparse import csgraph
 from ...base.errors import ChartError, InvalidMeshError
 from ...base.plane import doubled_areas
 from ...base.progress import Progress
-from ..half_edges import following
+from ...base.words import counted
+from ..half_edges import edge_keys, ends_of, following
 from ..input_map import kept_vertices
 from ..surface import Surface
 from .lscm import conformal_map
@@ -46,18 +48,30 @@ class Charts:
         """How many charts there are."""
         return int(self.chart.max()) + 1
 
+    @cached_property
+    def of_vertex(self) -> np.ndarray:
+        """(c,) int64 chart of each chart vertex."""
+        chart = np.empty(len(self.vertex), dtype=np.int64)
+        chart[self.corners] = self.chart[:, None]
+        return chart
+
+    @property
+    def loops(self) -> np.ndarray:
+        """(c,) int number of the border loop that each chart vertex is on; the others have one of
+        their own."""
+        graph_of = ends_of(self.corners, np.flatnonzero(self.border))
+        size = len(self.vertex)
+        graph = sparse.coo_array((np.ones(len(graph_of[0])), graph_of), shape=(size, size))
+        return csgraph.connected_components(graph, directed=False)[1]
+
 
 def charts_from_seams(surface: Surface, seams: np.ndarray) -> Charts:
     """Cut along edges given as (s, 2) pairs of input vertices; other pairs are ignored."""
     seams = kept_vertices(surface, np.asarray(seams, dtype=np.int64).reshape(-1, 2))
-    start = surface.source_vertex[surface.triangles.ravel()]
-    end = surface.source_vertex[np.roll(surface.triangles, -1, axis=1).ravel()]
-    base = max(int(surface.source_vertex.max()), int(seams.max(initial=0))) + 1
-
-    def key(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.minimum(a, b) * base + np.maximum(a, b)
-
-    return cut_along(surface, np.isin(key(start, end), key(seams[:, 0], seams[:, 1])))
+    start, end = (surface.source_vertex[vertex] for vertex in ends_of(surface.triangles))
+    count = max(int(surface.source_vertex.max()), int(seams.max(initial=0))) + 1
+    edges = edge_keys(start, end, count)
+    return cut_along(surface, np.isin(edges, edge_keys(seams[:, 0], seams[:, 1], count)))
 
 
 def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> np.ndarray:
@@ -80,7 +94,7 @@ def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> 
 
 def charts_from_uv(surface: Surface, uv: np.ndarray) -> Charts:
     """The islands of a UV map (m, 3) complex: edges whose two sides lie apart are cut."""
-    start, end = uv.ravel(), np.roll(uv, -1, axis=1).ravel()
+    start, end = ends_of(uv)
     twin = surface.twin
     # Blender stores UVs in single precision.
     close = 1e-6 * max(float(np.abs(uv).max(initial=0.0)), 1e-300)
@@ -110,9 +124,7 @@ def cut_along(surface: Surface, seam: np.ndarray) -> Charts:
 def require_disks(charts: Charts) -> None:
     """Raise `ChartError`, naming the remedy, unless every chart is a disk."""
     count = charts.count
-    chart_of_vertex = np.empty(len(charts.vertex), dtype=np.int64)
-    chart_of_vertex[charts.corners] = charts.chart[:, None]
-    vertices = np.bincount(chart_of_vertex, minlength=count)
+    vertices = np.bincount(charts.of_vertex, minlength=count)
     faces = np.bincount(charts.chart, minlength=count)
     on_border = np.bincount(charts.chart, charts.border.reshape(-1, 3).sum(1), minlength=count)
     edges = (3 * faces + on_border) / 2
@@ -120,14 +132,14 @@ def require_disks(charts: Charts) -> None:
     wrong = np.flatnonzero(euler != 1)
     if not len(wrong):
         return
-    loops = _border_loops(charts, chart_of_vertex)
+    loops = _border_loops(charts)
     worst = wrong[faces[wrong].argmax()]
     handles = (2 - euler[worst] - loops[worst]) // 2
     what = "it is closed" if on_border[worst] == 0 else "its border is one loop"
     if loops[worst] > 1:
         what = f"it has {loops[worst]} border loops"
     if handles > 0:
-        what += f" with {handles} handle{'' if handles == 1 else 's'}"
+        what += f" with {counted(int(handles), 'handle')}"
     which = (
         "The mesh"
         if count == 1
@@ -140,16 +152,11 @@ def require_disks(charts: Charts) -> None:
     )
 
 
-def _border_loops(charts: Charts, chart_of_vertex: np.ndarray) -> np.ndarray:
+def _border_loops(charts: Charts) -> np.ndarray:
     """(charts,) how many loops the border of each chart has."""
-    half_edges = np.flatnonzero(charts.border)
-    start = charts.corners.ravel()[half_edges]
-    end = np.roll(charts.corners, -1, axis=1).ravel()[half_edges]
-    size = len(charts.vertex)
-    graph = sparse.coo_array((np.ones(len(start)), (start, end)), shape=(size, size))
-    label = csgraph.connected_components(graph, directed=False)[1]
-    first = np.unique(label[start], return_index=True)[1]
-    return np.bincount(chart_of_vertex[start[first]], minlength=charts.count)
+    start = charts.corners.ravel()[charts.border]
+    first = np.unique(charts.loops[start], return_index=True)[1]
+    return np.bincount(charts.of_vertex[start[first]], minlength=charts.count)
 
 
 def unfold(surface: Surface, charts: Charts, progress: Progress | None = None) -> np.ndarray:
@@ -188,10 +195,8 @@ def scaled_to_area(surface: Surface, charts: Charts, place: np.ndarray) -> np.nd
     signed = np.bincount(charts.chart, 0.5 * doubled_areas(place[charts.corners]))
     true = np.bincount(charts.chart, surface.face_normal_area[1])
     scale = np.sqrt(true / np.where(signed == 0, 1.0, np.abs(signed)))
-    chart_of_vertex = np.empty(len(charts.vertex), dtype=np.int64)
-    chart_of_vertex[charts.corners] = charts.chart[:, None]
-    mirrored = (signed < 0)[chart_of_vertex]
-    return np.where(mirrored, np.conj(place), place) * scale[chart_of_vertex]
+    mirrored = (signed < 0)[charts.of_vertex]
+    return np.where(mirrored, np.conj(place), place) * scale[charts.of_vertex]
 
 
 def border_pins(charts: Charts, points: np.ndarray) -> np.ndarray:

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
-from scipy.sparse.linalg import splu
 
+from ...base.factors import definite_factors
 from ...base.progress import Progress
+from ..half_edges import edge_keys, ends_of, inner_edges
 from ..surface import Surface
 from .charts import Charts, cut_along
 from .cotangents import angles_and_cotangents
@@ -72,8 +73,7 @@ def _mark(surface: Surface, seam: np.ndarray, half_edges: np.ndarray) -> None:
 
 def _graph(surface: Surface, charts: Charts) -> _Graph:
     points = surface.vertices[charts.vertex]
-    start = charts.corners.ravel()
-    end = np.roll(charts.corners, -1, axis=1).ravel()
+    start, end = ends_of(charts.corners)
     length = np.linalg.norm(points[end] - points[start], axis=1)
     # Zeros would be read as no edge at all.
     least = 1e-9 * max(float(length.mean()), np.finfo(float).tiny)
@@ -87,9 +87,7 @@ def _graph(surface: Surface, charts: Charts) -> _Graph:
     )
     on_border = np.zeros(count, bool)
     on_border[start[charts.border]] = on_border[end[charts.border]] = True
-    chart = np.empty(count, dtype=np.int64)
-    chart[charts.corners] = charts.chart[:, None]
-    return _Graph(lengths, on_border, chart)
+    return _Graph(lengths, on_border, charts.of_vertex)
 
 
 def _shortest(graph: _Graph, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -117,12 +115,9 @@ def _paths(towards: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _half_edges(charts: Charts, one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """A half-edge for each pair of neighbouring chart vertices."""
     count = len(charts.vertex)
-    start = charts.corners.ravel()
-    end = np.roll(charts.corners, -1, axis=1).ravel()
-    key = np.minimum(start, end) * count + np.maximum(start, end)
+    key = edge_keys(*ends_of(charts.corners), count)
     order = np.argsort(key, kind="stable")
-    wanted = np.minimum(one, two) * count + np.maximum(one, two)
-    return order[np.searchsorted(key[order], wanted)]
+    return order[np.searchsorted(key[order], edge_keys(one, two, count))]
 
 
 def _to_disks(surface: Surface, charts: Charts) -> np.ndarray:
@@ -131,23 +126,17 @@ def _to_disks(surface: Surface, charts: Charts) -> np.ndarray:
     root = _roots(graph)
     distance, towards = _shortest(graph, root)
     left = _left_by_trees(surface, charts, distance, towards)
-    start = charts.corners.ravel()
-    end = np.roll(charts.corners, -1, axis=1).ravel()
-    ends = [start[left], end[left]]
-    borders = csgraph.connected_components(_border_graph(charts), directed=False)[1]
+    one, two = ends_of(charts.corners, left)
     on_border = np.flatnonzero(graph.border)
-    ends.append(on_border[np.unique(borders[on_border], return_index=True)[1]])
+    starts = [one, two, on_border[np.unique(charts.loops[on_border], return_index=True)[1]]]
     # A closed chart without handles is slit along a longest way over it.
     opened = np.zeros(charts.count, bool)
-    opened[graph.chart[np.concatenate(ends)]] = True
+    opened[graph.chart[np.concatenate(starts)]] = True
     order = np.lexsort((distance, graph.chart))
     last = np.cumsum(np.bincount(graph.chart, minlength=charts.count)) - 1
-    ends.append(order[last][~opened])
-    paths = _paths(towards, np.concatenate(ends))
-    slit = ~opened
-    return np.concatenate(
-        [left, _half_edges(charts, *_without_tails(graph, paths, ends[0], ends[1], slit))]
-    )
+    starts.append(order[last][~opened])
+    paths = _without_tails(graph, _paths(towards, np.concatenate(starts)), one, two, ~opened)
+    return np.concatenate([left, _half_edges(charts, *paths)])
 
 
 def _roots(graph: _Graph) -> np.ndarray:
@@ -160,23 +149,14 @@ def _roots(graph: _Graph) -> np.ndarray:
     return np.where(graph.border[any_vertex], any_vertex, far)
 
 
-def _border_graph(charts: Charts) -> sparse.coo_array:
-    half_edges = np.flatnonzero(charts.border)
-    start = charts.corners.ravel()[half_edges]
-    end = np.roll(charts.corners, -1, axis=1).ravel()[half_edges]
-    size = len(charts.vertex)
-    return sparse.coo_array((np.ones(len(start)), (start, end)), shape=(size, size))
-
-
 def _left_by_trees(
     surface: Surface, charts: Charts, distance: np.ndarray, towards: np.ndarray
 ) -> np.ndarray:
     """Half-edges, one of each edge, in neither the tree of shortest paths nor a spanning tree of
     the triangles that crosses the edges farthest out: two for each handle of a chart."""
     corners = charts.corners
-    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    inner = np.flatnonzero(~charts.border & (surface.twin > np.arange(len(start))))
-    a, b = start[inner], end[inner]
+    inner = inner_edges(np.where(charts.border, -1, surface.twin))
+    a, b = ends_of(corners, inner)
     in_tree = (towards[a] == b) | (towards[b] == a)
     points = surface.vertices[charts.vertex]
     loop = distance[a] + distance[b] + np.linalg.norm(points[a] - points[b], axis=1)
@@ -184,17 +164,16 @@ def _left_by_trees(
     cost = np.where(in_tree, 4.0, 2.0 - loop / max(float(loop.max(initial=0.0)), 1e-300))
     m = len(corners)
     one, two = inner // 3, surface.twin[inner] // 3
-    key = np.minimum(one, two) * m + np.maximum(one, two)
+    key = edge_keys(one, two, m)
     order = np.lexsort((cost, key))
     # Of two edges between the same triangles the cheaper one.
     order = order[np.concatenate([[True], np.diff(key[order]) > 0])] if len(order) else order
     # SciPy's graphs want narrow indices.
-    ends = (one[order].astype(np.int32), two[order].astype(np.int32))
-    tree = csgraph.minimum_spanning_tree(sparse.csr_array((cost[order], ends), shape=(m, m)))
+    pairs = (one[order].astype(np.int32), two[order].astype(np.int32))
+    tree = csgraph.minimum_spanning_tree(sparse.csr_array((cost[order], pairs), shape=(m, m)))
     tree = tree.tocoo()
-    crossed = np.minimum(tree.row, tree.col).astype(np.int64) * m + np.maximum(tree.row, tree.col)
     kept = np.zeros(len(inner), bool)
-    kept[order] = np.isin(key[order], crossed)
+    kept[order] = np.isin(key[order], edge_keys(tree.row, tree.col, m))
     return inner[~kept & ~in_tree]
 
 
@@ -246,13 +225,7 @@ def _scaling(surface: Surface, charts: Charts, border: np.ndarray) -> np.ndarray
     matrix = laplacian.tocsr()[inside][:, inside].tocsc()
     # Vertices of triangles without area would have nothing on the diagonal.
     matrix = matrix + 1e-12 * sparse.eye_array(len(inside), format="csc")
-    factor = splu(
-        matrix,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    scaling[inside] = factor.solve(-defect[inside])
+    scaling[inside] = definite_factors(matrix).solve(-defect[inside])
     return scaling
 
 

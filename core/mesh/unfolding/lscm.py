@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from ...base.errors import ChartError
+from ...base.factors import definite_factors
 
 # A triangle thinner than this (height over longest side) is treated as if it were that thick:
 # it would otherwise dominate the energy through its own round-off.
@@ -53,15 +53,7 @@ def conformal_map(
     inner = rows[:, free].tocsc()
     del rows
     try:
-        # Symmetric ordering and pivots on the diagonal, as for Cholesky: the matrix is
-        # positive definite, and the fill is a fraction of what an ordering for general
-        # matrices leaves.
-        factor = splu(
-            inner,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        factor = definite_factors(inner)
     except RuntimeError as error:
         raise ChartError(
             "A chart cannot be unfolded: its triangles do not determine a conformal map. Merge "

@@ -24,6 +24,7 @@ from ...fields.connection import connection_laplacian, weights_and_areas
 from ...fields.directions import DirectionField
 from ...fields.multigrid import Multigrid, solve
 from ...fields.transport import tangents
+from ...mesh.half_edges import ends_of
 from ...mesh.normals import vertex_normals
 from ...mesh.surface import Surface
 from ..features import Features, find_features, fourth_power, wanted_directions
@@ -231,9 +232,7 @@ def _frame_normals(surface: Surface, field: CurvatureField, features: Features) 
     they are the mesh's.
     """
     normal = field.normal.copy()
-    edge = features.half_edge
-    corners = surface.triangles.ravel()[edge], surface.triangles[:, [1, 2, 0]].ravel()[edge]
-    on = np.unique(np.concatenate(corners))
+    on = np.unique(np.concatenate(ends_of(surface.triangles, features.half_edge)))
     normal[on] = vertex_normals(surface)[on]
     return normal
 

@@ -16,7 +16,7 @@ from scipy import sparse
 
 from ...base.parallel import run
 from ...base.progress import Progress
-from ...base.subsets import places_in
+from ...base.subsets import places_in, spans
 from ...curvature.field import CurvatureField
 from ...fields.connection import LARGEST_WEIGHT, LEAST_WEIGHT
 from ...fields.face_index import face_field_singularities
@@ -24,6 +24,7 @@ from ...fields.frames import frame, side_axes
 from ...fields.multigrid import solve_part
 from ...fields.planes import FaceFrames, in_plane, lay_out
 from ...fields.transport import rotation
+from ...mesh.half_edges import ends_of
 from ...mesh.surface import Surface
 from ...mesh.tessellated import Tessellation, tessellation
 from ..features import Features, between_features, fourth_power
@@ -186,7 +187,7 @@ def index_around(surface: Surface, vertex: np.ndarray, quarters: np.ndarray) -> 
     count = np.bincount(row, minlength=len(vertex))
     size = np.abs(quarters)
     which = np.repeat(np.arange(len(vertex)), size)
-    turn = np.arange(len(which)) - np.repeat(np.cumsum(size) - size, size)
+    turn = spans(0, size)
     index = np.zeros(len(surface.triangles))
     first = np.cumsum(count) - count
     at = triangle[first[which] + turn % count[which]]
@@ -200,8 +201,7 @@ def _held(surface: Surface, features: Features, faces: Tessellation | None) -> n
     total = np.zeros(len(surface.triangles), complex)
     twin = surface.twin[features.half_edge]
     half = np.concatenate([features.half_edge, twin[twin >= 0]])
-    tail = surface.triangles.ravel()[half]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    tail, head = ends_of(surface.triangles, half)
     along = in_plane(surface, half // 3, surface.vertices[head] - surface.vertices[tail])
     np.add.at(total, half // 3, along**4)
     if faces is not None:

@@ -17,9 +17,10 @@ from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.multigrid import solve_diagonal
 from ...fields.winding import Winding
+from ...mesh.half_edges import ends_of
 from ...mesh.surface import Surface
 from .agreement import rotated
-from .turns import Patch, ends_of
+from .turns import Patch
 
 # Rings around the triangles whose index is to change in which directions turn.
 RINGS = 3
@@ -64,7 +65,7 @@ def filled_in(
     weight = patch.weights(surface, half, twin)
     turn = winding.turns(surface, half, field.direction, field.across)
     row = places_in(patch.vertices, len(surface.vertices))
-    tail, head = (row[end] for end in ends_of(surface, half))
+    tail, head = (row[end] for end in ends_of(surface.triangles, half))
     count = len(patch.vertices)
     total = np.bincount(tail, weight, count) + np.bincount(head, weight, count)
     pull = np.maximum(SURE * certainty[patch.vertices], LEAST) * total

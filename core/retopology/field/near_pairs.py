@@ -12,6 +12,7 @@ from scipy.sparse import csgraph
 
 from ...base.progress import Progress
 from ...fields.directions import DirectionField
+from ...mesh.half_edges import ends_of, inner_edges
 from ...mesh.surface import Surface
 from .agreement import with_index
 from .simplified import STIFF
@@ -61,9 +62,9 @@ def _uncancelled(
     quarters = np.rint(4.0 * index).astype(np.int64)
     touching = held[surface.triangles].any(axis=1)
     middle = surface.vertices[surface.triangles].mean(axis=1)
-    side = np.flatnonzero(surface.twin > np.arange(len(surface.twin)))
+    side = inner_edges(surface.twin)
     here, there = side // 3, surface.twin[side] // 3
-    tail, head = surface.triangles.ravel()[side], surface.triangles[:, [1, 2, 0]].ravel()[side]
+    tail, head = ends_of(surface.triangles, side)
     way = ~(held[tail] & held[head])
     here, there = here[way], there[way]
     length = np.linalg.norm(middle[here] - middle[there], axis=1)

@@ -15,9 +15,8 @@ import numpy as np
 from scipy import sparse
 
 from ...base.progress import Progress
-from ...base.subsets import places_in
+from ...base.subsets import places_in, spans
 from ...fields.multigrid import solve_diagonal, solve_part
-from ..lines.polylines import spans
 from .charge_paths import Paths, charge_paths, joined_places
 from .least_excess import with_least_excess
 from .turns import Turns

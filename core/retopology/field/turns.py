@@ -15,7 +15,7 @@ from ...base.subsets import places_in
 from ...fields.directions import DirectionField
 from ...fields.planes import FaceFrames, in_plane
 from ...fields.winding import Winding
-from ...mesh.half_edges import following
+from ...mesh.half_edges import ends_of
 from ...mesh.rings import with_rings
 from ...mesh.surface import NO_AREA, Surface
 
@@ -24,6 +24,8 @@ from ...mesh.surface import NO_AREA, Surface
 LEAST_WEIGHT, LARGEST_WEIGHT = 0.05, 10.0
 # Cost of a way where the directions mean nothing, to one where they mean as much as usual.
 LEAST_COST = 0.05
+# What usually is meant is at least this part of the largest: sums of costs stay exact enough.
+USUAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -122,12 +124,6 @@ class Patch:
         return (mine < count)[self.vertices]
 
 
-def ends_of(surface: Surface, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(e,) the vertices that half-edges (e,) come from and go to."""
-    corners = surface.triangles.ravel()
-    return corners[half], corners[following(half)]
-
-
 def turns_at_vertices(
     surface: Surface, patch: Patch, field: DirectionField, winding: Winding
 ) -> Turns:
@@ -140,7 +136,7 @@ def turns_at_vertices(
         That of the field.
     """
     half, twin = patch.edges(surface)
-    tail, head = ends_of(surface, half)
+    tail, head = ends_of(surface.triangles, half)
     here, there = half // 3, twin // 3
     # From the middle of one triangle to that of the other, by a third of their heights.
     area = surface.face_normal_area[1]
@@ -148,7 +144,8 @@ def turns_at_vertices(
     both = area[here] + np.where(twin >= 0, area[there], 0.0)
     way = both / (1.5 * np.maximum(length, np.finfo(float).tiny))
     size = np.nan_to_num(field.magnitude)
-    typical = max(float(np.median(size)), np.finfo(float).tiny)
+    # Where most of a surface is flat the usual magnitude is nothing.
+    typical = max(float(np.median(size)), USUAL * float(size.max()), np.finfo(float).tiny)
     place = places_in(patch.triangles, len(surface.triangles))
     row = places_in(patch.vertices, len(surface.vertices))
     return Turns(
@@ -182,8 +179,7 @@ def turns_in_triangles(
     cross[patch.triangles] = in_plane(surface, patch.triangles, direction[patch.triangles]) ** 4
     here, there = half // 3, twin // 3
     carried = cross[here] * planes.turn[half] ** 4
-    tail = surface.triangles.ravel()[half]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[half]
+    tail, head = ends_of(surface.triangles, half)
     row = places_in(patch.triangles, len(surface.triangles))
     place = places_in(patch.vertices, len(surface.vertices))
     # At a border a charge is outside already.

@@ -7,6 +7,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ...base.subsets import spans
 from ...fields.planes import FaceFrames, barycentric_of, second_and_third
 from ...mesh.input_map import places_in_input
 from ...mesh.surface import Surface
@@ -69,13 +70,6 @@ class Lines:
         parts = {name: getattr(self, name)[points] for name in self.OF_POINTS}
         parts |= {name: getattr(self, name)[rows] for name in self.OF_LINES}
         return type(self)(start=np.concatenate([[0], np.cumsum(count)]), **parts)
-
-
-def spans(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """first[0], first[0] + 1, … (count[0] of them), then those of first[1], and so on."""
-    total = int(count.sum())
-    offset = np.repeat(first - np.concatenate([[0], np.cumsum(count)[:-1]]), count)
-    return np.arange(total) + offset
 
 
 def points_of(

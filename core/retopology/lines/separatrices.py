@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from ...base.options import AUTO
 from ...base.parallel import threads
 from ...base.progress import Progress
+from ...base.subsets import spans
 from ...base.unit import unit
 from ...fields.planes import FaceFrames, in_plane, places
 from ...mesh.input_map import places_on_surface
@@ -19,7 +20,7 @@ from ...mesh.surface import Surface
 from ...umbilics.result import Umbilics
 from ..settings import GuidanceSettings
 from .bundles import joined_bundles
-from .polylines import Lines, lines_from, points_of, spans, sparse_rows
+from .polylines import Lines, lines_from, points_of, sparse_rows
 from .streamlines import spacing_of
 from .tracing import BORDER, FEATURE, LIMIT, LOST, MET, OBSTACLE, TURN, Starts, Traces, trace
 from .truncation import Barriers, ended_on_features, laid, truncated

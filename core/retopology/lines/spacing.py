@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...base.progress import Progress
+from ...base.subsets import spans
 from .canvas import Canvas
-from .polylines import spans
 from .rounds import Round
 from .seeds import Family, seed_beside
 

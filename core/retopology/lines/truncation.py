@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...base.subsets import spans
 from ...fields.frames import side_axes
 from ...fields.planes import FaceFrames, barycentric_of
 from ...fields.transport import as_complex
@@ -160,8 +161,7 @@ def _crossings(
     )
     count = stop - begin
     chord = np.repeat(np.arange(len(rows)), count)
-    within = np.arange(len(chord)) - np.repeat(np.cumsum(count) - count, count)
-    piece = order[np.repeat(begin, count) + within]
+    piece = order[spans(begin, count)]
     at = rows[chord]
     here, there = _carried(surface, planes, traces, at), traces.z[at]
     tail = laid(surface, barriers.triangle[piece], barriers.tail[piece])

@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.unit import unit
+from ...mesh.half_edges import edge_keys
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,9 @@ class Conformity:
 
 def conformity(quads: np.ndarray, count: int) -> Conformity:
     """The topology of quads on `count` vertices."""
-    tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
-    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
-    edge, uses = np.unique(low * count + high, return_counts=True)
-    directed = np.unique(tail.astype(np.int64) * count + head)
+    tail, head = _ends(quads)
+    edge, uses = np.unique(edge_keys(tail, head, count), return_counts=True)
+    directed = np.unique(tail * count + head)
     ends = np.concatenate([edge // count, edge % count])
     valence = np.bincount(ends, minlength=count)
     border = np.zeros(count, bool)
@@ -65,10 +65,16 @@ def conformity(quads: np.ndarray, count: int) -> Conformity:
     return Conformity(manifold, border, valence, used - len(edge) + len(quads))
 
 
+def _ends(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(4 q,) int64 vertices that the sides of quads come from and go to."""
+    quads = quads.astype(np.int64, copy=False)
+    return quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+
+
 def torn(quads: np.ndarray, count: int) -> np.ndarray:
     """(count,) bool vertices at which quads (q, 4) make no manifold: corners of a quad that has one
     twice, ends of edges that are used more than once in one sense, and those of several fans."""
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    tail, head = _ends(quads)
     found = np.zeros(count, bool)
     ordered = np.sort(quads, axis=1)
     found[quads[(np.diff(ordered, axis=1) == 0).any(axis=1)]] = True
@@ -89,7 +95,7 @@ def _one_fan(quads: np.ndarray, count: int) -> bool:
 def _fans(quads: np.ndarray, count: int) -> np.ndarray:
     """(4 q,) number of the fan of quads joined across edges at a vertex that each corner is in."""
     m = quads.size
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    tail, head = _ends(quads)
     key, back = tail * count + head, head * count + tail
     order = np.argsort(key)
     place = np.minimum(np.searchsorted(key[order], back), m - 1)

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ...base.errors import RemeshError
 from ...base.progress import Progress
+from ...base.words import counted
 from ...mesh.surface import Surface
 from ...umbilics.result import Detection, Umbilics
 from ..by_hand import Strokes, WantedPoles, planned_by_hand
@@ -22,7 +23,7 @@ from .layout.wishes import Wishes
 from .settings import RemeshSettings
 from .surface.sizes import sizes
 from .surface.subdivision import pieces
-from .surface.working_surface import SCRAP, prepared, working_surface
+from .surface.working_surface import prepared, working_surface
 
 # Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
 BEYOND = 0.5
@@ -89,8 +90,8 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     mesh, short = prepared(whole, field, found, size / whole.unit, settings.feature_angle)
     if short:
         warnings.append(
-            f"{short} crease{'' if short == 1 else 's'} left out, shorter than two quads or weak "
-            "and ending in the open. Mark the edges as sharp to keep them."
+            f"{counted(short, 'crease')} left out, shorter than two quads or weak and ending in "
+            "the open. Mark the edges as sharp to keep them."
         )
     if plane is not None:
         asked = max(1, asked // 2)
@@ -122,10 +123,10 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             strokes=given.strokes,
             wanted=None if poles is None else _of_piece(poles, surface),
         )
-        area = float((working.surface.face_normal_area[1] / wishes.size**2).sum())
-        laid = laid_out(working, wishes, mine, effort) if area >= SCRAP else None
+        without = Unlaid(working, wishes)
+        laid = None if without.scrap else laid_out(working, wishes, mine, effort)
         if laid is None:
-            unlaid.append(Unlaid(working, wishes))
+            unlaid.append(without)
         else:
             parts.append(laid)
     asked = max(asked - sum(one.asked for one in unlaid), 1)

@@ -7,6 +7,7 @@ are laid out in the map, evened out and turned to the curvature on the surface.
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import replace
 
@@ -22,9 +23,10 @@ from ..by_hand import Strokes, WantedPoles
 from ..planner import Guide
 from .finishing.crossings import crossings
 from .finishing.finished import filled
+from .finishing.last_check import checked
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
-from .finishing.reporting import reported, words_of_shape
+from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three
 from .layout.counting import countable, counted
 from .layout.grids import Grids
@@ -106,30 +108,27 @@ def remesh(
     done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     clock.lap("evening out")
     unlaid = prepared.unlaid + without + torn
-    warnings += words_of_unlaid(len(unlaid))
+    warnings += words_of_unlaid(len(unlaid), sum(one.scrap for one in unlaid))
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
     cut = [cut_in_three(one, part) for one in unlaid]
-    left = sum(one.left for one in done)
-    if left:
-        farthest = max(one.farthest for one in done)
-        warnings.append(
-            f"{left} vert{'ex' if left == 1 else 'ices'} moved off the surface, by {farthest:.3g} "
-            "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
-            "more quads to have them on it."
-        )
-    folded = sum(one.folded for one in done) + sum(number for _, number in cut)
-    if folded:
-        warnings.append(
-            f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
-            f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
-        )
-    warnings += words_of_shape([(one.placed, one.position) for one in done])
-    pieces = [reported(one.laid, one.grid, one.placed, one.position, one.triangle) for one in done]
-    pieces += [made for made, _ in cut]
+    pieces = [
+        reported(one.laid, one.grid, one.placed, one.position, one.triangle, one.surface)
+        for one in done
+    ]
+    pieces += cut
     clock.lap("report")
     progress.step(1.0)
-    made = _parted(_joined(pieces, warnings, clock.seconds), guide.surface, progress)
+    made = _parted(_joined(pieces, [], clock.seconds), guide.surface, progress)
+    made, folded = checked(made, guide.surface, progress)
+    left = sum(one.left for one in done)
+    farthest = max((one.farthest for one in done), default=0.0)
+    warnings += words_of_folds(left, farthest, folded)
+    ends = np.cumsum([0] + [len(one.position) for one in done])
+    places = [made.vertices[first:end] for first, end in itertools.pairwise(ends)]
+    shapes = [(one.placed, place) for one, place in zip(done, places, strict=True)]
+    warnings += words_of_shape(shapes)
+    made = replace(made, warnings=(*warnings, *made.warnings))
     plane = prepared.plane
     if plane is not None:
         made = mirrored(made, plane, detection.umbilics, prepared.size)
@@ -171,7 +170,7 @@ def quad_layout(
     part = progress.part("Mapping the surface", 0.2, 1.0)
     prepared = prepare(guide, given, settings, part)
     progress.step(1.0)
-    said = words_of_unlaid(len(prepared.unlaid))
+    said = words_of_unlaid(len(prepared.unlaid), sum(one.scrap for one in prepared.unlaid))
     said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
 

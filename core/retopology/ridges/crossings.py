@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...mesh.half_edges import ends_of
 from ...mesh.surface import Surface
 from .slopes import Slopes
 
@@ -52,7 +53,7 @@ def edge_signs(surface: Surface, slopes: Slopes) -> EdgeSigns:
     """The signs by which directions, and with them e, are compared across edges."""
     number = np.arange(len(surface.twin))
     name = np.where(surface.twin < 0, number, np.minimum(number, surface.twin))
-    tail, head = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(surface.triangles)
     # The real part of conj(m) . m' of the frames m = d1 + i d2: as the certified index turns.
     turn = np.zeros(len(number))
     for d in slopes.d:
@@ -65,7 +66,7 @@ def crossings(surface: Surface, slopes: Slopes, signs: EdgeSigns, family: int) -
 
     In a triangle where they do not, at an umbilic, e has no sign; ridges end at its sides.
     """
-    tail, head = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(surface.triangles)
     e = slopes.e[family]
     here, there = e[tail], signs.sign * e[head]
     # Zero counts as positive at the tail of the first half-edge, for both triangles alike.
@@ -86,7 +87,6 @@ def at_nodes(
     surface: Surface, node: np.ndarray, along: np.ndarray, values: np.ndarray
 ) -> np.ndarray:
     """Values (n, ...) at vertices, linearly interpolated at `node`s (r,) half-edges."""
-    tail = surface.triangles.ravel()[node]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[node]
+    tail, head = ends_of(surface.triangles, node)
     t = along[node].reshape(-1, *[1] * (values.ndim - 1))
     return (1.0 - t) * values[tail] + t * values[head]

@@ -15,6 +15,7 @@ from scipy.sparse import csgraph
 
 from ...base.progress import Progress
 from ...base.unit import unit
+from ...mesh.half_edges import ends_of
 from ...mesh.surface import Surface
 from .bend import ROUND, bend_of
 from .crossings import FIRST, SECOND, Crossings, at_nodes, crossings, edge_signs
@@ -216,8 +217,7 @@ def _across(
     surface: Surface, slopes: Slopes, found: Crossings, point: np.ndarray, family: int
 ) -> np.ndarray:
     """(p, 3) unit directions at nodes: of the ends of their edges, made to agree."""
-    tail = surface.triangles.ravel()[point]
-    head = surface.triangles[:, [1, 2, 0]].ravel()[point]
+    tail, head = ends_of(surface.triangles, point)
     one, two = slopes.d[family][tail], slopes.d[family][head]
     agree = np.where(np.einsum("pc,pc->p", one, two) < 0, -1.0, 1.0)
     t = found.along[point]

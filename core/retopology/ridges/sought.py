@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...base.progress import Progress
+from ...base.subsets import spans
 from ...mesh.surface import Surface
-from ..lines.polylines import spans
 from .bend import ROUND, bend_of
 from .slopes import Fitting, Slopes, fit_slopes, put, unknown
 

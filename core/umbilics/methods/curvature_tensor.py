@@ -42,8 +42,8 @@ class Unfolding:
         (c,) complex places of the chart vertices.
     similarity, shear:
         (m,) complex p, q of the affine map z -> p z + q conj(z) of each triangle from its own
-        plane (see `core.lscm.flattened`) into the chart's; q = 0 where it is conformal, and
-        |q| > |p| where the triangle is flipped. 0 for triangles without area.
+        plane (see `core.mesh.unfolding.lscm.flattened`) into the chart's; q = 0 where it is
+        conformal, and |q| > |p| where the triangle is flipped. 0 for triangles without area.
     """
 
     charts: Charts

@@ -11,6 +11,7 @@ from scipy.sparse import csgraph
 from ...base.progress import Progress
 from ...curvature.field import CurvatureField
 from ...fields.transport import carried, doubled_angle, tangents
+from ...mesh.half_edges import ends_of
 from ...mesh.surface import Surface
 from .raw import RawUmbilics
 
@@ -114,8 +115,7 @@ def merged_clusters(
 
 def _total_jump(surface: Surface, curvature: CurvatureField, progress: Progress) -> np.ndarray:
     """(n,) sum of the jumps of the deviator's argument around the ring of each inner vertex."""
-    corner_vertex = surface.triangles.ravel()
-    neighbour = np.roll(surface.triangles, -1, axis=1).ravel()
+    corner_vertex, neighbour = ends_of(surface.triangles)
     e1, e2 = tangents(curvature.normal)
     argument = np.empty(len(corner_vertex))
     for begin in range(0, len(corner_vertex), _BLOCK):

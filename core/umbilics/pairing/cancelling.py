@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.subsets import spans
 from .merge_tree import label_roots, lowest_edges, lowest_passes
 
 # Fewer candidates than this are compared faster without arrays.
@@ -125,8 +126,7 @@ def _closest_pairs(
     rows = left[np.argsort(node, kind="stable")]
     count = size[one] * size[two]
     meeting = np.repeat(np.arange(len(one)), count)
-    place = np.arange(len(meeting)) - np.repeat(np.cumsum(count) - count, count)
-    mine, yours = np.divmod(place, size[two][meeting])
+    mine, yours = np.divmod(spans(0, count), size[two][meeting])
     mine, yours = rows[start[one][meeting] + mine], rows[start[two][meeting] + yours]
     away = centres[mine, :3] - centres[yours, :3]
     square = np.einsum("ij,ij->i", away, away) + centres[mine, 3] + centres[yours, 3]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...base.median import weighted_median
-from ...base.unit import unit
+from ...base.unit import angles_between, unit
 from ...mesh.surface import Surface
 
 # Angle in radians between the normals of a region and of the sphere or plane through it, in the
@@ -54,7 +54,7 @@ class RoundShape:
             wanted = np.broadcast_to(self.centre, normals.shape)
         else:
             wanted = unit((points - self.centre) * np.sign(self.radius))
-        return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(wanted - normals, axis=1), 0.0, 1.0))
+        return angles_between(wanted, normals)
 
 
 def round_shapes(

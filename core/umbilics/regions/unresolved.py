@@ -18,12 +18,13 @@ from scipy.sparse import csgraph
 
 from ...base.parallel import run
 from ...base.progress import Progress
+from ...base.subsets import spans
 from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
-from ...mesh.surface import Surface
+from ...mesh.half_edges import edge_keys
+from ...mesh.surface import BLOCK, Surface
 
-BLOCK = 32768
 # Rings from a border that are left out: as far as fits reach.
 BORDER_RINGS = 5
 # One edge in a row that misses by more than its neighbours does not end a curve.
@@ -196,8 +197,7 @@ def _undecided_edges(
         progress.ask()
         count = begin[front + 1] - begin[front]
         tail = np.repeat(front, count)
-        step = np.arange(len(tail)) - np.repeat(np.cumsum(count) - count, count)
-        head = neighbours[np.repeat(begin[front], count) + step]
+        head = neighbours[spans(begin[front], count)]
         new = ~seen[head]
         seen[front] = True
         # Edges within the front are met from both of their ends.
@@ -241,7 +241,7 @@ def _labelled(
     """(m,) int32 the piece of the edges from tail to head that each triangle has one of, -1 for
     none; `piece` (v,) is that of each of the `vertices`."""
     count = len(surface.vertices)
-    keys = np.sort(np.minimum(tail, head) * count + np.maximum(tail, head))
+    keys = np.sort(edge_keys(tail, head, count))
     of_vertex = np.full(count, -1, np.int32)
     of_vertex[vertices] = piece
     label = np.full(len(surface.triangles), -1, np.int32)
@@ -249,7 +249,7 @@ def _labelled(
     corners = surface.triangles[rows].astype(np.int64)
     for one, two in ((0, 1), (1, 2), (2, 0)):
         start, end = corners[:, one], corners[:, two]
-        key = np.minimum(start, end) * count + np.maximum(start, end)
+        key = edge_keys(start, end, count)
         slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
         there = keys[slot] == key
         label[rows[there]] = of_vertex[start[there]]

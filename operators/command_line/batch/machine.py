@@ -9,6 +9,13 @@ from pathlib import Path
 
 # Assumed where the system does not say.
 _UNKNOWN_MEMORY = 4 << 30
+LACK = "out of memory: give it more with fewer --jobs or a larger --memory-limit"
+# Blender itself, before it has read a file.
+BLENDER = 500 << 20
+# A process that failed with this part of its bound in use has run out of memory.
+_NEARLY_FULL = 0.75
+# The exit code of a program whose libraries cannot be loaded, too short for a look at it.
+_NOT_LOADED = 127
 
 
 def processors() -> int:
@@ -53,6 +60,38 @@ def limit_memory(process: int, size: int) -> bool:
     except (ImportError, AttributeError, OSError, ValueError):
         return False
     return True
+
+
+class Memory:
+    """The memory of a running process, and the bound on it, if it has one."""
+
+    def __init__(self, process: int) -> None:
+        self._process = process
+        self._bound = self._fullest = 0
+        self.peak = 0
+
+    def limit(self, size: int) -> None:
+        """Bound it to `size` bytes, if the system can."""
+        if limit_memory(self._process, size):
+            self._bound = size
+
+    def look(self) -> None:
+        """See how much of it is in use."""
+        peak, data = memory_of(self._process)
+        self.peak, self._fullest = max(self.peak, peak), max(self._fullest, data)
+
+    def is_spent(self, code: int) -> bool:
+        """Whether a process that failed with `code` has run out of it: what is asked for last may
+        be large, and native code says nothing of it."""
+        if not self._bound:
+            return False
+        return code == _NOT_LOADED or self._fullest > _NEARLY_FULL * self._bound
+
+    def lack(self) -> str:
+        """What to say when it is spent."""
+        if not self._bound:
+            return LACK
+        return f"{LACK} (it had {self._bound >> 20} MB; Blender alone takes up to {BLENDER >> 20})"
 
 
 def end_in_words(code: int) -> str:

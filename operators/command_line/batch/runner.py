@@ -25,9 +25,8 @@ from .display import Display, duration
 from .plan import Plan, Task
 from .worker import DeliveryError, Worker, identity
 
-# Memory of a process with a file of so many bytes: Blender itself, and what a mesh becomes.
+# Memory of a process with a file of so many bytes, besides Blender itself: what a mesh becomes.
 # Measured on files of 1.3 million triangles; see docs/batch.md.
-_BLENDER = 500 << 20
 _PER_BYTE = 30
 # How often the processes are looked after, in seconds.
 _PAUSE = 0.05
@@ -218,7 +217,7 @@ class _Batch:
             worker = Worker(task, self._command, arguments, self._scratch / number, places, guide)
         except (OSError, ValueError) as error:
             return self._failure(task, f"no process could be started for it ({error}).")
-        worker.limit_memory(memory)
+        worker.memory.limit(memory)
         self._running.append(worker)
         return None
 
@@ -237,7 +236,7 @@ class _Batch:
         task = worker.task
         facts: dict[str, Any] = {
             "seconds": round(worker.seconds, 2),
-            "peak_mb": round(worker.peak / 2**20),
+            "peak_mb": round(worker.memory.peak / 2**20),
         }
         # The report is written last: without it the results are not complete.
         objects = summary.objects_in(worker.result())
@@ -293,7 +292,7 @@ def _shares(tasks: list[Task], jobs: int | None, limit: int | None) -> tuple[int
     free = machine.free_memory()
     largest = max((size[0] for task in tasks if (size := identity(task.source))), default=0)
     if jobs is None:
-        fitting = free // (limit or (_BLENDER + _PER_BYTE * largest))
+        fitting = free // (limit or (machine.BLENDER + _PER_BYTE * largest))
         jobs = min(machine.processors(), fitting)
     jobs = max(1, min(jobs, len(tasks)))
     return jobs, limit or free // jobs

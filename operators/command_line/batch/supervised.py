@@ -46,7 +46,7 @@ def _one_file(
         command.append("--progress=jsonl")
     command += [] if file is None else ["--", file]
     start = time.monotonic()
-    number, code = _end_of(command, request)
+    number, code, memory = _end_of(command, request)
     if code in (exit_codes.DONE, exit_codes.FAILED):
         # It has said all that there is to say.
         return code == exit_codes.DONE
@@ -55,9 +55,10 @@ def _one_file(
         error = STOPPED
     elif code is None:
         error = f"given up after {request.limits.seconds:g} s (--time-limit)."
+    elif memory.is_spent(code):
+        error = f"{memory.lack()}."
     else:
-        more = ", or need more than --memory-limit" if request.limits.memory else ""
-        error = f"Blender ended with {machine.end_in_words(code)}: the file may be damaged{more}."
+        error = f"Blender ended with {machine.end_in_words(code)}: the file may be damaged."
     _fail(request, name, error, time.monotonic() - start)
     return False
 
@@ -70,22 +71,25 @@ def _fail(request: Request, name: str | None, error: str, seconds: float) -> Non
         tell("file", file=name, status="failed", seconds=round(seconds, 3), error=error)
 
 
-def _end_of(command: list[str], request: Request) -> tuple[int, int | None]:
-    """Run a process within the limits; its number, and its exit code, None if it was ended."""
+def _end_of(command: list[str], request: Request) -> tuple[int, int | None, machine.Memory]:
+    """Run a process within the limits; its number, its exit code, None if it was ended, and its
+    memory."""
     limits = request.limits
     process = subprocess.Popen(command, stdin=subprocess.PIPE)
     assert process.stdin is not None
+    memory = machine.Memory(process.pid)
     if limits.memory:
-        machine.limit_memory(process.pid, limits.memory)
+        memory.limit(limits.memory)
     start = time.monotonic()
     try:
         while process.poll() is None:
             if request.stop.asked():
-                return process.pid, None
+                return process.pid, None, memory
             if limits.seconds is not None and time.monotonic() - start > limits.seconds:
-                return process.pid, None
+                return process.pid, None, memory
+            memory.look()
             time.sleep(_PAUSE)
-        return process.pid, process.returncode
+        return process.pid, process.returncode, memory
     finally:
         process.kill()
         process.wait()

@@ -13,9 +13,6 @@ from ..files.guard import shown
 from . import machine, summary
 from .plan import Task
 
-# A process that failed with this part of its bound in use has run out of memory: what is asked
-# for last may be large, and native code says nothing of it.
-_NEARLY_FULL = 0.75
 # As little as a file system gives out at a time, mostly: less may fit where nothing is free.
 _BLOCK = 4096
 # Name of the results in the scratch folder.
@@ -47,8 +44,6 @@ class Worker:
         # As it is now: what is saved while the process reads it is another file.
         self.source = identity(task.source)
         self.started, self._since = time.monotonic(), time.time_ns()
-        self.peak = 0
-        self._bound = self._fullest = 0
         self.timed_out = False
         self._places = places
         self._guide = guide
@@ -72,18 +67,13 @@ class Worker:
                 stderr=log,
                 start_new_session=os.name == "posix",
             )
+        self.memory = machine.Memory(self._process.pid)
         assert self._process.stdin is not None
         self._pipe = self._process.stdin
 
-    def limit_memory(self, size: int) -> None:
-        """Bound its memory, if the system can."""
-        if machine.limit_memory(self._process.pid, size):
-            self._bound = size
-
     def has_ended(self, time_limit: float) -> bool:
         """Look after the process, and end one that takes longer than `time_limit` seconds."""
-        peak, data = machine.memory_of(self._process.pid)
-        self.peak, self._fullest = max(self.peak, peak), max(self._fullest, data)
+        self.memory.look()
         if self._process.poll() is not None:
             self._pipe.close()
             return True
@@ -139,9 +129,10 @@ class Worker:
             place = shown(self._places["json"].parent)
             return f"{place}: nothing more can be written there ({reason})"
         code = self._process.returncode
-        full = self._bound and self._fullest > _NEARLY_FULL * self._bound
-        if full or any("MemoryError" in line or "alloc" in line.lower() for line in lines[-20:]):
-            return "out of memory: give it more with fewer --jobs or --memory-limit"
+        words = ("memoryerror", "alloc")
+        told = any(word in line.lower() for line in lines[-20:] for word in words)
+        if told or self.memory.is_spent(code):
+            return self.memory.lack()
         if code == 0:
             return "its report is missing or incomplete, although Blender ended well"
         last = next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
-import json
 import os
 import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 import bpy
 
 from .... import core
 from ...base.errors import FileError
-from . import damage
+from . import gltf, pieces
 from .guard import shown
 
 _MATERIALS = re.compile(rb"(?:^|[\r\n])[ \t]*mtllib[ \t]+([^\r\n]+)")
 _LAYERS = (".usd", ".usda", ".usdc", ".usdz")
-# Of a binary glTF: magic, version and length, then length and kind of the first part, its JSON.
-_GLB = struct.Struct("<4sIIII")
 
 
 def files_beside(path: str | None) -> list[str]:
@@ -58,7 +54,7 @@ def _of_obj(path: Path) -> Iterator[str]:
     # Blender looks there too, whatever the file says.
     if path.with_suffix(".mtl").is_file():
         yield str(path.with_suffix(".mtl"))
-    texts = (text for text in damage.lines_of(path) if b"mtllib" in text)
+    texts = (text for text in pieces.lines_of(path) if b"mtllib" in text)
     lines = {found[1] for text in texts for found in _MATERIALS.finditer(text)}
     for line in map(os.fsdecode, lines):
         # A line may name several files, and a file may have blanks in its name.
@@ -69,19 +65,11 @@ def _of_obj(path: Path) -> Iterator[str]:
 
 def _of_gltf(path: Path) -> Iterator[str]:
     # Blender does not keep the names of the buffers.
-    parts: dict[str, list[dict[str, Any]]] = json.loads(_json_of(path))
+    parts: dict[str, list[dict[str, Any]]] = gltf.json_of(path)
     for part in [*parts.get("buffers", []), *parts.get("images", [])]:
-        uri = part.get("uri", "data:")
-        if not uri.startswith("data:"):
-            yield str(path.parent / unquote(uri))
-
-
-def _json_of(path: Path) -> bytes:
-    if path.suffix.lower() == ".gltf":
-        return path.read_bytes()
-    with open(path, "rb") as file:
-        _, _, _, length, _ = _GLB.unpack(file.read(_GLB.size))
-        return file.read(length)
+        place = gltf.place_of(path, part)
+        if place is not None:
+            yield str(place)
 
 
 def _of_usd(path: Path) -> list[str]:

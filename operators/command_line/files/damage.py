@@ -10,22 +10,17 @@ import os
 import re
 import stat
 import struct
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
 from ...base.errors import FileError
+from . import nowhere, pieces, stl
 from .guard import shown
 
-# Bytes that tell how a file is written, and that hold its last triangle.
-_SOME = 1 << 16
-# Bytes that are searched at a time.
-_PIECE = 1 << 22
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-# A binary STL: a title, the number of triangles, and so many bytes for each.
-_STL_TITLE, _STL_TRIANGLE = 80, 50
 # An Alembic file: its mark, whether it was closed, the version and where its root is. A group has
 # the number of its parts and where they are, data the number of its bytes; places of data have the
 # highest bit, and of nothing no other one. Blender has no reader for the older kind.
@@ -36,21 +31,6 @@ _IS_DATA = np.uint64(1 << 63)
 _NUMBER = np.dtype("<u8")
 _STL_FACE = (b"endloop", b"ENDLOOP")
 _OBJ_FACE = (b"\nf ", b"\nf\t", b"\rf ", b"\rf\t")
-# A vertex of an OBJ whose numbers are not all plain ones; a number, which may be none; what most
-# lines are made of, and letters and an exponent that no vertex has where all is well: looked for
-# first, as that is faster than to go through all lines.
-_PLAIN = rb"[-+.\d]+(?:[eE]-\d+|[eE]\+?0*[0-2]?\d)?"
-_OBJ_VERTEX = re.compile(
-    rb"(?:^|[\r\n])[ \t]*v[ \t]+(?!%b[ \t]+%b[ \t]+%b(?!\S))(\S+)[ \t]+(\S+)[ \t]+(\S+)"
-    % (_PLAIN, _PLAIN, _PLAIN)
-)
-_NUMBER_IN_TEXT = re.compile(
-    rb"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan(?:\([^)]*\))?|inf(?:inity)?)", re.IGNORECASE
-)
-_USUAL = b"0123456789.+-/vntf \t\r\n"
-_ODD = re.compile(rb"[,aid]", re.IGNORECASE)
-_FAR = re.compile(rb"[eE]\+?0*(?:3[89]|[4-9]\d|[1-9]\d\d)")
-_FARTHEST = float(np.finfo(np.float32).max)
 # The first vertex of an OBJ is 1.
 _NO_VERTEX = re.compile(rb"[\r\n]f[^\r\n]*[ \t]0+(?![^/\s])")
 _TORN = "It is torn: fetch or save it again"
@@ -68,7 +48,7 @@ def refusal(path: str, suffixes: Collection[str]) -> str:
     except ValueError as error:
         return f"cannot be read ({error})"
     if stat.S_ISDIR(status.st_mode):
-        return "this is a folder, not a file"
+        return "this is a folder, not a file; with --out DIR all meshes in it are taken"
     if not stat.S_ISREG(status.st_mode):
         return "this is not a file but a pipe, a socket or a device"
     if Path(path).suffix.lower() not in suffixes:
@@ -84,7 +64,7 @@ def check(path: Path) -> None:
     FileError
         It is not; the text says what shows that.
     """
-    head = _head(path)
+    head = pieces.head_of(path)
     if head.startswith(_WIDE):
         raise FileError(f"{shown(path)}: is text in UTF-16; save it in UTF-8 or ASCII.")
     look = _LOOKS.get(path.suffix.lower())
@@ -95,24 +75,23 @@ def check(path: Path) -> None:
 
 def doubts(path: Path, faces: int) -> list[str]:
     """Sentences on what is missing in what was read of a file: so many `faces`."""
-    head = _head(path)
+    head = pieces.head_of(path)
     found = []
-    if path.suffix.lower() == ".stl" and not is_binary_stl(path, head) and not _is_closed(path):
+    if path.suffix.lower() == ".stl" and not stl.is_binary(path, head) and not _is_closed(path):
         found.append(
             "The file does not end with endsolid, as an STL in text does: it may have been cut "
             "off, and triangles may be missing."
         )
     if path.suffix.lower() == ".stl":
         found += _behind_stl(path, head)
-    if path.suffix.lower() == ".obj":
-        found += _nowhere_in_obj(path)
+    found += _nowhere(path)
     named = _faces_named(path, head)
     if named > faces:
         found.append(
             f"{named - faces} of the {named} faces in the file were left out: they are damaged, "
             "stand there twice, or have fewer than three corners that are there."
         )
-        if path.suffix.lower() == ".obj" and any(map(_NO_VERTEX.search, lines_of(path))):
+        if path.suffix.lower() == ".obj" and any(map(_NO_VERTEX.search, pieces.lines_of(path))):
             found.append(
                 "Faces in the file name vertex 0, while OBJ counts from 1: all of them may name "
                 "the wrong vertices."
@@ -120,27 +99,11 @@ def doubts(path: Path, faces: int) -> list[str]:
     return found
 
 
-def lines_of(path: Path) -> Iterator[bytes]:
-    """A text in pieces of whole lines, each with the line end before it; where there are none, no
-    more than a beginning. Mapped into memory instead, a file that somebody cuts short meanwhile
-    would end Blender."""
-    rest = b""
-    with open(path, "rb") as file:
-        while piece := file.read(_PIECE):
-            cut = max(piece.rfind(b"\n"), piece.rfind(b"\r"))
-            if cut >= 0:
-                yield rest + piece[:cut]
-                rest = piece[cut:]
-            elif len(rest) < _PIECE:
-                rest += piece
-    yield rest
-
-
 def why_unread(path: Path) -> str:
     """Why Blender may not read a file, where its importer does not say."""
     if path.suffix.lower() != ".ply":
         return "its importer does not say why; the file may be torn"
-    head = _head(path)
+    head = pieces.head_of(path)
     elements = head[: max(head.find(b"end_header"), 0)].split(b"element ")
     if any(one.startswith(b"vertex ") and b"property list" in one for one in elements):
         return "its vertices have lists; save it without them"
@@ -150,26 +113,19 @@ def why_unread(path: Path) -> str:
     )
 
 
-def _obj(path: Path, _: bytes) -> str:
-    for place in _odd_places(path):
-        for word in place:
-            if not _NUMBER_IN_TEXT.fullmatch(word):
-                text = word[:40].decode("utf-8", "backslashreplace")
-                return f"a vertex has {shown(text)}, which is no number such as 1.5e-3"
-    return ""
+def _in_numbers(path: Path, _: bytes) -> str:
+    word = nowhere.word_in(path)
+    if word is None:
+        return ""
+    if not word:
+        return "a vertex has fewer than three numbers"
+    text = shown(word[:40].decode("utf-8", "backslashreplace"))
+    return f"a vertex has {text}, which is no number such as 1.5e-3"
 
 
-def _odd_places(path: Path) -> Iterator[tuple[bytes, ...]]:
-    """Places of vertices in an OBJ whose numbers are not all plain ones."""
-    for text in lines_of(path):
-        rest = text.translate(None, _USUAL)
-        if _ODD.search(rest) or (b"e" in rest.lower() and _FAR.search(text)):
-            yield from (found.groups() for found in _OBJ_VERTEX.finditer(text))
-
-
-def _nowhere_in_obj(path: Path) -> list[str]:
+def _nowhere(path: Path) -> list[str]:
     """What Blender puts somewhere else without a word."""
-    count = sum(not all(map(_is_in_reach, place)) for place in _odd_places(path))
+    count = nowhere.count(path)
     if not count:
         return []
     which = "1 vertex in the file is" if count == 1 else f"{count} vertices in the file are"
@@ -179,17 +135,9 @@ def _nowhere_in_obj(path: Path) -> list[str]:
     ]
 
 
-def _is_in_reach(word: bytes) -> bool:
-    """Whether a number of a text has a place in single precision."""
-    try:
-        return abs(float(word)) <= _FARTHEST
-    except ValueError:
-        return False
-
-
 def _behind_stl(path: Path, head: bytes) -> list[str]:
-    whole, size = size_of_binary_stl(head), path.stat().st_size
-    if not is_binary_stl(path, head) or whole is None or size <= whole:
+    whole, size = stl.size_of_binary(head), path.stat().st_size
+    if not stl.is_binary(path, head) or whole is None or size <= whole:
         return []
     return [
         f"{size - whole} bytes behind the triangles that the file announces were left out: it may "
@@ -197,34 +145,23 @@ def _behind_stl(path: Path, head: bytes) -> list[str]:
     ]
 
 
-def size_of_binary_stl(head: bytes) -> int | None:
-    """Bytes that a binary STL has by its number of triangles."""
-    if len(head) < _STL_TITLE + 4:
-        return None
-    (count,) = struct.unpack_from("<I", head, _STL_TITLE)
-    return _STL_TITLE + 4 + _STL_TRIANGLE * count
-
-
-def is_binary_stl(path: Path, head: bytes) -> bool:
-    """Whether an STL is none in text, by its length or what no text holds."""
-    return size_of_binary_stl(head) == path.stat().st_size or b"\0" in head
-
-
 def _stl(path: Path, head: bytes) -> str:
-    if is_binary_stl(path, head):
-        whole = size_of_binary_stl(head)
+    if stl.is_binary(path, head):
+        whole = stl.size_of_binary(head)
         if whole is None or whole > path.stat().st_size:
             return f"ends before all the triangles that it announces. {_TORN}"
         return ""
     if b"facet" not in head.lower():
         return "Blender cannot read it as STL: there are no triangles in it"
-    _, _, rest = _tail(path).rpartition(b"endfacet")
-    return f"ends within a triangle. {_TORN}" if b"facet" in rest else ""
+    _, _, rest = pieces.tail_of(path).rpartition(b"endfacet")
+    if b"facet" in rest:
+        return f"ends within a triangle. {_TORN}"
+    return _in_numbers(path, head)
 
 
 def _is_closed(path: Path) -> bool:
     """Whether the last solid in an STL in text is closed."""
-    lines = [line.strip() for line in _tail(path).split(b"\n")]
+    lines = [line.strip() for line in pieces.tail_of(path).split(b"\n")]
     solids = [line for line in lines if line.startswith((b"solid", b"endsolid"))]
     return bool(solids) and solids[-1].startswith(b"endsolid")
 
@@ -233,7 +170,7 @@ def _ply(path: Path, head: bytes) -> str:
     # Each takes a byte at least.
     if _count_of_ply(head, rb"\S+") > path.stat().st_size:
         return f"ends before all the elements that its head announces. {_TORN}"
-    return ""
+    return _in_numbers(path, head)
 
 
 def _count_of_ply(head: bytes, element: bytes) -> int:
@@ -252,8 +189,8 @@ def _faces_named(path: Path, head: bytes) -> int:
         return _count_of_ply(head, b"face")
     if kind != ".stl":
         return 0
-    if is_binary_stl(path, head):
-        return struct.unpack_from("<I", head, _STL_TITLE)[0]
+    if stl.is_binary(path, head):
+        return stl.count_of_binary(head)
     return _count(path, _STL_FACE)
 
 
@@ -261,7 +198,7 @@ def _count(path: Path, words: tuple[bytes, ...]) -> int:
     """How often words of one length are in a file."""
     found, last = 0, b"\n"
     with open(path, "rb") as file:
-        while piece := file.read(_PIECE):
+        while piece := file.read(pieces.SIZE):
             piece = last + piece
             found += sum(map(piece.count, words))
             # Too short to be counted again.
@@ -321,20 +258,8 @@ def _numbers(file: BinaryIO, place: int, count: int) -> list[int]:
 
 
 _LOOKS: dict[str, Callable[[Path, bytes], str]] = {
-    ".obj": _obj,
+    ".obj": _in_numbers,
     ".stl": _stl,
     ".ply": _ply,
     ".abc": _alembic,
 }
-
-
-def _head(path: Path) -> bytes:
-    with open(path, "rb") as file:
-        return file.read(_SOME)
-
-
-def _tail(path: Path) -> bytes:
-    """The last bytes of a text, in small letters with one kind of line ends."""
-    with open(path, "rb") as file:
-        file.seek(-min(_SOME, path.stat().st_size), os.SEEK_END)
-        return file.read().lower().replace(b"\r", b"\n")

@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from . import damage
+from . import stl
 
 # Bytes that tell how a text is written.
 _HEAD = 1 << 16
@@ -42,7 +42,7 @@ def _mends(path: str) -> Callable[[bytes], bytes] | None:
         return None
     if kind == ".stl":
         size = file.stat().st_size
-        whole = damage.size_of_binary_stl(head)
+        whole = stl.size_of_binary(head)
         if whole == size:
             return None
         if whole is not None and b"\0" in head and whole < size:

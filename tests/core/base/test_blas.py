@@ -7,9 +7,29 @@ import pytest
 
 from core.base import blas
 
-pytestmark = pytest.mark.skipif(
+
+def built_on_openblas() -> bool:
+    """What NumPy says of itself, from 1.26 on and before."""
+    said = vars(np.__config__)
+    now = said.get("CONFIG", {}).get("Build Dependencies", {}).get("blas", {}).get("name", "")
+    return "openblas" in now or any(said[name] for name in said if "openblas" in name)
+
+
+on_openblas = pytest.mark.skipif(
     not blas.libraries(), reason="NumPy and SciPy stand on something else than OpenBLAS here"
 )
+
+
+@pytest.mark.skipif(not built_on_openblas(), reason="NumPy was built on something else")
+def test_the_library_is_found_that_numpy_was_built_on():
+    """Else all the others would be left out, unseen."""
+    found = blas.libraries()
+    assert found
+    assert all(get() >= 1 for get, _ in found)
+
+
+def test_a_package_that_is_not_there_calls_no_library():
+    assert blas._files("no_such_package.linalg") == []
 
 
 def counts() -> list[int]:
@@ -27,6 +47,7 @@ def several():
         set_(count)
 
 
+@on_openblas
 def test_one_thread_within_and_as_many_as_before_after(several):
     @blas.one_blas_thread()
     def work():
@@ -43,6 +64,7 @@ def test_one_thread_within_and_as_many_as_before_after(several):
     assert work.__doc__ == "Words."
 
 
+@on_openblas
 def test_the_last_to_leave_sets_back(several):
     inside, leave = threading.Event(), threading.Event()
 
@@ -61,6 +83,7 @@ def test_the_last_to_leave_sets_back(several):
     assert set(counts()) == {3}
 
 
+@on_openblas
 def test_sums_do_not_hang_on_the_number_of_threads(several):
     # Long enough to be divided: with one, two and four threads three different sums come of it.
     one, other = np.random.default_rng(0).normal(size=(2, 100_001))

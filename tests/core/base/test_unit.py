@@ -7,7 +7,7 @@ from exact_fields import surface_of
 
 from core.base.median import weighted_median
 from core.base.plane import corner_angles, doubled_areas
-from core.base.unit import phase, unit
+from core.base.unit import angles_between, phase, unit
 from core.fields.frames import frame
 from core.fields.transport import carried, rotation
 from core.mesh.rings import ring_around, with_rings
@@ -17,6 +17,13 @@ def test_length_becomes_one_and_nothing_stays_nothing_or_no_turn():
     np.testing.assert_array_equal(phase(np.array([0.0, 0.25j, -3.0, 2.0])), [1.0, 1j, -1.0, 1.0])
     found = unit(np.array([[0.0, 0.0, 0.0], [0.0, 0.5, 0.0], [3.0, 0.0, 4.0]]))
     np.testing.assert_allclose(found, [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.6, 0.0, 0.8]])
+
+
+def test_small_angles_are_told_to_the_last_digits():
+    turn = np.array([0.0, 1e-12, 1e-3, 0.5 * np.pi, np.pi])
+    turned = np.stack([np.cos(turn), np.sin(turn), np.zeros(5)], axis=1)
+    found = angles_between(turned, np.array([1.0, 0.0, 0.0]))
+    np.testing.assert_allclose(found, turn, rtol=1e-12)
 
 
 def test_a_frame_is_turned_as_the_smallest_rotation_carries_it():

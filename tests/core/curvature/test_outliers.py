@@ -89,20 +89,33 @@ def test_tips_creases_and_noise_are_no_outliers(height):
     assert not len(moved)
 
 
-def test_the_middle_of_a_fan_is_no_outlier():
-    r, turn = np.meshgrid(0.1 * np.arange(1, 13), 2.0 * np.pi * np.arange(64) / 64, indexing="ij")
-    dome = np.stack([r * np.cos(turn), r * np.sin(turn), -(r**2)], axis=2).reshape(-1, 3)
-    a = np.arange(11 * 64)
-    right = a - a % 64 + (a + 1) % 64
+def dome(edges):
+    """A dome whose middle vertex, the last one, has so many edges and sticks out."""
+    angle = 2.0 * np.pi * np.arange(edges) / edges
+    r, turn = np.meshgrid(0.1 * np.arange(1, 13), angle, indexing="ij")
+    points = np.stack([r * np.cos(turn), r * np.sin(turn), -(r**2)], axis=2).reshape(-1, 3)
+    a = np.arange(11 * edges)
+    right = a - a % edges + (a + 1) % edges
     triangles = np.concatenate(
         [
-            np.stack([a, a + 64, right + 64], axis=1),
-            np.stack([a, right + 64, right], axis=1),
-            np.stack([right[:64], np.full(64, len(dome)), a[:64]], axis=1),
+            np.stack([a, a + edges, right + edges], axis=1),
+            np.stack([a, right + edges, right], axis=1),
+            np.stack([right[:edges], np.full(edges, len(points)), a[:edges]], axis=1),
         ]
     )
-    _, moved = laid(np.concatenate([dome, [(0.0, 0.0, 0.012)]]), triangles)
+    return np.concatenate([points, [(0.0, 0.0, 0.012)]]), triangles
+
+
+@pytest.mark.parametrize("edges", [13, 64])
+def test_the_middle_of_a_fan_is_no_outlier(edges):
+    _, moved = laid(*dome(edges))
     assert not len(moved)
+
+
+def test_twice_the_usual_edges_are_no_fan():
+    vertices, triangles = dome(12)
+    _, moved = laid(vertices, triangles)
+    assert moved.tolist() == [len(vertices) - 1]
 
 
 def test_where_much_is_rough_it_is_the_surface():

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 import core
 from core.mesh.mending.repair import clean
+from core.retopology.quads.surface.subdivision import Triangles, split_edges
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -215,3 +216,78 @@ def test_walls_of_a_cavity_point_into_it(shells, wrong):
     _, warnings = clean(vertices, triangles)
     said = [f"The normals of {wrong} closed piece point inwards"] if wrong else []
     assert [warning.split(",")[0] for warning in warnings] == said
+
+
+def loft(rows, columns, radius):
+    """A closed surface as a grid, its poles rings of vertices of such a radius, not joined."""
+    height = np.linspace(0.0, np.pi, rows)
+    around = 2.0 * np.pi * np.arange(columns) / columns
+    wide = np.maximum(np.sin(height), radius)
+    wide[[0, -1]] = radius
+    u, v = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
+    u, v, beside = u.ravel(), v.ravel(), ((v + 1) % columns).ravel()
+    above, below = u * columns, (u + 1) * columns
+    a, b, c, d = above + v, below + v, below + beside, above + beside
+    points = np.stack(
+        [
+            3.0 * np.outer(wide, np.cos(around)),
+            2.0 * np.outer(wide, np.sin(around)),
+            np.tile(np.cos(height)[:, None], columns),
+        ],
+        axis=-1,
+    )
+    return points.reshape(-1, 3), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+@pytest.mark.parametrize("radius", [0.0, 1e-17, 1e-9, 5e-8])
+def test_rings_of_no_length_are_poles(radius):
+    vertices, triangles = loft(40, 60, radius)
+    surface, warnings = clean(vertices, triangles)
+    assert surface.closed.all() and surface.euler_characteristic.sum() == 2
+    assert_manifold(surface)
+    assert len(warnings) == 1 and "118 vertices taken together" in warnings[0]
+    copies, kept = surface.joined.T
+    assert np.abs(vertices[copies] - vertices[kept]).max() <= 6.0 * radius
+    # Every vertex of the input hears of what is found at its pole.
+    found = core.detect(vertices, triangles)
+    assert found.index_sum == found.expected_index_sum == 2.0
+    assert len(found.umbilics) == 4 and (found.umbilics.kind == "lemon").all()
+    assert np.isfinite(found.curvature.k1).all()
+    for ring in (slice(0, 60), slice(-60, None)):
+        assert len(np.unique(found.curvature.k1[ring])) == 1
+    assert clean(vertices, triangles, join_borders=False)[0].border.any()
+
+
+def test_a_small_hole_and_a_small_piece_stay():
+    vertices, triangles = loft(40, 60, 1e-4)
+    assert clean(vertices, triangles)[0].border.any()
+    ball, faces = surfaces.icosphere(2)
+    both = np.concatenate([vertices, 1e-9 * ball + 4.0])
+    # A piece that is open and as small as the steps of single precision has a shape of its own.
+    surface, _ = clean(both, np.concatenate([triangles, faces[1:] + len(vertices)]))
+    assert len(surface.joined) == 0
+    assert len(surface.triangles) == len(triangles) + len(faces) - 1
+
+
+def test_triangles_without_area_between_others_go():
+    mesh = surfaces.ellipsoid(subdivisions=2)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    random = np.random.default_rng(0)
+    marked = random.random(len(surface.twin)) < 0.2
+    marked |= marked[surface.twin]
+    spoiled = split_edges(
+        Triangles(
+            mesh.vertices,
+            mesh.triangles.astype(np.int64),
+            np.zeros((len(mesh.vertices), 1)),
+            np.arange(len(mesh.triangles)),
+            np.zeros(len(marked), np.int8),
+        ),
+        marked,
+        np.zeros(len(marked)),
+    )
+    found, warnings = clean(spoiled.vertices, spoiled.triangles)
+    assert len(warnings) == 1 and "Edges without a length" in warnings[0]
+    assert len(found.triangles) == len(mesh.triangles)
+    assert found.closed.all() and found.euler_characteristic.sum() == 2
+    assert len(core.detect(spoiled.vertices, spoiled.triangles).umbilics) == 4

@@ -1,11 +1,19 @@
-"""Links between half-edges: the same in one part and in many, which threads look at."""
+"""Half-edges: links between them, the same in one part and in many, which threads look at; names of
+their edges."""
 
 import numpy as np
 import pytest
 from surfaces import icosphere
 
 from core.mesh import half_edges
-from core.mesh.half_edges import has_pinched_vertex, link
+from core.mesh.half_edges import (
+    all_edges,
+    edge_keys,
+    ends_of,
+    has_pinched_vertex,
+    inner_edges,
+    link,
+)
 
 POINTS, TRIANGLES = icosphere(2)
 OPEN = TRIANGLES[5:]
@@ -43,3 +51,31 @@ def test_a_vertex_of_two_fans_is_found_in_whichever_part_it_is(parts, vertex):
     other[other == len(POINTS) + vertex] = vertex
     both = np.concatenate([TRIANGLES, other]).astype(np.int32)
     assert has_pinched_vertex(both, link(both, 2 * len(POINTS)))
+
+
+# Two triangles that share the edge from 2 to 1, seen from either side.
+PAIR = np.array([[0, 1, 2], [2, 1, 3]], np.int32)
+
+
+def test_half_edges_go_from_corner_to_corner() -> None:
+    tail, head = ends_of(PAIR)
+    assert tail.tolist() == [0, 1, 2, 2, 1, 3]
+    assert head.tolist() == [1, 2, 0, 1, 3, 2]
+    some = np.array([5, 0, 2])
+    assert [end.tolist() for end in ends_of(PAIR, some)] == [[3, 0, 2], [2, 1, 0]]
+
+
+def test_every_edge_is_named_once() -> None:
+    twin = link(PAIR, 4).twin
+    assert inner_edges(twin).tolist() == [1]
+    assert all_edges(twin).tolist() == [0, 1, 2, 4, 5]
+
+
+@pytest.mark.parametrize("kind", [np.int32, np.int64])
+def test_the_key_of_an_edge_is_the_same_from_both_ends(kind: type) -> None:
+    """Also where int32 could not hold it: three billion."""
+    one, other = np.array([3, 60_000], kind), np.array([7, 50_000], kind)
+    keys = edge_keys(one, other, 60_001)
+    assert keys.dtype == np.int64
+    assert keys.tolist() == [3 * 60_001 + 7, 50_000 * 60_001 + 60_000]
+    assert edge_keys(other, one, 60_001).tolist() == keys.tolist()

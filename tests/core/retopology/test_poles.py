@@ -19,6 +19,7 @@ from core.retopology.features import find_features
 from core.retopology.field.planned import _matched, with_poles
 from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
+from core.retopology.pole_places import Singularities
 from core.retopology.poles import _claimed, _confidence, plan_poles
 
 MESHES = {
@@ -313,10 +314,10 @@ def test_an_umbilic_takes_as_many_singularities_as_its_index_has_quarters():
     there = place[[0, 6, 2]] * surface.unit + surface.origin
     umbilics = SimpleNamespace(index=index, position=there)
     cross = SimpleNamespace(smoothing=1.0)
-    arguments = surface, cross, umbilics, np.array([0, 12, -1]), single
-    owner = _claimed(*arguments, np.ones(7, int), place, 1.0)
+    arguments = surface, cross, umbilics, np.array([0, 12, -1])
+    owner = _claimed(*arguments, Singularities(single, np.ones(7, int), place), 1.0)
     assert owner.tolist() == [0, 0, 0, 0, -1, 1, 1]
-    assert (_claimed(*arguments, -np.ones(7, int), place, 1.0) == -1).all()
+    assert (_claimed(*arguments, Singularities(single, -np.ones(7, int), place), 1.0) == -1).all()
 
 
 def test_a_pole_is_as_sure_as_its_umbilic_rises_out_of_the_noise():

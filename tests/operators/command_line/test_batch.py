@@ -207,6 +207,23 @@ def test_a_file_that_needs_more_than_its_share_of_memory_fails_alone(
 
 
 @needs_program
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux enforces bounds")
+@pytest.mark.parametrize("results", [["--json", "a.json"], ["--out", "out"]], ids=["one", "batch"])
+# Within loading the program's libraries, its threads, its scripts.
+@pytest.mark.parametrize("limit", [1, 60, 150])
+def test_memory_too_small_for_blender_itself_is_said(
+    said_by, tmp_path, monkeypatch, results, limit
+):
+    monkeypatch.chdir(tmp_path)
+    write_ellipsoid(tmp_path / "a.obj")
+    code, said = said_by("a.obj", *results, "--memory-limit", limit)
+    assert code == 1
+    assert "out of memory: give it more with fewer --jobs or a larger --memory-limit" in said
+    assert f"it had {limit} MB; Blender alone takes up to 500" in said
+    assert not list(tmp_path.rglob("a*.json"))
+
+
+@needs_program
 def test_parts_are_brought_together_in_one_summary(said_by, tmp_path):
     write_ellipsoid(tmp_path / "in/a.obj")
     (tmp_path / "in/b.stl").write_text("")

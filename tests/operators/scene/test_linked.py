@@ -73,6 +73,8 @@ def test_results_are_beside_it_and_stay_in_the_file(library, way, tmp_path):
     assert beside != source
     assert beside.library is None
     assert beside.parent == source
+    (collection,) = empties(beside)[0].users_collection
+    assert collection.name == f"Umbilics of {source.name_full}", "not of what stands beside it"
     assert len(empties(beside)) == 4
     assert not source.hide_get()
     assert beside.hide_render, "a picture shows one of the two"

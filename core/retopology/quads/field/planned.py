@@ -8,6 +8,7 @@ import numpy as np
 
 from ....base.progress import Progress
 from ....fields.planes import FaceFrames, lay_out
+from ....mesh.half_edges import all_edges
 from ....umbilics.result import Umbilics
 from ...by_hand import (
     Strokes,
@@ -22,7 +23,7 @@ from ...features import BORDER, CREASE, MARK, Features
 from ...field.planned import with_poles
 from ...poles import Poles, plan_poles
 from ...settings import GuidanceSettings
-from ..surface.subdivision import MARK as MARKED
+from ..surface.subdivision import MARK_BIT
 from ..surface.working_surface import WorkingSurface
 
 
@@ -101,9 +102,9 @@ def planned_field(
 
 def _features(twin: np.ndarray, feature: np.ndarray) -> Features:
     """Hard features from the kinds of half-edges (3 m,), borders among them."""
-    name = np.arange(len(twin))
-    half = np.flatnonzero(((feature > 0) & (name < twin)) | (twin < 0))
-    kind = np.where(feature[half] & MARKED > 0, MARK, CREASE)
+    edges = all_edges(twin)
+    half = edges[(feature[edges] > 0) | (twin[edges] < 0)]
+    kind = np.where(feature[half] & MARK_BIT > 0, MARK, CREASE)
     kind = np.where(twin[half] < 0, BORDER, kind).astype(np.int8)
     none = np.zeros(0)
     return Features(

@@ -17,7 +17,7 @@ from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
 from .directions import direction_weights, guiding_directions
 from .guides import Guides, vertex_normals
-from .mending import against, mend, oriented_quality
+from .mending import against, mend, oriented_quality, quality_to_mend
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed, squared
@@ -27,7 +27,7 @@ from .worst import worst_opened
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
-# Below this scaled Jacobian quads are evened out the way for thin parts too.
+# Below this scaled Jacobian quads are evened out the way for thin parts too, where that may help.
 POOR = 0.5
 # With more than this share of its quads folded a piece has no room for them: others would be too.
 HOPELESS = 0.05
@@ -39,14 +39,16 @@ OFF, LOST = 1e-6, 1.0
 
 @dataclass(frozen=True)
 class Finished:
-    """The quads of a piece in their places, how many of them are folded and bad, how many of the
-    vertices are off the surface so that none is folded, and how far at most."""
+    """The quads of a piece in their places on the mapped surface, how many of them are folded and
+    bad, how many of the vertices are off the surface so that none is folded, and how far at most.
+    """
 
     laid: LaidOut
     grid: Grids
     placed: Placement
     position: np.ndarray
     triangle: np.ndarray
+    surface: ClosestPoints
     folded: int
     bad: int
     left: int = 0
@@ -79,12 +81,12 @@ def finished(
         placed = place(laid.map_, laid.layout, grid)
         if not _joins_up(placed, laid):
             break
-        one, quality = _evened(laid, grid, placed, steps, False, progress)
+        one, quality, poor = _evened(laid, grid, placed, steps, False, progress)
         size = len(laid.working.surface.triangles)
         effort.spend(EVENING * size if attempt else 0)
-        if quality.min() < POOR and effort.left:
+        if poor and effort.left:
             effort.spend(EVENING * size)
-            other, also = _evened(laid, grid, placed, steps, True, progress)
+            other, also, _ = _evened(laid, grid, placed, steps, True, progress)
             if (*_worth(other), -also.min()) < (*_worth(one), -quality.min()):
                 one, quality = other, also
         tries.append(one)
@@ -127,8 +129,9 @@ def _worth(one: Finished) -> tuple[int, int]:
 
 def _evened(
     laid: LaidOut, grid: Grids, placed: Placement, steps: int, thin: bool, progress: Progress
-) -> tuple[Finished, np.ndarray]:
-    """The quads in their places, and what (q,) each is worth; see `Guides.thin`."""
+) -> tuple[Finished, np.ndarray, bool]:
+    """The quads in their places, what (q,) each is worth, and whether any is poor that could be
+    better; see `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
     mapped = replace(guides, weight=direction_weights(laid))
@@ -142,7 +145,11 @@ def _evened(
     triangle[moved] = mapped.surface(position[moved], normals)[0]
     quality = oriented_quality(position, quads, guides)
     folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
-    return Finished(laid, grid, placed, position, triangle, folded, bad), quality
+    poor = bool(quality.min() < POOR) and bool(
+        quality_to_mend(position, quads, guides).min() < POOR
+    )
+    one = Finished(laid, grid, placed, position, triangle, mapped.surface, folded, bad)
+    return one, quality, poor
 
 
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:
@@ -160,17 +167,13 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
     if off.max() > LOST * side:
         return None
-    surface = one.laid.working.surface
-    triangle, _ = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(
-        position, normals
-    )
     return replace(
         one,
         position=position,
-        triangle=triangle,
+        triangle=one.surface(position, normals)[0],
         folded=int(np.count_nonzero(against(position, quads, guides.surface))),
         left=int(np.count_nonzero(off > OFF * side)),
-        farthest=float(off.max()) * surface.unit,
+        farthest=float(off.max()) * one.laid.working.surface.unit,
     )
 
 

@@ -97,6 +97,24 @@ def beside(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
     return np.where(shared[:, None], normal[other // 4], 0.0).reshape(-1, 4, 3).sum(axis=1)
 
 
+def filled_corner(position: np.ndarray, quads: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """(q,) int64 vertex at the worst corner of each quad where both its sides there run along
+    features, by the (n, 2) vertices `beside` each along them; -1 for others."""
+    at = position[quads]
+    out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    sine = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
+    sine /= np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), 1e-300)
+    row, worst = np.arange(len(quads)), sine.argmin(axis=1)
+    corner = quads[row, worst]
+    found = np.ones(len(quads), bool)
+    for step in (1, 3):
+        other = quads[row, (worst + step) % 4]
+        along = (beside[corner] == other[:, None]).any(axis=1)
+        found &= along | (beside[other] == corner[:, None]).any(axis=1)
+    return np.where(found, corner, -1)
+
+
 def surface_axes(at: np.ndarray, normals: np.ndarray, guides: Guides) -> np.ndarray:
     """(q, 3) unit normals of the planes in which quads (q, 4, 3), with normals (q, 4, 3) at their
     corners, are seen."""

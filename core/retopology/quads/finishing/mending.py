@@ -16,7 +16,7 @@ from ....base.subsets import places_in
 from ....base.unit import unit
 from ....mesh.rings import with_rings
 from ..conformity import scaled_jacobian
-from .guides import Guides, beside, moved_along, surface_axes, vertex_normals
+from .guides import Guides, beside, filled_corner, moved_along, surface_axes, vertex_normals
 from .opening import Opening
 from .projection import ClosestPoints
 
@@ -89,6 +89,16 @@ def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) ->
     against_ = turned if guides.thin else turned | away
     quality = scaled_jacobian(position, quads)
     return np.where(against_, -np.abs(quality) - 1e-6, quality)
+
+
+def quality_to_mend(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
+    """(q,) as `oriented_quality`, 1 for quads that are not folded and fill a held corner of
+    features: no vertex moves that could open them."""
+    quality = oriented_quality(position, quads, guides)
+    rows = np.flatnonzero((quality > 0.0) & (quality < 1.0) & guides.fixed[quads].any(axis=1))
+    corner = filled_corner(position, quads[rows], guides.beside)
+    quality[rows[(corner >= 0) & guides.fixed[corner]]] = 1.0
+    return quality
 
 
 def against(position: np.ndarray, quads: np.ndarray, surface: ClosestPoints) -> np.ndarray:

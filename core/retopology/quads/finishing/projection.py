@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -9,8 +11,9 @@ from ....base.parallel import run
 from ....base.progress import Progress
 from ....base.unit import unit
 
-# Triangles are sampled about as densely as the median one, with so many rows at most.
-MOST_ROWS = 12
+# Triangles are sampled about as densely as the median one, with so many rows at most; larger ones
+# make levels of their own, in each of which the samples are as far apart to this factor.
+MOST_ROWS, LEVEL = 12, 2.0
 # Samples looked at for each point, and rounds of going on to neighbouring triangles.
 CANDIDATES, ROUNDS = 6, 4
 # Samples looked at where the nearest ones may all be those of another sheet, and at most: more may
@@ -34,9 +37,7 @@ class ClosestPoints:
         corner = vertices[triangles]
         self._plane = _planes(corner)
         self.normal = unit(np.cross(self._plane[:, 3:6], self._plane[:, 6:9]))
-        points, self._owner, self._reach = _samples(corner)
-        # Sorted by medians a tree answers hardly faster and takes three times as long to plant.
-        self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+        self._levels = _levels(corner)
 
     def __call__(
         self, points: np.ndarray, normals: np.ndarray | None = None
@@ -45,8 +46,8 @@ class ClosestPoints:
 
         With `normals` (p, 3) triangles that face away from them are taken only where no other is
         near: the two sides of a thin sheet stay apart. The search is quick then, and sure where
-        neighbouring triangles are about as large; without them it is exact, but for points so
-        far off that hundreds of places are nearly as close.
+        triangles are well shaped; without them it is exact, but for points so far off that
+        hundreds of places are nearly as close.
         """
         triangle = np.empty(len(points), np.int64)
         closest = np.empty((len(points), 3))
@@ -72,11 +73,9 @@ class ClosestPoints:
     def faced(self, points: np.ndarray, normals: np.ndarray, reach: np.ndarray) -> np.ndarray:
         """(p,) bool whether any triangle within `reach` (p,) of a point faces its normal (p, 3)."""
         found = np.zeros(len(points), bool)
-        count = min(MANY, self._tree.n)
         for first in range(0, len(points), AT_ONCE // MANY):
             rows = slice(first, first + AT_ONCE // MANY)
-            _, near = self._tree.query(points[rows], k=count)
-            triangles = self._owner[near.reshape(-1, count)]
+            triangles = self._near(points[rows], MANY)
             square = _closest(points[rows, None], self._plane.take(triangles, axis=0))[2]
             facing = np.einsum("pkc,pc->pk", self.normal.take(triangles, axis=0), normals[rows])
             found[rows] = ((square <= reach[rows, None] ** 2) & (facing > 0.0)).any(axis=1)
@@ -87,30 +86,35 @@ class ClosestPoints:
     ) -> None:
         """What was found, with its squared distances, made exact in place. Triangles whose samples
         are all farther away than what was found, by more than they reach, are farther."""
-        rows, count = np.arange(len(points)), 2 * CANDIDATES
-        while len(rows) and count <= MOST_CANDIDATES:
-            count = min(count, self._tree.n)
-            left = []
-            for mine in np.array_split(rows, len(rows) * count // (MANY * AT_ONCE // 4) + 1):
-                away, near = self._tree.query(points[mine], k=count)
-                near = self._owner[near.reshape(-1, count)]
-                found, there, distance = self._best(points[mine], None, near)
-                better = distance < square[mine]
-                triangle[mine[better]], closest[mine[better]] = found[better], there[better]
-                square[mine[better]] = distance[better]
-                farthest = away.reshape(-1, count)[:, -1]
-                left.append(mine[farthest < np.sqrt(square[mine]) + self._reach])
-            if count == self._tree.n:
-                return
-            rows = np.concatenate(left)
-            count *= 2
+        for level in self._levels:
+            rows, count = np.arange(len(points)), 2 * CANDIDATES
+            while len(rows) and count <= MOST_CANDIDATES:
+                left = []
+                for mine in np.array_split(rows, len(rows) * count // (MANY * AT_ONCE // 4) + 1):
+                    away, near = level.nearest(points[mine], count)
+                    found, there, distance = self._best(points[mine], None, near)
+                    better = distance < square[mine]
+                    triangle[mine[better]], closest[mine[better]] = found[better], there[better]
+                    square[mine[better]] = distance[better]
+                    left.append(mine[away < np.sqrt(square[mine]) + level.reach])
+                rows = np.concatenate(left)
+                count *= 2
+
+    def _near(self, points: np.ndarray, count: int) -> np.ndarray:
+        """(p, k) triangles of the samples that are nearest to points in each level, so many."""
+        found = [level.nearest(points, count)[1] for level in self._levels]
+        return found[0] if len(found) == 1 else np.concatenate(found, axis=1)
 
     def _block(
         self, points: np.ndarray, normals: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        count = min(CANDIDATES, self._tree.n)
-        _, near = self._tree.query(points, k=count)
-        best, closest, least = self._best(points, normals, self._owner[near.reshape(-1, count)])
+        near = self._near(points, CANDIDATES)
+        if len(self._levels) > 1:
+            # What faces away gives way to what is near, and not to all that a level has.
+            square = _closest(points[:, None], self._plane.take(near, axis=0))[2]
+            nearest = np.argsort(square, axis=1, kind="stable")[:, :CANDIDATES]
+            near = np.take_along_axis(near, nearest, axis=1)
+        best, closest, least = self._best(points, normals, near)
         moving = np.arange(len(points))
         for _ in range(ROUNDS):
             facing = None if normals is None else normals[moving]
@@ -194,12 +198,60 @@ def _dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     return np.einsum("pc,pc->p", one, two)
 
 
-def _samples(corner: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Points spread over the triangles, the triangle of each, and how far a place of a triangle is
-    from its nearest one at most."""
+@dataclass(frozen=True)
+class _Level:
+    """Samples of triangles that are about as far apart in all of them.
+
+    Attributes
+    ----------
+    triangles:
+        Rows of the triangles.
+    tree:
+        Of the samples.
+    owner:
+        The triangle of each.
+    reach:
+        How far a place of these triangles is from its nearest sample at most.
+    """
+
+    triangles: np.ndarray
+    tree: cKDTree
+    owner: np.ndarray
+    reach: float
+
+    def nearest(self, points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """How far all others are at least (p,), and the triangles (p, k) of the nearest samples,
+        so many; all triangles where there are no more."""
+        if count >= len(self.triangles):
+            return np.full(len(points), np.inf), np.tile(self.triangles, (len(points), 1))
+        away, near = self.tree.query(points, k=count)
+        return away.reshape(-1, count)[:, -1], self.owner[near.reshape(-1, count)]
+
+
+def _levels(corner: np.ndarray) -> list[_Level]:
+    """Points spread over triangles with corners (t, 3, 3), in levels by how far they are apart: in
+    one, a single large triangle would have the search look at all that lie as near as it reaches.
+    """
     side = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).max(axis=1)
-    typical = max(float(np.median(side)), np.finfo(float).tiny)
-    rows = np.clip(np.ceil(side / (1.5 * typical)), 1, MOST_ROWS).astype(np.int64)
+    typical = 1.5 * max(float(np.median(side)), np.finfo(float).tiny)
+    rows = np.clip(np.ceil(side / typical), 1, MOST_ROWS).astype(np.int64)
+    apart = side / rows
+    larger = np.log(np.maximum(apart / typical, 1.0)) / np.log(LEVEL)
+    level = np.ceil(larger).astype(np.int64)
+    found = []
+    for number in np.unique(level).tolist():
+        mine = np.flatnonzero(level == number)
+        points, owner = _samples(corner[mine], rows[mine])
+        # Sorted by medians a tree answers hardly faster and takes three times as long to plant.
+        tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+        # From the middle of a triangle to its corners it is two thirds of a median, which is
+        # shorter than the longest side.
+        found.append(_Level(mine, tree, mine[owner], float(apart[mine].max() * 2.0 / 3.0)))
+    return found
+
+
+def _samples(corner: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points spread over triangles (t, 3, 3) in so many rows (t,), and the triangle of each."""
     points, owner = [], []
     for count in np.unique(rows):
         mine = np.flatnonzero(rows == count)
@@ -209,6 +261,4 @@ def _samples(corner: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         weight = np.column_stack([1.0 - u - v, u, v])
         points.append(np.einsum("sk,tkc->tsc", weight, corner[mine]).reshape(-1, 3))
         owner.append(np.repeat(mine, len(weight)))
-    # From the middle of a triangle to its corners it is two thirds of a median, which is shorter
-    # than the longest side.
-    return np.concatenate(points), np.concatenate(owner), float((side / rows).max() * 2.0 / 3.0)
+    return np.concatenate(points), np.concatenate(owner)

@@ -16,6 +16,7 @@ from ..layout.laying_out import LaidOut
 from ..result import QuadMesh
 from ..surface.working_surface import WorkingSurface
 from .directions import deviators
+from .guides import filled_corner
 from .placement import Placement
 from .projection import ClosestPoints
 
@@ -29,8 +30,10 @@ def reported(
     placed: Placement,
     position: np.ndarray,
     triangle: np.ndarray,
+    closest: ClosestPoints,
 ) -> QuadMesh:
-    """Quads at `position` (n, 3), on the triangles (n,) of the mapped surface."""
+    """Quads at `position` (n, 3), on the triangles (n,) of the mapped surface, whose closest points
+    are looked for in `closest`."""
     surface = laid.working.surface
     topology = conformity(placed.quads, len(position))
     irregular = topology.irregular
@@ -49,9 +52,27 @@ def reported(
         border=topology.border,
         feature=on_feature & ~topology.border,
         patch=grid.patch,
-        angle=angle_to_curvature(laid.working, position, placed.quads),
+        angle=angle_to_curvature(laid.working, position, placed.quads, closest),
         source_triangle=surface.source_triangle[triangle],
     )
+
+
+def words_of_folds(left: int, farthest: float, folded: int) -> list[str]:
+    """What is said of so many vertices left off the surface, by so much at most, so that nothing
+    folds, and of so many quads that are folded or face against the surface."""
+    said = []
+    if left:
+        said.append(
+            f"{left} vert{'ex' if left == 1 else 'ices'} moved off the surface, by {farthest:.3g} "
+            "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
+            "more quads to have them on it."
+        )
+    if folded:
+        said.append(
+            f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
+            f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
+        )
+    return said
 
 
 def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
@@ -62,7 +83,7 @@ def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
         quads = placed.quads
         quality = scaled_jacobian(position, quads)
         rows = np.flatnonzero((quality < SKEWED) & (quality > 0.0))
-        filling = _fills_a_corner(position, quads[rows], placed.beside)
+        filling = filled_corner(position, quads[rows], placed.beside) >= 0
         sharp += quality[rows[filling]].tolist()
         skewed += quality[rows[~filling]].tolist()
     said = []
@@ -83,31 +104,13 @@ def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
     return said
 
 
-def _fills_a_corner(position: np.ndarray, quads: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """(q,) bool whether both sides at the worst corner of each quad run along features."""
-    at = position[quads]
-    out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
-    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    sine = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
-    sine /= np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), 1e-300)
-    row, worst = np.arange(len(quads)), sine.argmin(axis=1)
-    corner = quads[row, worst]
-    found = np.ones(len(quads), bool)
-    for step in (1, 3):
-        other = quads[row, (worst + step) % 4]
-        along = (beside[corner] == other[:, None]).any(axis=1)
-        found &= along | (beside[other] == corner[:, None]).any(axis=1)
-    return found
-
-
 def angle_to_curvature(
-    working: WorkingSurface, position: np.ndarray, quads: np.ndarray
+    working: WorkingSurface, position: np.ndarray, quads: np.ndarray, closest: ClosestPoints
 ) -> np.ndarray:
     """(q,) degrees from the quads' directions to the principal directions; NaN without any."""
     surface = working.surface
     at = position[quads]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-    closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     triangle, _ = closest(at.mean(axis=1), normal)
     deviator = deviators(working)[triangle]
     x, y = side_axes(surface, triangle)

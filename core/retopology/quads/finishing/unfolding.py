@@ -48,6 +48,13 @@ def unfolded(
     return found
 
 
+def locally_unfolded(
+    position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Progress
+) -> np.ndarray:
+    """As `unfolded`, by the attempts that hold what guides hold."""
+    return _attempts(position, quads, guides, progress, CREASES_GIVE, True)
+
+
 def _attempts(
     start: np.ndarray,
     quads: np.ndarray,

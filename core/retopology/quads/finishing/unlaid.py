@@ -20,13 +20,13 @@ from ..layout.wishes import Wishes
 from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
-from ..surface.working_surface import WorkingSurface
+from ..surface.working_surface import SCRAP, WorkingSurface
 from .guides import Guides, on_curve, vertex_normals
-from .mending import against, mend
+from .mending import mend
 from .parting import without_folds
 from .projection import ClosestPoints
 from .reporting import angle_to_curvature
-from .unfolding import laid_on, own_quality, unfolded
+from .unfolding import laid_on, unfolded
 
 # Quads that a triangle is cut into.
 EACH = 3
@@ -44,15 +44,25 @@ class Unlaid:
     wishes: Wishes
 
     @property
+    def area(self) -> float:
+        """Its area, in quads."""
+        _, area = self.working.surface.face_normal_area
+        return float((area / self.wishes.size**2).sum())
+
+    @property
+    def scrap(self) -> bool:
+        """Whether no layout is sought for so small a piece."""
+        return self.area < SCRAP
+
+    @property
     def asked(self) -> int:
         """How many quads fit its size."""
-        _, area = self.working.surface.face_normal_area
-        return max(round(float((area / self.wishes.size**2).sum())), FEWEST)
+        return max(round(self.area), FEWEST)
 
 
-def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
+def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
     """About as many quads as were asked for, fewer where the surface has fewer triangles and more
-    where features and borders have more vertices; and how many of them are folded."""
+    where features and borders have more vertices."""
     surface = piece.working.surface
     triangles = surface.triangles.astype(np.int64)
     mesh = Triangles(
@@ -82,12 +92,10 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
     mend(better, quads, guides, progress)
     position = without_folds(better, position, quads, closest)
     position = unfolded(position, quads, guides, progress)
-    wrong = (own_quality(position, quads) <= 0.0) | against(position, quads, closest)
-    folded = int(np.count_nonzero(wrong))
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular
-    made = QuadMesh(
+    return QuadMesh(
         vertices=position * surface.unit + surface.origin,
         quads=quads,
         pole=places_in(irregular, len(position)),
@@ -97,10 +105,9 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> tuple[QuadMesh, int]:
         border=topology.border,
         feature=on_feature & ~topology.border,
         patch=np.arange(len(quads)) // EACH,
-        angle=angle_to_curvature(piece.working, position, quads),
+        angle=angle_to_curvature(piece.working, position, quads, closest),
         source_triangle=surface.source_triangle[triangle],
     )
-    return made, folded
 
 
 def _on_lines(

@@ -13,7 +13,7 @@ from ....base.progress import Progress
 from ....base.unit import unit
 from ....mesh.rings import with_rings
 from .guides import Guides, moved_along, vertex_normals
-from .mending import oriented_quality
+from .mending import oriented_quality, quality_to_mend
 
 # Quads below the first scaled Jacobian are tried; what lacks to the second counts by this power.
 # Chosen on a skull (least 0.39 to 0.54); on a sword and a scan of the bunny, where corners that are
@@ -26,7 +26,8 @@ RINGS, ROUNDS, DIRECTIONS, STEPS = 1, 48, 8, (0.4, 0.2, 0.1, 0.05)
 def worst_opened(
     position: np.ndarray, quads: np.ndarray, guides: Guides, progress: Progress
 ) -> np.ndarray:
-    """Move vertices of bad quads, in place, where that makes the worst around them better.
+    """Move vertices of bad quads, in place, where that makes the worst around them better. Quads
+    that fill a held corner of features are not among them.
 
     Returns
     -------
@@ -34,7 +35,7 @@ def worst_opened(
         (r,) int64 vertices that may have moved.
     """
     none = np.zeros(0, np.int64)
-    bad = oriented_quality(position, quads, guides) < BAD
+    bad = quality_to_mend(position, quads, guides) < BAD
     if not bad.any():
         return none
     near = np.zeros(len(position), bool)
@@ -61,7 +62,7 @@ def worst_opened(
 
 
 def _worst(position: np.ndarray, quads: np.ndarray, guides: Guides) -> float:
-    return float(oriented_quality(position, quads, guides).min())
+    return float(quality_to_mend(position, quads, guides).min())
 
 
 def _apart(

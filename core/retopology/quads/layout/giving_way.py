@@ -12,10 +12,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....mesh.half_edges import following
+from ....mesh.half_edges import ends_of
 from ....mesh.rings import with_rings
 from ..surface.chains import chains
-from ..surface.subdivision import CREASE, MARK
+from ..surface.subdivision import CREASE_BIT, MARK_BIT
 from ..surface.working_surface import WorkingSurface
 from .wishes import Wishes
 
@@ -63,7 +63,7 @@ def gentler(
     surface = working.surface
     places = with_rings(surface.triangles, faults, FAULT_RINGS)
     # What a user has marked stays as long as anything else can go.
-    bits = CREASE if attempt < LAST_LOCAL else CREASE | MARK
+    bits = CREASE_BIT if attempt < LAST_LOCAL else CREASE_BIT | MARK_BIT
     fewer, bare = _without_creases(
         working, wishes, places, bits, residual, every=attempt >= ONE_EACH
     )
@@ -89,7 +89,7 @@ def _without_creases(
     """Without the least feature in each connected part of the vertices `places` (n,) bool, or
     without `every` one, and the vertices (n,) bool of the parts that had none."""
     triangles = working.surface.triangles
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(triangles)
     inside = places[tail] & places[head]
     n = len(places)
     graph = sparse.coo_array((np.ones(inside.sum()), (tail[inside], head[inside])), shape=(n, n))
@@ -113,19 +113,18 @@ def without_open_creases(working: WorkingSurface, wishes: Wishes, near: np.ndarr
     """Without the creases at the vertices `near` (n,) bool that end somewhere in the open: of all
     features these are the least sure."""
     surface = working.surface
-    corners = surface.triangles.ravel()
     edges = np.flatnonzero(wishes.feature)
     edges = edges[edges < surface.twin[edges]]
     if not len(edges):
         return wishes
-    tail, head = corners[edges], corners[following(edges)]
+    tail, head = ends_of(surface.triangles, edges)
     degree = np.bincount(np.concatenate([tail, head]), minlength=len(near))
     open_ = (degree == 1) & ~surface.border
     chain, _ = chains(surface, edges)
     count = int(chain.max()) + 1
     gone = np.bincount(chain, weights=open_[tail] | open_[head], minlength=count) > 0
     gone &= np.bincount(chain, weights=near[tail] | near[head], minlength=count) > 0
-    gone &= np.bincount(chain, weights=wishes.feature[edges] & MARK, minlength=count) == 0
+    gone &= np.bincount(chain, weights=wishes.feature[edges] & MARK_BIT, minlength=count) == 0
     for number in np.flatnonzero(gone).tolist():
         chosen = np.zeros(len(wishes.feature), bool)
         mine = edges[chain == number]
@@ -138,12 +137,12 @@ def _bare(working: WorkingSurface, asked: Wishes, number: int) -> Wishes:
     """What was asked for without any crease, in the first of such beginnings with all marks; the
     directions as they were measured, the smoother the later. Creases that shut each other in bend
     a map everywhere, and where the curvature is not heard at all nothing keeps its poles apart."""
-    kept = np.where(number == 0, asked.feature & MARK, 0).astype(np.int8)
+    kept = np.where(number == 0, asked.feature & MARK_BIT, 0).astype(np.int8)
     left_out = np.flatnonzero((asked.feature > 0) & (kept == 0))
     left_out = left_out[left_out < working.surface.twin[left_out]]
     chain, _ = chains(working.surface, left_out)
     _, first = np.unique(chain, return_index=True)
-    marked = int(np.count_nonzero(asked.feature[left_out[first]] & MARK))
+    marked = int(np.count_nonzero(asked.feature[left_out[first]] & MARK_BIT))
     return replace(
         asked,
         feature=kept,
@@ -168,8 +167,8 @@ def least_feature(
     if not len(edges):
         return None
     chain, length = chains(surface, edges)
-    corners = surface.triangles.ravel()
-    touches = near[corners[edges]] | near[corners[following(edges)]]
+    tail, head = ends_of(surface.triangles, edges)
+    touches = near[tail] | near[head]
     if not touches.any():
         return None
     close = np.unique(chain[touches])

@@ -17,7 +17,7 @@ from ..field.pole_moves import with_better_poles
 from ..field.sectors import shut_corners
 from ..mapping.seamless_map import SeamlessMap, pose
 from ..mapping.untangling import injective_map
-from ..surface.subdivision import CREASE, MARK
+from ..surface.subdivision import CREASE_BIT, MARK_BIT
 from ..surface.working_surface import WorkingSurface
 from .effort import Effort
 from .giving_way import SMOOTHER, least_feature, next_wishes
@@ -52,7 +52,7 @@ class LaidOut:
         n = len(crosses.vertices)
         ends = np.bincount(crosses.tail[crosses.feature], minlength=n) == 1
         ends &= ~crosses.border
-        marked = self.wishes.feature & MARK > 0
+        marked = self.wishes.feature & MARK_BIT > 0
         ends[crosses.tail[marked]] = False
         return np.asarray(ends)
 
@@ -154,7 +154,7 @@ def _crossed(
         for vertex in np.flatnonzero(shut_corners(crossed)).tolist():
             at = np.zeros(len(surface.vertices), bool)
             at[vertex] = True
-            for bits in (CREASE, MARK):
+            for bits in (CREASE_BIT, MARK_BIT):
                 least = least_feature(working, fewer.feature & bits > 0, at, None)
                 if least is not None:
                     fewer = fewer.without(least)

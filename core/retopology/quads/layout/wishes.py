@@ -8,7 +8,7 @@ import numpy as np
 
 from ....umbilics.result import Umbilics
 from ...by_hand import Strokes, WantedPoles
-from ..surface.subdivision import MARK
+from ..surface.subdivision import MARK_BIT
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Wishes:
 
     def without(self, edges: np.ndarray) -> Wishes:
         """Without one feature, whose half-edges are given as (3 m,) bool."""
-        marked = bool((self.feature[edges] & MARK).any())
+        marked = bool((self.feature[edges] & MARK_BIT).any())
         return replace(
             self,
             feature=np.where(edges, np.int8(0), self.feature),

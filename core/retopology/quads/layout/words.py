@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....base.words import counted
 from ...by_hand import FAR, WantedPoles, first_said
 from .laying_out import LaidOut
 
@@ -13,14 +14,25 @@ MET = 0.03
 NEAR = 1.5
 
 
-def words_of_unlaid(count: int) -> list[str]:
-    """What is said of so many pieces without a layout."""
+def words_of_unlaid(count: int, scraps: int = 0) -> list[str]:
+    """What is said of so many pieces without a layout, of which so many are too small for one."""
+    said = []
+    if scraps:
+        whose = "its" if scraps == 1 else "their"
+        said.append(
+            f"{counted(scraps, 'piece')} of the mesh smaller than a quad: "
+            f"{whose} triangles were cut into three quads each. "
+            "Remesh small pieces by themselves, or ask for more quads."
+        )
+    count -= scraps
     if not count:
-        return []
+        return said
+    whose = "its" if count == 1 else "their"
     return [
-        f"No layout along the curvature was found for {count} piece{'' if count == 1 else 's'} of "
-        f"the mesh: {'its' if count == 1 else 'their'} triangles were cut into three quads each. "
-        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers."
+        *said,
+        f"No layout along the curvature was found for {counted(count, 'piece')} of the mesh: "
+        f"{whose} triangles were cut into three quads each. "
+        "Raise the smoothness, leave creases out or repair the mesh around its folds and slivers.",
     ]
 
 
@@ -64,20 +76,19 @@ def words(parts: list[LaidOut], smoothness: float, wanted: WantedPoles | None) -
     dropped = sum(one.dropped for one in wishes)
     if smoothed:
         found.append(
-            f"The directions were smoothed in {smoothed} place{'' if smoothed == 1 else 's'} "
-            "where quads along the curvature would fold."
+            f"The directions were smoothed in {counted(smoothed, 'place')} where quads along the "
+            "curvature would fold."
         )
     if dropped:
         found.append(
-            f"{dropped} crease{'' if dropped == 1 else 's'} left out: no quads fit between "
+            f"{counted(dropped, 'crease')} left out: no quads fit between "
             f"{'it' if dropped == 1 else 'them'} and what is around."
         )
     unmarked = sum(one.unmarked for one in wishes)
     if unmarked:
         found.append(
-            f"{unmarked} marked line{'' if unmarked == 1 else 's'} of edges could not be followed: "
-            "no quads fit there. Take marks away where they meet at small angles, or ask for more "
-            "quads."
+            f"{counted(unmarked, 'marked line')} of edges could not be followed: no quads fit "
+            "there. Take marks away where they meet at small angles, or ask for more quads."
         )
     if any(one.smoothness > smoothness for one in wishes):
         found.append(
@@ -125,7 +136,7 @@ def _wanted(parts: list[LaidOut], wanted: WantedPoles) -> list[str]:
         )
     if free.any():
         found.append(
-            f"{int(free.sum())} more pole{'' if free.sum() == 1 else 's'} than wanted: the surface "
-            "and its features ask for them."
+            f"{counted(int(free.sum()), 'more pole')} than wanted: the surface and its features "
+            "ask for them."
         )
     return found

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....mesh.half_edges import following
+from ....mesh.half_edges import ends_of
 from ....mesh.surface import Surface
 
 
@@ -20,15 +20,14 @@ def chains(surface: Surface, half_edges: np.ndarray) -> tuple[np.ndarray, np.nda
     half_edges:
         (e,) int64 one half-edge of each feature edge.
     """
-    corners = surface.triangles.ravel().astype(np.int64)
-    tail, head = corners[half_edges], corners[following(half_edges)]
+    tail, head = ends_of(surface.triangles, half_edges)
     n, count = len(surface.vertices), len(half_edges)
     degree = np.bincount(np.concatenate([tail, head]), minlength=n)
-    ends = np.concatenate([tail, head])
+    both = np.concatenate([tail, head])
     owner = np.tile(np.arange(count), 2)
-    through = (degree[ends] == 2) & ~surface.border[ends]
-    ends, owner = ends[through], owner[through]
-    order = np.argsort(ends, kind="stable")
+    through = (degree[both] == 2) & ~surface.border[both]
+    both, owner = both[through], owner[through]
+    order = np.argsort(both, kind="stable")
     one, two = owner[order][::2], owner[order][1::2]
     graph = sparse.coo_array((np.ones(len(one)), (one, two)), shape=(count, count))
     number, label = csgraph.connected_components(graph, directed=False)
@@ -47,9 +46,8 @@ def long_chains(
     as far as creases must, chains come and go by chance.
     """
     normal, _ = surface.face_normal_area
-    corners = surface.triangles.ravel().astype(np.int64)
     while len(half_edges):
-        tail, head = corners[half_edges], corners[following(half_edges)]
+        tail, head = ends_of(surface.triangles, half_edges)
         degree = np.bincount(np.concatenate([tail, head]), minlength=len(surface.vertices))
         chain, length = chains(surface, half_edges)
         loose = ((degree == 1) & ~surface.border)[np.stack([tail, head])].any(axis=0)

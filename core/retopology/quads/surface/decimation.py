@@ -15,9 +15,8 @@ from scipy import sparse
 
 from ....base.errors import RemeshError
 from ....base.progress import Progress
-from ....base.subsets import places_in
-from ....mesh.half_edges import following, link, previous
-from ...lines.polylines import spans
+from ....base.subsets import places_in, spans
+from ....mesh.half_edges import edge_keys, ends_of, following, link, previous
 from .subdivision import Triangles
 
 # An equilateral triangle of side s has the area 0.433 s^2.
@@ -164,7 +163,7 @@ class _Coarsening:
     def _drawn(self, aim: float, most: int) -> _Stars:
         """Vertices by lot, no two of them neighbours, each with a short edge to give way along."""
         n = len(self._vertex)
-        tail, head = self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
+        tail, head = ends_of(self.triangles)
         # Around vertices that may go every neighbour is met once by the half-edges that leave, but
         # for those on borders, which the border comes back to.
         name = np.arange(1, len(tail) + 1, dtype=np.int32)
@@ -241,8 +240,10 @@ class _Coarsening:
         triangles show."""
         n = len(self._vertex)
         # Along a border the half-edge that comes back is missing.
-        tail = np.concatenate([self.triangles.ravel(), self._border[1]])
-        head = np.concatenate([self.triangles[:, [1, 2, 0]].ravel(), self._border[0]])
+        tail, head = (
+            np.concatenate([inner, open_])
+            for inner, open_ in zip(ends_of(self.triangles), self._border[::-1], strict=True)
+        )
         ones = np.ones(len(tail), np.int8)
         adjacency = sparse.coo_array((ones, (tail, head)), shape=(n, n)).tocsr()
         both = adjacency[stars.gone].multiply(adjacency[stars.kept])
@@ -268,7 +269,7 @@ def _repeated(stars: _Stars, refused: np.ndarray, on_border: np.ndarray) -> np.n
     last = open_[ending]
     rows = np.concatenate([rows, last])
     one, two = np.concatenate([one, stars.two[last]]), np.concatenate([two, kept[last]])
-    key = np.minimum(one, two).astype(np.int64) * n + np.maximum(one, two)
+    key = edge_keys(one, two, n)
     order = np.argsort(key, kind="stable")
     again = np.flatnonzero(np.diff(key[order]) == 0) + 1
     found = np.zeros(len(stars.gone), bool)

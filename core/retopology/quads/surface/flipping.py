@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....mesh.half_edges import following, link, previous
+from ....mesh.half_edges import edge_keys, ends_of, following, inner_edges, link, previous
 from .subdivision import Triangles
 
 # How far the surface may move, in the size of the whole; single precision is that coarse.
@@ -51,9 +51,9 @@ def flipped(mesh: Triangles) -> Triangles:
 
 def _candidates(mesh: Triangles, twin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The lower half-edges of edges that would flip, and by how much their angles are too wide."""
-    half = np.flatnonzero(twin > np.arange(len(twin)))
+    half = inner_edges(twin)
     corners = mesh.triangles.ravel()
-    a, b = corners[half], corners[following(half)]
+    a, b = ends_of(mesh.triangles, half)
     c, d = corners[previous(half)], corners[previous(twin[half])]
     at = mesh.vertices
     wide = _angle(at[c], at[a], at[b]), _angle(at[d], at[a], at[b])
@@ -102,8 +102,8 @@ def _independent(
     there is already."""
     n = len(mesh.vertices)
     corners = mesh.triangles.ravel()
-    made = _key(corners[previous(half)], corners[previous(twin[half])], n)
-    known = np.unique(_key(*mesh.ends, n))
+    made = edge_keys(corners[previous(half)], corners[previous(twin[half])], n)
+    known = np.unique(edge_keys(*mesh.ends, n))
     place = np.minimum(np.searchsorted(known, made), len(known) - 1)
     half, excess, made = (part[known[place] != made] for part in (half, excess, made))
     # No two are alike, so that in each triangle one is the worst.
@@ -115,10 +115,6 @@ def _independent(
     chosen = np.flatnonzero((worst[half // 3] == rank) & (worst[twin[half] // 3] == rank))
     _, first = np.unique(made[chosen], return_index=True)
     return half[chosen[first]]
-
-
-def _key(one: np.ndarray, two: np.ndarray, n: int) -> np.ndarray:
-    return np.minimum(one, two) * n + np.maximum(one, two)
 
 
 def _turned(mesh: Triangles, half: np.ndarray, other: np.ndarray) -> Triangles:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from ....base.factors import definite_factors
+from ....mesh.half_edges import ends_of
 from .working_surface import WorkingSurface
 
 # Quads are at most so much smaller and larger than the mean one.
@@ -32,7 +33,7 @@ def sizes(working: WorkingSurface, size: float, adaptivity: float) -> np.ndarray
     wanted = np.clip(wanted, np.log(SMALLEST), np.log(LARGEST))
     n = len(surface.vertices)
     around = np.bincount(triangles.ravel(), np.repeat(area / 3.0, 3), minlength=n)
-    tail, head = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    tail, head = ends_of(triangles)
     graph = sparse.coo_array((np.full(len(tail), 0.5), (tail, head)), shape=(n, n)).tocsr()
     graph = graph + graph.T
     stiff = (SMOOTHED * size) ** 2 * (sparse.diags_array(graph.sum(axis=1)) - graph)

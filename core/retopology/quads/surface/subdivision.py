@@ -8,8 +8,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ....mesh.half_edges import edge_keys, ends_of
+
 # What a half-edge may be, as bits: along a crease that was found, along an edge that a user marked.
-CREASE, MARK = 1, 2
+CREASE_BIT, MARK_BIT = 1, 2
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,8 @@ class Triangles:
     source:
         (m,) int64 where each triangle came from.
     feature:
-        (3 m,) int8 what each half-edge is part of, `CREASE` and `MARK`, alike for both of an edge;
-        0 off features.
+        (3 m,) int8 what each half-edge is part of, `CREASE_BIT` and `MARK_BIT`, alike for both of
+        an edge; 0 off features.
     """
 
     vertices: np.ndarray
@@ -38,7 +40,7 @@ class Triangles:
     @property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """(3 m,) vertices that the half-edges start and end at."""
-        return self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
+        return ends_of(self.triangles)
 
     @property
     def area(self) -> float:
@@ -63,7 +65,7 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     n = len(mesh.vertices)
     tail, head = mesh.ends
     half = np.flatnonzero(marked)
-    key = np.minimum(tail[half], head[half]) * n + np.maximum(tail[half], head[half])
+    key = edge_keys(tail[half], head[half], n)
     edge, first, number = np.unique(key, return_index=True, return_inverse=True)
     one, two = edge // n, edge % n
     part = np.full((len(edge), 1), 0.5)
@@ -79,9 +81,8 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
     marks, middles = marked.reshape(-1, 3), middle.reshape(-1, 3)
     feature = mesh.feature.reshape(-1, 3)
     number_marked = marks.sum(axis=1)
-    pieces, origin, edges = [mesh.triangles[number_marked == 0]], [], []
-    origin.append(mesh.source[number_marked == 0])
-    edges.append(feature[number_marked == 0])
+    whole = number_marked == 0
+    pieces, origin, edges = [mesh.triangles[whole]], [mesh.source[whole]], [feature[whole]]
     for count in (1, 2, 3):
         rows = np.flatnonzero(number_marked == count)
         if not len(rows):
@@ -94,32 +95,10 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
         else:
             first = np.zeros(len(rows), np.int64)
         turned = (first[:, None] + np.arange(3)) % 3
-        row = rows[:, None]
-        a, b, c = mesh.triangles[row, turned].T
-        p, q, r = middles[row, turned].T
-        f, g, h = feature[row, turned].T
-        no = np.zeros(len(rows), np.int8)
-        if count == 1:
-            made = [((a, p, c), (f, no, h)), ((p, b, c), (f, g, no))]
-        elif count == 2:
-            # The shorter diagonal of what is left beside the corner.
-            across = ((vertices[a] - vertices[q]) ** 2).sum(axis=1)
-            other = ((vertices[p] - vertices[c]) ** 2).sum(axis=1)
-            short = across < other
-            last = np.where(short, q, c), np.where(short, a, p)
-            made = [
-                ((p, b, q), (f, g, no)),
-                ((a, p, last[0]), (f, no, np.where(short, no, h))),
-                ((last[1], q, c), (no, g, np.where(short, h, no))),
-            ]
-        else:
-            made = [
-                ((a, p, r), (f, no, h)),
-                ((p, b, q), (f, g, no)),
-                ((r, q, c), (no, g, h)),
-                ((p, q, r), (no, no, no)),
-            ]
-        for corners, sides in made:
+        corner, split, kind = (
+            of[rows[:, None], turned] for of in (mesh.triangles, middles, feature)
+        )
+        for corners, sides in _parts(vertices, corner, split, kind, count):
             pieces.append(np.column_stack(corners))
             edges.append(np.column_stack(sides))
             origin.append(mesh.source[rows])
@@ -130,6 +109,41 @@ def split_edges(mesh: Triangles, marked: np.ndarray, share: np.ndarray | None = 
         np.concatenate(origin),
         np.concatenate(edges).ravel(),
     )
+
+
+def _parts(
+    vertices: np.ndarray, corner: np.ndarray, middle: np.ndarray, feature: np.ndarray, count: int
+) -> list[tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]]:
+    """The parts of triangles abc whose first `count` sides are split: corners of each, and the
+    features along its sides.
+
+    Parameters
+    ----------
+    corner, middle, feature:
+        (r, 3) vertices at the corners, in the middles of the sides ab, bc and ca (where they are
+        split), and what runs along these.
+    """
+    (a, b, c), (p, q, r), (f, g, h) = corner.T, middle.T, feature.T
+    no = np.zeros(len(corner), np.int8)
+    if count == 1:
+        return [((a, p, c), (f, no, h)), ((p, b, c), (f, g, no))]
+    if count == 2:
+        # The shorter diagonal of what is left beside the corner.
+        across = ((vertices[a] - vertices[q]) ** 2).sum(axis=1)
+        other = ((vertices[p] - vertices[c]) ** 2).sum(axis=1)
+        short = across < other
+        last = np.where(short, q, c), np.where(short, a, p)
+        return [
+            ((p, b, q), (f, g, no)),
+            ((a, p, last[0]), (f, no, np.where(short, no, h))),
+            ((last[1], q, c), (no, g, np.where(short, h, no))),
+        ]
+    return [
+        ((a, p, r), (f, no, h)),
+        ((p, b, q), (f, g, no)),
+        ((r, q, c), (no, g, h)),
+        ((p, q, r), (no, no, no)),
+    ]
 
 
 def refined(mesh: Triangles, longest: float, rounds: int, most: int) -> Triangles:

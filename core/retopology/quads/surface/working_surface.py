@@ -12,13 +12,12 @@ from ....fields.transport import tangents
 from ....mesh.mending.repair import clean
 from ....mesh.normals import vertex_normals
 from ....mesh.surface import Surface
-from ...features import CREASE as KIND_CREASE
-from ...features import MARK as KIND_MARK
-from ...features import Features
+from ...features import CREASE, MARK, Features
 from .chains import long_chains
 from .decimation import SHARE, coarsened
 from .flipping import flipped
-from .subdivision import CREASE, MARK, Triangles, freed, refined
+from .needles import without_needles
+from .subdivision import CREASE_BIT, MARK_BIT, Triangles, freed, refined
 
 # Edges are at most so many lengths of quads, and at least so many triangles are wanted: no more
 # than the second for each quad, but the third. Thin rods may take the fourth times that.
@@ -85,12 +84,12 @@ def prepared(
         and bend little; they are left out.
     """
     inner = whole.twin[found.half_edge] >= 0
-    mark = found.half_edge[inner & (found.kind == KIND_MARK)]
-    crease = found.half_edge[inner & (found.kind == KIND_CREASE)]
+    mark = found.half_edge[inner & (found.kind == MARK)]
+    crease = found.half_edge[inner & (found.kind == CREASE)]
     kept = long_chains(whole, crease, LEAST_FEATURE * size, LOOSE * angle)
     short = len(np.unique(found.chain[np.isin(found.half_edge, crease[~np.isin(crease, kept)])]))
     feature = np.zeros(3 * len(whole.triangles), np.int8)
-    for edges, kind in ((kept, CREASE), (mark, MARK)):
+    for edges, kind in ((kept, CREASE_BIT), (mark, MARK_BIT)):
         feature[edges] = feature[whole.twin[edges]] = kind
     values = _values(curvature, whole.triangles.ravel()[feature > 0])
     triangles = whole.triangles.astype(np.int64)
@@ -108,6 +107,7 @@ def working_surface(
     size:
         Length of a quad's edge, in the coordinates of `whole`.
     """
+    mesh = without_needles(mesh)
     area = mesh.area
     most = int(np.clip(PER_QUAD * area / size**2, MOST, LIMIT))
     fine = None
@@ -122,7 +122,7 @@ def working_surface(
     finest = SLACK * np.clip(THIN * EACH * quads, THIN * LEAST, most) if quads >= SCRAP else 0
     mesh = _refined(mesh, longest, int(finest))
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
-    bordered = np.where(surface.twin < 0, CREASE, mesh.feature).astype(np.int8)
+    bordered = np.where(surface.twin < 0, CREASE_BIT, mesh.feature).astype(np.int8)
     mesh = freed(replace(mesh, feature=bordered), surface.border)
     return _assembled(mesh, whole, fine)
 

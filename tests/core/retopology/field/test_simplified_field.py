@@ -26,6 +26,7 @@ import core
 from core.base.progress import Progress
 from core.fields.directions import DirectionField
 from core.fields.winding import Winding, certified_index
+from core.mesh.mending.repair import clean
 from core.retopology.crosses.cross_field import cross_field
 from core.retopology.field import simplified
 from core.retopology.field.agreement import with_index
@@ -33,7 +34,7 @@ from core.retopology.field.charge_paths import charge_paths
 from core.retopology.field.least_excess import with_least_excess
 from core.retopology.field.settling import settle
 from core.retopology.field.simplified import _candidates_at, _nearest
-from core.retopology.field.turns import Turns
+from core.retopology.field.turns import Patch, Turns, turns_at_vertices
 
 
 def guided(vertices, triangles, **chosen):
@@ -501,3 +502,22 @@ def test_umbilics_of_two_components_at_one_place_are_told_apart():
     candidates = replace(candidates, triangle=np.array([5, 9, 3]))
     for rows in ([0], [1], [1, 2], [0, 1, 2]):
         assert _nearest(candidates.select(np.array(rows)), candidates).tolist() == rows
+
+
+def test_charges_move_where_a_field_is_nothing_nearly_everywhere():
+    """Flat faces have no directions: the usual magnitude is 0 on a part with few curved ones."""
+    mesh = ellipsoid(subdivisions=2)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    field = random_field(surface, 0)
+    magnitude = np.where(np.random.default_rng(1).random(len(field.magnitude)) < 0.7, 0.0, 1e4)
+    field = replace(field, magnitude=magnitude)
+    winding = Winding.of(surface, field.direction, field.across, Progress())
+    with np.errstate(over="raise"):
+        turns = turns_at_vertices(surface, Patch.whole(surface), field, winding)
+        charge = np.zeros(turns.places, np.int64)
+        charge[[3, 70, 150]] = 1, -2, 1
+        paths = charge_paths(turns, np.ones(len(turns.cost), bool), charge)
+    went = np.zeros(turns.places + 1, np.int64)
+    np.add.at(went, turns.left, -paths.flow)
+    np.add.at(went, turns.right, paths.flow)
+    assert np.array_equal(np.abs(went[:-1]), np.abs(charge))

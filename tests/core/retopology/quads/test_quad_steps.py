@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from quad_guarantees import closest_in, holds
-from quad_surfaces import bumpy, cube, uneven_box
+from quad_surfaces import bumpy, cube, plain, uneven_box, with_needles
 from surfaces import cylinder, ellipsoid
 
 import core
-from core.mesh.half_edges import following
+from core.mesh.half_edges import following, link
 from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity
 from core.retopology.quads.field.crosses import crosses
@@ -26,7 +26,8 @@ from core.retopology.quads.mapping.untangling import injective_map
 from core.retopology.quads.surface import working_surface
 from core.retopology.quads.surface.chains import long_chains
 from core.retopology.quads.surface.decimation import coarsened
-from core.retopology.quads.surface.subdivision import CREASE, Triangles, split_edges
+from core.retopology.quads.surface.needles import without_needles
+from core.retopology.quads.surface.subdivision import CREASE_BIT, Triangles, split_edges
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +166,7 @@ def test_splitting_keeps_a_manifold_and_its_features():
     vertices, triangles = cube(2)
     surface, _ = clean(vertices, triangles)
     feature = np.zeros(len(surface.twin), np.int8)
-    feature[::7] = CREASE
+    feature[::7] = CREASE_BIT
     feature |= feature[surface.twin]
     mesh = Triangles(
         surface.vertices,
@@ -198,7 +199,7 @@ def test_coarsening_keeps_topology_borders_and_features():
         surface.triangles.astype(np.int64),
         np.zeros((len(surface.vertices), 1)),
         np.arange(len(surface.triangles)),
-        np.where(feature, CREASE, 0).astype(np.int8),
+        np.where(feature, CREASE_BIT, 0).astype(np.int8),
     )
     coarse = coarsened(fine, 1500, core.Progress())
     other, warnings = clean(coarse.vertices, coarse.triangles)
@@ -207,6 +208,63 @@ def test_coarsening_keeps_topology_borders_and_features():
     assert (other.twin < 0).sum() == (surface.twin < 0).sum()
     assert np.isclose(coarse.lengths[coarse.feature > 0].sum(), fine.lengths[feature].sum())
     assert np.array_equal(coarse.feature, np.where(other.twin >= 0, coarse.feature, 0)[other.twin])
+
+
+def bent_edges(surface):
+    normal, _ = surface.face_normal_area
+    half = np.flatnonzero(surface.twin >= 0)
+    bent = np.einsum("ec,ec->e", normal[half // 3], normal[surface.twin[half] // 3]) < 0.5
+    found = np.zeros(len(surface.twin), bool)
+    found[half[bent]] = True
+    return found
+
+
+@pytest.mark.parametrize("where", ["creases", "everywhere", "border"])
+def test_needles_go_and_topology_borders_and_features_stay(where):
+    mesh = cylinder()
+    vertices, triangles = (mesh.vertices, mesh.triangles) if where == "border" else cube(3)
+    surface, _ = clean(vertices, triangles)
+    feature = bent_edges(surface)
+    fine = plain(
+        surface.vertices, surface.triangles, np.where(feature, CREASE_BIT, 0).astype(np.int8)
+    )
+    border = surface.twin < 0
+    marked = {"creases": feature, "everywhere": fine.lengths > 0, "border": border}[where]
+    spoiled = fine
+    for _ in range(2):
+        # Twice: chains of short edges, and vertices with several of them.
+        marks = np.zeros(3 * len(spoiled.triangles), bool)
+        if where == "border":
+            marks = clean(spoiled.vertices, spoiled.triangles)[0].twin < 0
+        elif where == "creases":
+            marks = spoiled.feature > 0
+        else:
+            marks |= spoiled.lengths > 0
+        spoiled = with_needles(spoiled, marks & (spoiled.lengths > 1e-3), 1e-7)
+    assert marked.any() and spoiled.lengths.min() < 1e-6
+    found = without_needles(spoiled)
+    other, warnings = clean(found.vertices, found.triangles)
+    assert found.lengths.min() > 1e-3 and not warnings
+    assert len(found.triangles) == len(triangles)
+    assert np.array_equal(other.euler_characteristic, surface.euler_characteristic)
+    assert (other.twin < 0).sum() == (surface.twin < 0).sum()
+    length = fine.lengths[feature].sum()
+    assert np.isclose(found.lengths[found.feature > 0].sum(), length, atol=1e-4)
+    inner = other.twin >= 0
+    assert np.array_equal(found.feature[inner], found.feature[other.twin[inner]])
+    # What has none of them stays as it is.
+    same = without_needles(fine)
+    assert np.array_equal(same.vertices, fine.vertices)
+    assert np.array_equal(same.triangles, fine.triangles)
+
+
+def test_what_is_all_needles_stays_a_surface():
+    vertices, triangles = cube(1)
+    for scale in ((1.0, 1e-8, 1.0), (1.0, 1e-8, 1e-8), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)):
+        found = without_needles(plain(vertices * np.array(scale), triangles))
+        links = link(found.triangles.astype(np.int32), len(found.vertices))
+        assert links is not None and (links.twin >= 0).all()
+        assert len(found.vertices) - len(found.triangles) // 2 == 2
 
 
 @pytest.mark.slow

@@ -7,8 +7,9 @@ import hypothesis
 import numpy as np
 import pytest
 from hypothesis.strategies import floats, integers
+from quad_guarantees import closest_in
 from scipy import sparse
-from surfaces import ellipsoid, sphere, torus
+from surfaces import ellipsoid, icosphere, sphere, torus
 
 import core
 from core.base.factors import definite_factors
@@ -23,7 +24,7 @@ from core.retopology.quads.mapping.elimination import free_basis
 from core.retopology.quads.mapping.seamless_map import pose
 from core.retopology.quads.surface import working_surface as working
 from core.retopology.quads.surface.decimation import coarsened
-from core.retopology.quads.surface.subdivision import CREASE, Triangles
+from core.retopology.quads.surface.subdivision import CREASE_BIT, Triangles
 
 
 def bare(surface, feature=None):
@@ -106,7 +107,7 @@ def test_coarsening_ends_near_what_is_asked_for(seed, share, holes):
     crease = (line.sum(axis=1) == 2)[:, None] & line & np.roll(line, -1, axis=1)
     crease = crease.ravel() & (surface.twin >= 0)
     crease[surface.twin[crease]] = True
-    feature = np.where(crease, CREASE, 0).astype(np.int8)
+    feature = np.where(crease, CREASE_BIT, 0).astype(np.int8)
     fine = bare(surface, feature)
     most = int(share * len(fine.triangles))
     coarse = coarsened(fine, most, core.Progress())
@@ -202,3 +203,32 @@ def test_points_that_threads_look_up_are_those_looked_up_at_once(monkeypatch, fa
     monkeypatch.setattr(projection, "BLOCK", 37)
     for one, other in zip(closest(points, normals), at_once, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_triangles_of_any_size_are_found_at_the_same_cost(monkeypatch):
+    """Places are exact beside a vertex far off, and no more triangles are looked at for it."""
+    plain, looked_at = projection._closest, Counter()
+
+    def counted(points, plane):
+        looked_at[far] += plane[..., 0].size
+        return plain(points, plane)
+
+    monkeypatch.setattr(projection, "_closest", counted)
+    for far in (1.0, 30.0, 300.0):
+        random = np.random.default_rng(0)
+        vertices, triangles = icosphere(3)
+        vertices[0] *= far
+        surface, _ = clean(vertices, triangles)
+        closest = projection.ClosestPoints(surface.vertices, surface.triangles, surface.twin)
+        corner = surface.vertices[surface.triangles]
+        large = np.flatnonzero((surface.triangles == 0).any(axis=1))
+        rows = np.concatenate([random.choice(large, 1000), random.integers(0, len(corner), 1000)])
+        on = np.einsum("pk,pkc->pc", random.dirichlet(np.ones(3), len(rows)), corner[rows])
+        off = on[::40] * random.uniform(0.5, 1.5, (50, 1))
+        _, place = closest(np.concatenate([on, off]))
+        np.testing.assert_allclose(place[: len(on)], on, atol=1e-9)
+        for point, found in zip(off, place[len(on) :], strict=True):
+            least = np.linalg.norm(closest_in(corner, point) - point, axis=1).min()
+            assert np.linalg.norm(found - point) == pytest.approx(least, abs=1e-9)
+        assert closest.faced(on, closest.normal[rows], np.full(len(on), 1e-6)).all()
+    assert max(looked_at[30.0], looked_at[300.0]) < 2 * looked_at[1.0]

@@ -1,7 +1,10 @@
 """Steps of the finishing: what counts as folded, mending place by place, corners made square."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from quad_guarantees import broken_guarantees
 from quad_surfaces import bumpy
 from scipy.spatial import cKDTree
 from surfaces import ellipsoid
@@ -9,17 +12,19 @@ from surfaces import ellipsoid
 import core
 from core.base.progress import Progress
 from core.mesh.mending.repair import clean
+from core.mesh.rings import with_rings
 from core.retopology.quads.conformity import scaled_jacobian
-from core.retopology.quads.finishing import finished, mending
+from core.retopology.quads.finishing import finished, last_check, mending
 from core.retopology.quads.finishing.directions import direction_weights
 from core.retopology.quads.finishing.guides import Guides
-from core.retopology.quads.finishing.mending import against, oriented_quality
+from core.retopology.quads.finishing.mending import against, oriented_quality, quality_to_mend
 from core.retopology.quads.finishing.opening import Squaring
 from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.relaxation import squared
 from core.retopology.quads.finishing.reporting import words_of_shape
 from core.retopology.quads.finishing.unfolding import unfolded
+from core.retopology.quads.finishing.worst import worst_opened
 from core.retopology.quads.preparation import Given, prepare
 
 
@@ -92,21 +97,52 @@ def test_a_quad_against_the_surface_is_unfolded():
 
 @pytest.mark.once
 def test_what_stays_against_the_surface_is_said(monkeypatch):
-    """A quad that no step could turn is never left in silence."""
-    quality = finished.oriented_quality
-
-    def one_folded(*arguments):
-        found = quality(*arguments)
-        found[0] = -0.5
-        return found
+    """A quad that no step could turn is never left in silence, and nothing is moved for it."""
+    plain = core.remesh(*bumpy(0, 3), core.RemeshSettings(quads=200))
 
     def first(position, quads, surface):
         return np.arange(len(quads)) == 0
 
-    monkeypatch.setattr(finished, "oriented_quality", one_folded)
-    monkeypatch.setattr(finished, "against", first)
+    monkeypatch.setattr(last_check, "against", first)
     made = core.remesh(*bumpy(0, 3), core.RemeshSettings(quads=200))
     assert any("1 quad folded" in said for said in made.warnings)
+    np.testing.assert_array_equal(made.vertices, plain.vertices)
+
+
+def turned_over(made, quad):
+    """Quads of which one is laid over onto that beside it."""
+    vertices = made.vertices.copy()
+    corner = made.quads[quad]
+    vertices[corner[:2]] += 1.6 * (vertices[corner[[3, 2]]] - vertices[corner[:2]])
+    return replace(made, vertices=vertices)
+
+
+@pytest.mark.once
+def test_the_last_check_turns_what_faces_against_the_input():
+    """On the surface again, and what is not around it stays; held vertices stay, too, where that
+    is enough, and where all are held nothing is moved."""
+    mesh = ellipsoid(subdivisions=4)
+    made = core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
+    whole, _ = clean(mesh.vertices, mesh.triangles)
+    quad = int(np.flatnonzero((made.pole[made.quads] < 0).all(axis=1))[20])
+    folded = turned_over(made, quad)
+    found, wrong = last_check.checked(folded, whole, Progress())
+    assert wrong == 0
+    assert broken_guarantees(mesh.vertices, mesh.triangles, folded) != []
+    assert broken_guarantees(mesh.vertices, mesh.triangles, found) == []
+    far = with_rings(made.quads, np.isin(np.arange(len(made.vertices)), made.quads[quad]), 5)
+    np.testing.assert_array_equal(found.vertices[~far], made.vertices[~far])
+    held = np.zeros(len(made.vertices), bool)
+    held[made.quads[quad, 3]] = True
+    found, wrong = last_check.checked(replace(folded, feature=held), whole, Progress())
+    assert wrong == 0
+    np.testing.assert_array_equal(found.vertices[held], folded.vertices[held])
+    _, wrong = last_check.checked(replace(folded, feature=~held), whole, Progress())
+    assert wrong == 0
+    stuck = replace(folded, border=np.ones(len(made.vertices), bool))
+    same, wrong = last_check.checked(stuck, whole, Progress())
+    assert wrong > 0
+    np.testing.assert_array_equal(same.vertices, folded.vertices)
 
 
 def test_skewed_quads_are_told_and_why():
@@ -127,6 +163,43 @@ def test_skewed_quads_are_told_and_why():
     skewed[5, :2] += 0.45
     said = words_of_shape([(placed, skewed)])
     assert len(said) == 1 and "skewed" in said[0]
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_quads_in_held_corners_are_not_tried_to_be_opened(held):
+    """As sharp as the border there they stay, unless the corner itself may slide."""
+    position, quads = grid(3)
+    n = len(position)
+    ring = np.array([0, 1, 2, 3, 7, 11, 15, 14, 13, 12, 8, 4])
+    border = np.isin(np.arange(n), ring)
+    position[0] = [-6.0, -6.0, 0.0]
+    guides = guided(*sheet(16, 3.0), n, border & held)
+    guides.beside[ring] = np.stack([np.roll(ring, 1), np.roll(ring, -1)], axis=1)
+    sharp = oriented_quality(position, quads, guides)
+    assert np.flatnonzero(sharp < 0.5).tolist() == [0]
+    found = quality_to_mend(position, quads, guides)
+    assert found[0] == (1.0 if held else sharp[0])
+    np.testing.assert_array_equal(found[1:], sharp[1:])
+    moved = worst_opened(position.copy(), quads, guides, Progress())
+    assert len(moved) == 0 if held else len(moved) > 0
+
+
+@pytest.mark.once
+def test_a_sharp_border_is_evened_out_once(monkeypatch):
+    """What only fills its corners is no reason for the way of thin parts."""
+    evened, ways = finished._evened, []
+
+    def watched(laid, grid, placed, steps, thin, progress):
+        ways.append(thin)
+        return evened(laid, grid, placed, steps, thin, progress)
+
+    monkeypatch.setattr(finished, "_evened", watched)
+    position, quads = grid(20)
+    position[:, 0] += 3.0 * position[:, 1]
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    made = core.remesh(position, triangles, core.RemeshSettings(quads=200))
+    assert 0.0 < scaled_jacobian(made.vertices, made.quads).min() < 0.5
+    assert ways == [False]
 
 
 def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
@@ -169,6 +242,32 @@ def test_slopes_of_squaring_are_those_of_its_sum():
     ahead = np.array([problem._value(unknown + by)[0] for by in step])
     behind = np.array([problem._value(unknown - by)[0] for by in step])
     assert np.abs((ahead - behind) / 2e-6 - slope).max() < 1e-6 * np.abs(slope).max()
+
+
+def test_squaring_counts_the_worst_corner():
+    """Of quads whose corners lack as much together, that with one bad corner lacks more."""
+    position, quads = grid(1)
+    x, y, axes = np.eye(3)[:1], np.eye(3)[1:2], np.zeros((4, 1, 3))
+    problem = Squaring(position[quads], x, y, np.zeros(1), quads, axes, 0.0, 0.0)
+    even, steep = problem._lack(np.full((1, 4), 0.9))
+    one, steeper = problem._lack(np.array([[0.6, 1.0, 1.0, 1.0]]))
+    assert even == pytest.approx(0.4, abs=0.01)
+    assert one > 2.5 * even
+    assert steeper[0, 0] > 2.5 * steep[0, 0] and steeper[0, 1] < 1e-3
+
+
+def test_a_step_that_is_too_long_is_shortened(monkeypatch):
+    """Where quads bend far it makes the mean worse, and no quad bad."""
+    step = Squaring.step
+    monkeypatch.setattr(Squaring, "step", lambda problem: 3.0 * step(problem))
+    position, quads = grid(9)
+    edge = (position[:, :2] == 0.0).any(axis=1) | (position[:, :2] == 9.0).any(axis=1)
+    shaken = np.random.default_rng(2).uniform(-0.05, 0.05, (100, 2))
+    position[~edge, :2] += shaken[~edge]
+    guides = guided(*sheet(9, 3.0), len(position), edge)
+    before = scaled_jacobian(position, quads).mean()
+    squared(position, quads, guides, guides, Progress())
+    assert scaled_jacobian(position, quads).mean() > before
 
 
 @pytest.mark.parametrize("turn", [0.0, 20.0])

@@ -11,7 +11,6 @@ from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing import finished, unlaid
 from core.retopology.quads.finishing.guides import Guides
-from core.retopology.quads.finishing.opening import FARTHEST, least_in_box
 from core.retopology.quads.finishing.parting import without_folds
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.unfolding import laid_on, own_quality
@@ -95,17 +94,6 @@ def test_triangles_without_area_do_not_stop_the_coarsening():
 def test_refining_ends_at_a_number_of_triangles():
     needle = as_triangles([[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]], [[0, 1, 2]])
     assert len(refined(needle, 1e-6, 40, 500).triangles) <= 2000
-
-
-def test_least_in_a_box():
-    """Rosenbrock's valley, whose lowest place lies on the wall of the box."""
-
-    def valley(x):
-        a, b = 1.0 - x[0], x[1] - x[0] ** 2
-        return a**2 + 5.0 * b**2, np.array([-2.0 * a - 20.0 * x[0] * b, 10.0 * b])
-
-    found = least_in_box(valley, 2, FARTHEST)
-    np.testing.assert_allclose(found, [FARTHEST, FARTHEST**2], atol=1e-3)
 
 
 def test_effort_ends():

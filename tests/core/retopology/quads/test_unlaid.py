@@ -89,8 +89,9 @@ def test_the_other_pieces_follow_the_curvature(monkeypatch):
     assert conformity(made.quads, len(made.vertices)).characteristic == 4
     sides = [made.vertices[made.quads].mean(axis=1)[:, 0] < 5.0]
     sides.append(~sides[0])
-    off = sorted(float(np.nanmean(made.angle[side])) for side in sides)
-    assert off[0] < 3.0 < off[1]
+    # The median: beside the umbilics, where curvatures are alike, angles say nothing.
+    off = sorted(float(np.nanmedian(made.angle[side])) for side in sides)
+    assert off[0] < 2.0 and off[1] > 10.0
     assert abs(len(made.quads) - 600) < 60
 
 
@@ -117,7 +118,7 @@ def test_a_piece_far_smaller_than_a_quad_does_not_vanish():
 
 @pytest.mark.slow
 def test_few_folds_do_not_cost_the_layout(monkeypatch):
-    """Where quads cannot be unfolded a piece is cut only if many are folded, and that is said."""
+    """Where quads cannot be unfolded a piece is cut only if many are folded."""
     mesh = ellipsoid(subdivisions=3)
     settings = core.RemeshSettings(quads=300)
     whole = core.remesh(mesh.vertices, mesh.triangles, settings)
@@ -133,7 +134,18 @@ def test_few_folds_do_not_cost_the_layout(monkeypatch):
     monkeypatch.setattr(finished, "_unfolded", lambda *_: None)
     made = core.remesh(mesh.vertices, mesh.triangles, settings)
     assert len(made.pole_valence) == len(whole.pole_valence)
-    assert any("1 quad folded" in said for said in made.warnings)
     folded = 200
     made = core.remesh(mesh.vertices, mesh.triangles, settings)
     assert len(made.pole_valence) > len(whole.pole_valence)
+
+
+def test_pieces_smaller_than_a_quad_are_said_to_be():
+    mesh = ellipsoid(subdivisions=3)
+    n = len(mesh.vertices)
+    vertices = np.concatenate([mesh.vertices, 0.01 * mesh.vertices + [4.0, 0.0, 0.0]])
+    triangles = np.concatenate([mesh.triangles, mesh.triangles + n])
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=300))
+    (said,) = (one for one in made.warnings if "cut into three" in one)
+    assert said.startswith("1 piece of the mesh smaller than a quad")
+    layout = core.quad_layout(vertices, triangles, core.RemeshSettings(quads=300))
+    assert said in layout.warnings

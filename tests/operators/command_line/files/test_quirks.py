@@ -105,6 +105,11 @@ def test_binary_stl_of_any_count_is_never_cut_short(addon, tmp_path):
                 assert file.read() == data[: len(whole)]
 
 
+def test_of_a_folder_it_is_said_how_to_take_all_in_it(run, tmp_path, capfd):
+    assert run(tmp_path) == 1
+    assert "this is a folder, not a file; with --out DIR" in capfd.readouterr().err
+
+
 PLACE = "-0.5 0.25 1"
 
 

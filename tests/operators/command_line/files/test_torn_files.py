@@ -164,7 +164,7 @@ def test_faces_that_stand_in_a_file_twice_are_counted(opened, tmp_path):
 def test_faces_are_counted_over_the_ends_of_the_pieces(opened, tmp_path, part, monkeypatch):
     whole = text_of_obj(EGG)
     for size in (3, 7, 64):
-        monkeypatch.setattr(part("files.damage"), "_PIECE", size)
+        monkeypatch.setattr(part("files.pieces"), "SIZE", size)
         assert opened(tmp_path / "a.obj", whole) == (COUNT, ())
         assert opened(tmp_path / "a.obj", whole.replace(b"f ", b"f\t")) == (COUNT, ())
 
@@ -236,7 +236,7 @@ def test_an_alembic_file_that_ends_anywhere_is_refused(part, tmp_path):
 
 def test_a_file_that_is_cut_short_while_it_is_read_is_torn(part, tmp_path, monkeypatch):
     """Mapped into memory it would end the process; cut anywhere, and whenever it is read."""
-    damage = part("files.damage")
+    damage, pieces = part("files.damage"), part("files.pieces")
     path, numbers = tmp_path / "a.abc", damage._numbers
     whole = ogawa([[bytes(1 << 14)], [bytes(1 << 14), [bytes(1 << 14)]]])
     for length in (0, 16, len(whole) // 3, len(whole) - 40):
@@ -249,23 +249,23 @@ def test_a_file_that_is_cut_short_while_it_is_read_is_torn(part, tmp_path, monke
         monkeypatch.setattr(damage, "_numbers", cut)
         with pytest.raises(Exception, match="is torn"):
             damage.check(path)
-    monkeypatch.setattr(damage, "_PIECE", 16)
+    monkeypatch.setattr(pieces, "SIZE", 16)
     path = tmp_path / "a.obj"
     path.write_bytes(b"v 1 2 3\n" * 40000)
-    lines = damage.lines_of(path)
+    lines = pieces.lines_of(path)
     assert next(lines).startswith(b"v 1 2 3")
     os.truncate(path, 8)
     assert len(b"".join(lines)) < 8 * 40000
 
 
 def test_lines_come_whole_whatever_the_pieces_are(part, tmp_path, monkeypatch):
-    damage = part("files.damage")
+    pieces = part("files.pieces")
     data = b"one\r\ntwo and more\n\nthree\rfour"
     (tmp_path / "a.obj").write_bytes(data)
     for size in range(1, len(data) + 2):
-        monkeypatch.setattr(damage, "_PIECE", size)
-        pieces = list(damage.lines_of(tmp_path / "a.obj"))
-        words = [word for piece in pieces for word in piece.splitlines() if word]
+        monkeypatch.setattr(pieces, "SIZE", size)
+        found = list(pieces.lines_of(tmp_path / "a.obj"))
+        words = [word for piece in found for word in piece.splitlines() if word]
         # Longer than a piece, a line is no line of such a file.
         assert words == [b"one", b"two and more", b"three", b"four"] or size < 12
 
