@@ -270,7 +270,8 @@ def _straight_in(
     target: np.ndarray,
 ) -> np.ndarray:
     """(r,) bool points `rows` of a trace that lines keep: without the last ones beside an umbilic
-    that a line ends at, from which it would turn aside to it."""
+    that a line ends at, from which it would turn aside to it; between two umbilics that near to
+    each other none but the first where it would turn aside from all."""
     triangle = traces.triangle[rows]
     points = points_of(surface, planes, triangle, traces.z[rows])
     normal = surface.face_normal_area[0][triangle]
@@ -294,7 +295,13 @@ def _straight_in(
         ]
         cosine = np.einsum("qc,qc->q", *aim)
         ahead = np.flatnonzero(cosine >= STRAIGHT_IN)
-        last = ahead[-1] if len(ahead) else int(cosine.argmax())
+        if len(ahead):
+            last = int(ahead[-1])
+        elif len(far):
+            last = int(cosine.argmax())
+        else:
+            # Between umbilics that near to each other no direction is resolved: straight across.
+            last = -1
         kept[mine[last + 1 :]] = False
     return kept
 

@@ -6,7 +6,8 @@ six is not misled so, but follows the errors of the points more. Both are nested
 bias their difference has the difference of their variances (Hausman 1978). So along each ridge the
 difference that is more than this counts, and the part of it that errors make does not (the
 positive part of James & Stein 1961). Errors that neighbours share, of marching cubes and of
-decimation, are seen as in `reach`, by how fits of degree six change from ring to ring.
+decimation, are seen as in `reach`, by how fits of degree six change from ring to ring; how far
+these reach is chosen by the same trend, since what they average out is other than at degree four.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ from ...curvature.field import CurvatureField
 from ...mesh.rings import ring_around
 from ...mesh.surface import Surface
 from .find import CERTAIN, WEAK, Chains, find_ridges
-from .reach import MEDIAN, choose_fitting, shared_errors
+from .reach import MEDIAN, choose_fitting, reaching
 from .slopes import Fitting, Slopes, fit_slopes
 from .sought import sought_slopes
 
 # Rings of fits from which on they are made near crests only: narrower ones cost less than to look.
 WIDE = 5
-# Degree of the fits that place ridges, and how many rings farther they reach than those that find
-# them. Of 5 to 8 and 0 to 3 best on the stretched quartic of benchmarks.ridges.
-PLACING, FARTHER = 6, 2
+# Degree of the fits that place ridges, of 5 to 8 the best on the stretched quartic of
+# benchmarks.ridges; and how many rings they reach at most, two more than those that find them.
+PLACING, FARTHEST = 6, 13
 # Rings around the triangles of ridges in which e is corrected.
 BESIDE = 2
 
@@ -80,9 +81,9 @@ def placed_slopes(
         return slopes
     rows = ring_around(surface, np.unique(surface.triangles[chains.triangle]), BESIDE)
     rows = rows[slopes.determined[rows]]
-    placing = replace(fitting.wider(FARTHER), degree=PLACING, focus=None)
+    placing = replace(fitting, degree=PLACING, focus=None)
+    placing, shared = reaching(surface, axes, placing, FARTHEST, quiet)
     found = fit_slopes(surface, axes, placing, progress, rows)
-    shared = shared_errors(surface, axes, PLACING, placing.neighbourhood.rings)
     e, shown = slopes.e.copy(), slopes.shown.copy()
     ridge = np.repeat(np.arange(len(chains)), np.diff(chains.start))
     for family in range(2):

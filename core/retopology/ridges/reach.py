@@ -63,37 +63,36 @@ def choose_fitting(surface: Surface, axes: np.ndarray, progress: Progress) -> Fi
     focused = fit_slopes(surface, axes, narrowest, Progress(), centres)
     if not focused.determined.any() or _misplaced(focused) <= FINE * edge:
         return narrowest
-    fitting = replace(narrowest, focus=None)
-    nested = NestedFits(surface, axes, centres, DEGREE, FEWEST_RINGS)
-    smaller, last = nested.slopes(), np.inf
-    while fitting.neighbourhood.rings < MOST_RINGS:
-        rings = fitting.neighbourhood.rings
-        progress.step((rings - FEWEST_RINGS) / (MOST_RINGS - FEWEST_RINGS))
-        nested.widen()
-        larger = nested.slopes()
-        change, expected = _change(smaller, larger)
-        shared = max(change / expected, 1.0) if expected > 0.0 else 1.0
-        fine = shared * _misplaced(smaller) <= FINE * edge
-        if fine or change >= FALLING * last or _turn(larger) > MOST_TURN:
-            break
-        fitting, smaller, last = fitting.wider(1), larger, change
+    fitting, _ = reaching(surface, axes, replace(narrowest, focus=None), MOST_RINGS, progress)
     return narrowest if fitting.neighbourhood.rings == FEWEST_RINGS else fitting
 
 
-def shared_errors(surface: Surface, axes: np.ndarray, degree: int, rings: int) -> float:
-    """How much larger than independent errors make it the change of e is when fits of a degree
-    reach one ring farther than so many, at least 1.
+def reaching(
+    surface: Surface, axes: np.ndarray, fitting: Fitting, most: int, progress: Progress
+) -> tuple[Fitting, float]:
+    """The fitting with as many rings, up to so many, as take errors away, and how much larger than
+    independent errors make it the change of e is when it reaches one ring farther, at least 1.
 
     Parameters
     ----------
     axes:
         (3, 3, n) as for `fit_slopes`.
     """
-    nested = NestedFits(surface, axes, _sample(surface), degree, rings)
-    smaller = nested.slopes()
-    nested.widen()
-    change, expected = _change(smaller, nested.slopes())
-    return max(change / expected, 1.0) if expected > 0.0 and np.isfinite(change) else 1.0
+    fewest = fitting.neighbourhood.rings
+    nested = NestedFits(surface, axes, _sample(surface), fitting.degree, fewest)
+    smaller, last = nested.slopes(), np.inf
+    while True:
+        rings = fitting.neighbourhood.rings
+        progress.step((rings - fewest) / max(most - fewest, 1))
+        nested.widen()
+        larger = nested.slopes()
+        change, expected = _change(smaller, larger)
+        known = expected > 0.0 and np.isfinite(change)
+        shared = max(change / expected, 1.0) if known else 1.0
+        fine = shared * _misplaced(smaller) <= FINE * surface.mean_side
+        if fine or change >= FALLING * last or _turn(larger) > MOST_TURN or rings >= most:
+            return fitting, shared
+        fitting, smaller, last = fitting.wider(1), larger, change
 
 
 def _sample(surface: Surface) -> np.ndarray:

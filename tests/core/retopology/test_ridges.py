@@ -1,5 +1,6 @@
 """Ridges against surfaces whose ridges are known: where they run, their kinds, and none."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,15 +28,17 @@ from surfaces.analytic import operators
 import core
 from core.base.progress import Progress
 from core.formats.points import read_points_csv
+from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.rings import adjacency
+from core.retopology.ridges import reach
 from core.retopology.ridges.bend import bend_of, bending_of
 from core.retopology.ridges.find import CERTAIN, WEAK, find_ridges
 from core.retopology.ridges.measure import _shares, measure_slopes, placed_slopes
 from core.retopology.ridges.nested import NestedFits
 from core.retopology.ridges.paths import ordered_paths
 from core.retopology.ridges.reach import choose_fitting
-from core.retopology.ridges.slopes import Fitting, fit_slopes
+from core.retopology.ridges.slopes import Fitting, fit_slopes, unknown
 from core.retopology.ridges.sought import sought_slopes
 
 AXES = np.array([3.0, 2.0, 1.0])
@@ -162,6 +165,41 @@ def test_errors_that_neighbours_share_do_not_move_a_crest(noise):
         for some in (first, placed)
     ]
     assert np.median(height[1]) < min(1.1 * np.median(height[0]), 0.1 * surface.mean_side)
+
+
+@pytest.mark.parametrize(
+    ("changes", "most", "reached"),
+    [
+        ((8.0, 4.0, 2.0, 1.9, 1.0), 13, 7),
+        ((8.0, 7.9, 1.0, 1.0, 1.0), 13, 5),
+        ((8.0, 4.0, 2.0, 1.0, 0.5), 6, 6),
+    ],
+    ids=["errors average out", "shape is lost", "no farther"],
+)
+def test_fits_reach_as_far_as_errors_average_out(changes, most, reached, monkeypatch):
+    """Those that place crests by their own trend, not by that of the fits that found them."""
+    mesh = ellipsoid(subdivisions=2)
+    surface = clean(mesh.vertices, mesh.triangles)[0]
+
+    class Growing:
+        def __init__(self, *_):
+            self.place = 0
+
+        def slopes(self):
+            some = np.ones((2, 1))
+            e = sum(changes[: self.place]) * some
+            known, d = np.ones(1, bool), np.ones((2, 1, 3))
+            return replace(unknown(1), k=some, e=e, error=100.0 * some, determined=known, d=d)
+
+        def widen(self):
+            self.place += 1
+
+    monkeypatch.setattr(reach, "NestedFits", Growing)
+    around = Neighbourhood(surface, adjacency(surface), rings=4, focused=False)
+    axes = np.zeros((3, 3, len(surface.vertices)))
+    found, shared = reach.reaching(surface, axes, Fitting(around, 6, None), most, Progress())
+    assert found.neighbourhood.rings == reached
+    assert shared >= 1.0
 
 
 @pytest.mark.parametrize("bias, least, most", [(0.0, 0.0, 0.2), (1.0, 0.2, 0.8), (10.0, 0.97, 1.0)])

@@ -446,8 +446,9 @@ def test_separatrices_of_real_meshes_end_at_umbilics(name, real_separatrices):
     assert len(found) == 2 * rays and np.isin(ends, ENDS[:4]).mean() > 0.95
     assert len(found) > 50 or name == "rocker-arm.obj"
     assert np.array_equal(ends == "umbilic", found.target >= 0)
-    # One in seven at least turned farther with its last chord before it came in from farther off.
-    assert (last_turns(found) > 60.0).mean() < 0.06
+    # One in seven turned farther with its last chord before it came in from farther off, and some
+    # between umbilics next to each other after that.
+    assert last_turns(found).max() < 60.0
     if name in ("spot_os.obj", "hand_closed_os.obj"):
         assert (found.target >= 0).mean() > 0.9
     if name == "rocker-arm.obj":
