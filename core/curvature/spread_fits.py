@@ -58,7 +58,7 @@ COLUMNS = 25
 
 
 @dataclass(frozen=True)
-class _Fits:
+class Fits:
     """Fits at c vertices.
 
     Attributes
@@ -113,7 +113,7 @@ def fit_spread(
     centres, near = spread(graph, rounds, edges, progress.quiet())
     fits = _fits_at(surface, normals, neighbourhood, fitting, centres)
     blending = progress.part("Fitting jets", 0.7, 1.0)
-    jets = _Blend(surface.vertices, normals, fits).all(near, blending)
+    jets = blended(surface.vertices, normals, fits, near, blending)
     alone = np.flatnonzero(~jets.determined)
     if len(alone):
         own = fit_jets(surface, normals, neighbourhood, progress.quiet(), alone)
@@ -143,25 +143,46 @@ def _fits_at(
     neighbourhood: Neighbourhood,
     progress: Progress,
     centres: np.ndarray,
-) -> _Fits:
+) -> Fits:
     """The fits at vertices (c,)."""
     c = len(centres)
     shapes = [(4, 9), (6, 3)] if neighbourhood.focused else [(1, COLUMNS)]
-    fits = _Fits(np.empty((c, 9)), tuple(np.empty((c, *shape)) for shape in shapes))
+    fits = Fits(np.empty((c, 9)), tuple(np.empty((c, *shape)) for shape in shapes))
 
     def store(fit: HeightFit, radius: np.ndarray, axes: np.ndarray, slots: np.ndarray) -> None:
-        low, third = derivatives(fit.coefficients, radius, axes)
-        place = surface.vertices[centres[slots]]
-        own = np.stack([fit.gap_error / radius, fit.residual * radius, radius], axis=1)
-        plane = np.where(fit.determined, axes[2], 0.0).T
-        fits.there[slots] = np.concatenate([place, plane, own], axis=1)
+        there, values = rows_of(fit, radius, axes, surface.vertices[centres[slots]])
+        fits.there[slots] = there
         if fits.each:
-            fits.values[0][slots], fits.values[1][slots] = expanded(low, third)
+            both = expanded(values[:, LOW], values[:, THIRD])
+            fits.values[0][slots], fits.values[1][slots] = both
         else:
-            fits.values[0][slots, 0] = np.concatenate([low, third, own, place], axis=1)
+            fits.values[0][slots, 0] = values
 
     fit_each(surface, normals, neighbourhood, progress, centres, DEGREE, store)
     return fits
+
+
+def rows_of(
+    fit: HeightFit, radius: np.ndarray, axes: np.ndarray, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(b, 9) and (b, `COLUMNS`) the two tables of `Fits` of fits at places (b, 3)."""
+    low, third = derivatives(fit.coefficients, radius, axes)
+    own = np.stack([fit.gap_error / radius, fit.residual * radius, radius], axis=1)
+    plane = np.where(fit.determined, axes[2], 0.0).T
+    values = np.concatenate([low, third, own, place], axis=1)
+    return np.concatenate([place, plane, own], axis=1), values
+
+
+def blended(
+    points: np.ndarray,
+    normals: np.ndarray,
+    fits: Fits,
+    near: sparse.csr_array,
+    progress: Progress,
+) -> Jets:
+    """Jets at n points, with their normals (n, 3), from the fits that are `near` (n, c); not
+    determined without any."""
+    return _Blend(points, normals, fits).all(near, progress)
 
 
 class _Blend:
@@ -175,7 +196,7 @@ class _Blend:
         As from `_fits_at`.
     """
 
-    def __init__(self, points: np.ndarray, normals: np.ndarray, fits: _Fits) -> None:
+    def __init__(self, points: np.ndarray, normals: np.ndarray, fits: Fits) -> None:
         self.points, self.normals, self.fits = points, normals, fits
 
     def all(self, near: sparse.csr_array, progress: Progress) -> Jets:

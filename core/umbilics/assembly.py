@@ -63,6 +63,8 @@ class Turning:
         The raw, and (m,) the index of every triangle, those in regions included.
     elliptic, persistence, partner:
         (k,) of the raw, see `Umbilics`; in the coordinates of the surface.
+    of_form:
+        (k,) bool, those that the form of a surface with detail at every size has; None of others.
     """
 
     raw: RawUmbilics
@@ -70,6 +72,7 @@ class Turning:
     elliptic: np.ndarray
     persistence: np.ndarray
     partner: np.ndarray
+    of_form: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -157,17 +160,21 @@ def _umbilics(
         partner,
         settings,
         progress,
+        turning.of_form,
     )
-    verdict = judge(surface, found, evidence, persistence, partner)
+    verdict = judge(surface, found, evidence, persistence, partner, turning.of_form)
     clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
-    if jets and settings.certified and not clean:
+    if jets and settings.certified and not clean and turning.of_form is None:
         found = settled(surface, found, verdict, analysed.radius)
-    if settings.certified and settings.merge:
+    if settings.certified and settings.merge and turning.of_form is None:
         group = unresolved_groups(
             surface, fitted.field, analysed.noise, analysed.radius, found, verdict
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
+    bias = np.full(len(found), bias_of(fitted))
+    if turning.of_form is not None:
+        bias[turning.of_form] = 1.0
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     places = analysed.places[surface.triangles[found.triangle]]
     return Umbilics(
@@ -181,7 +188,7 @@ def _umbilics(
         curvature=found.curvature / surface.unit,
         persistence=verdict.persistence / surface.unit,
         partner=verdict.partner,
-        uncertainty=standard_errors(found, bias_of(fitted)) * surface.unit,
+        uncertainty=standard_errors(found, bias) * surface.unit,
         noise=found.noise / surface.unit,
         separatrix=_rays(found.p, found.q, found.x, found.y),
         at_border=verdict.at_border,

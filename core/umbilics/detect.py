@@ -17,6 +17,7 @@ from ..base.words import counted
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
 from ..curvature.estimate import Estimate, estimate
 from ..curvature.field import CurvatureField
+from ..curvature.form import form_of
 from ..curvature.noise import field_noise
 from ..curvature.outliers import without_outliers
 from ..curvature.surface_types import surface_types, typical_curvature
@@ -29,6 +30,7 @@ from ..mesh.tessellated import Tessellation, tessellation
 from .assembly import Analysed, InputMesh, Turning, assemble
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
+from .pairing.by_form import FormUmbilics, paired_by_form, umbilics_of_form
 from .pairing.persistence import measure_persistence
 from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
@@ -120,6 +122,13 @@ def detect(
                     "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
+    shown: FormUmbilics | None = None
+    if _may_have_no_scale(settings, cad):
+        with clock.stage("form"):
+            form = form_of(surface, normals, fitted.field, part.quiet())
+            if form is not None:
+                shown = umbilics_of_form(surface, fitted, form, part.quiet())
+                fitted = shown.fitted
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
@@ -149,7 +158,11 @@ def detect(
         raw = found.raw.select(outside)
     with clock.stage("persistence"):
         progress.part("Pairing umbilics", 0.85, 0.9)
-        persistence, partner = _paired(surface, shape, settings, raw, regions)
+        of_form = None
+        if shown is None:
+            persistence, partner = _paired(surface, shape, settings, raw, regions)
+        else:
+            persistence, partner, of_form = paired_by_form(surface, shape.gap, raw, shown)
     with clock.stage("surface types"):
         tolerance = settings.flatness * typical_curvature(surface, shape.k1, shape.k2)
         types = surface_types(shape.k1, shape.k2, tolerance)
@@ -160,7 +173,7 @@ def detect(
         part = progress.part("Locating umbilics", 0.9, 1.0)
         detection = assemble(
             Analysed(surface, fitted, places, noise, radius, types, regions),
-            Turning(raw, found.triangle_index, elliptic, persistence, partner),
+            Turning(raw, found.triangle_index, elliptic, persistence, partner, of_form),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
             part,
@@ -273,6 +286,13 @@ def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
         return tessellation(surface)
     angle = float(settings.crease_angle)
     return tessellation(surface, angle) if angle < 180.0 else None
+
+
+def _may_have_no_scale(settings: Settings, cad: Tessellation | None) -> bool:
+    """Whether the scale is to be chosen, and what is found by the index judged."""
+    chosen = settings.curvature == "jets" and not settings.normal_smoothing
+    chosen &= settings.scale == AUTO and cad is None
+    return chosen and settings.method == "S" and settings.certified
 
 
 def _paired(

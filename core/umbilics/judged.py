@@ -84,13 +84,16 @@ def judge(
     evidence: Evidence,
     persistence: np.ndarray,
     partner: np.ndarray,
+    of_form: np.ndarray | None = None,
 ) -> Judged:
-    """Judge candidates with the persistence and partner (k,) that were found for them."""
+    """Judge candidates with the persistence and partner (k,) that were found for them; where the
+    surface has detail at every size, those `of_form` (k,) bool are the real ones, and none is
+    certain."""
     corners = surface.triangles[found.triangle]
     radius = evidence.radius[corners]
     # A fit whose place is this vague within its own radius would not show a one-sided error.
     vague = ~found.seen | (found.uncertainty > VAGUE * radius.mean(axis=1))
-    if evidence.certified and evidence.jets and vague[found.asked].any():
+    if of_form is None and evidence.certified and evidence.jets and vague[found.asked].any():
         # Of two that could cancel a third, the one that the finer fit shows stays.
         persistence, partner = measure_persistence(
             surface, evidence.gap, found.singular, found.index, evidence.regions, ~vague
@@ -99,6 +102,9 @@ def judge(
     present = found.clarity >= significant(fits, PRESENT)
     unclear = found.clarity < BORDER_CLEAR
     at_border = _at_border(surface, found, partner, vague, unclear, evidence.exact)
+    if of_form is not None:
+        none = np.zeros(len(found), bool)
+        return Judged(persistence, partner, at_border, of_form, none, present)
     position = found.position(surface)
     other_noise = np.where(partner >= 0, found.noise[partner], 0.0)
     unseen = _unseen_pairs(position, partner, found.seen | at_border, radius)

@@ -96,6 +96,7 @@ def locate(
     partner: np.ndarray,
     settings: Settings,
     progress: Progress,
+    of_form: np.ndarray | None = None,
 ) -> Located:
     """The raw, refined where jets allow it.
 
@@ -105,6 +106,8 @@ def locate(
         (n,) standard error of the gap at the vertices.
     elliptic, persistence, partner:
         (k,) of the raw; see `Umbilics`.
+    of_form:
+        (k,) bool, those that wide fits show and narrower ones would only move; None for none.
     """
     triangle, barycentric = raw.triangle.copy(), raw.barycentric.copy()
     corners = surface.triangles[triangle]
@@ -134,6 +137,8 @@ def locate(
         # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
         # hundreds of thousands of them.
         asked = ~made_by_noise(persistence, partner, DROWNED * noise)
+        if of_form is not None:
+            asked = np.zeros(len(raw), bool)
         clear = np.flatnonzero(asked)
         places = refine(surface, triangle[clear], barycentric[clear], fitted, progress)
         # Elsewhere the triangle's own place is kept.
@@ -147,6 +152,8 @@ def locate(
         x[found], y[found] = places.x[agrees], places.y[agrees]
         p[found], q[found] = places.p[agrees], places.q[agrees]
         curvature[found], error[found] = places.curvature[agrees], places.error[agrees]
+        if of_form is not None:
+            seen[of_form] = True
     return Located(
         singular=raw.triangle,
         triangle=triangle,
@@ -185,7 +192,7 @@ def bias_of(fitted: Estimate) -> float:
     return 1.0 if fitted.rings is None else BIAS_WINDOWS
 
 
-def standard_errors(found: Located, bias: float = 1.0) -> np.ndarray:
+def standard_errors(found: Located, bias: float | np.ndarray = 1.0) -> np.ndarray:
     """(k,) standard error of the places along the surface, per axis.
 
     An error e of the deviator D = p z + q conj(z), a complex Gaussian, moves its zero along two
@@ -199,7 +206,7 @@ def standard_errors(found: Located, bias: float = 1.0) -> np.ndarray:
     found:
         Located umbilics, k of them.
     bias:
-        As `bias_of` gives it.
+        As `bias_of` gives it, of all or of each (k,).
     """
     least, most = np.abs(np.abs(found.p) - np.abs(found.q)), np.abs(found.p) + np.abs(found.q)
     error = bias * found.uncertainty * least

@@ -99,7 +99,7 @@ def made_by_noise(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarra
         (k,) standard error of the gap at each umbilic, in the unit of `persistence`; NaN where
         it is not known.
     """
-    lesser = _lesser_noise(partner, noise)
+    lesser = lesser_noise(partner, noise)
     # Nothing known of any of them: keep them.
     lesser = np.where(np.isfinite(lesser), lesser, -np.inf)
     with np.errstate(invalid="ignore"):
@@ -107,7 +107,7 @@ def made_by_noise(persistence: np.ndarray, partner: np.ndarray, noise: np.ndarra
     return np.isfinite(persistence) & below
 
 
-def _lesser_noise(partner: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def lesser_noise(partner: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """(k,) the least noise among those that cancel together; infinite where none is known."""
     count = len(noise)
     paired = np.flatnonzero(partner >= 0)
@@ -134,7 +134,7 @@ def importance(
     largest = float(known.max(initial=0.0))
     usual = float(np.median(known)) if len(known) else 0.0
     level = np.where(np.isfinite(persistence), persistence, largest)
-    error = _lesser_noise(partner, noise)
+    error = lesser_noise(partner, noise)
     error = np.where(np.isfinite(error), error, usual)
     with np.errstate(over="ignore"):
         return np.asarray(level / np.maximum(error, np.finfo(float).tiny))

@@ -1,0 +1,269 @@
+"""The form of a surface that has detail at every size, as scans have: what wide fits see of it.
+
+Where the shape has a size of its own, the change of the deviator from one radius of the fits to
+the next rises with the radius (see `scale`). On a scan it does not: there is detail at every size,
+no scale is better than another, and a little more noise or other triangles choose another one,
+which shows other umbilics. What the form of such a surface has are the umbilics at a scale that
+the surface itself gives, whatever its triangles: as wide as so many fits side by side cover it.
+
+Fits as wide as that need few samples: the mean places of small connected patches of the surface,
+each weighed by its area as the plane of the fit sees it, less and less towards the rim of the
+window, so that how the surface is cut into triangles hardly matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..base.buffers import Workspace
+from ..base.parallel import run
+from ..base.progress import Progress
+from ..base.unit import unit
+from ..fields.frames import frame
+from ..fields.transport import carried, doubled_angle, tangents
+from ..mesh.rings import by_size, grow
+from ..mesh.surface import Surface
+from .field import CurvatureField, field_from_deviators
+from .fits.height_fit import HeightFit, solve_heights, sum_count, sum_samples
+from .fits.jets import DEGREE, SAMPLES_PER_BLOCK
+from .fits.monge import operator_of_heights
+from .spread_fits import Fits, blended, rows_of
+from .wider import MOST_TURN
+
+# Fits side by side that cover the surface, at least; twice as many, and so on, where the surface
+# turns too far within one.
+FITS = 64
+MOST_DOUBLED = 6
+# Patches across half a window: a window holds about a hundred.
+PATCHES = 6.0
+# Edges of the graph of patches that reach over one patch at most: they meet at corners.
+DETOUR = 1.3
+# Vertices for each fit, at least: a window holds twice as many.
+LEAST = 40
+# Share of the gap that the change is, at least: where it is less any scale shows the same umbilics.
+UNSETTLED = 0.2
+# Share of the change that errors of single patches may be: where they are all of it, 1.1.
+NOISY = 0.65
+# Turn, in radians over the radius, up to which a place is seen by the wide fits; from twice that
+# on by those of the surface alone.
+WIDEST = 0.7
+# Cosine between the normals of the wide fits and of the surface below which they are not of it.
+ALIKE = 0.5
+# Patches that are fitted by one thread at once; and what is nothing beside one.
+CHUNK, TINY = 1024, 1e-6
+# Patches that are fitted to see whether the surface has a size of its own.
+SAMPLED = 300
+# From a radius to one so much larger cubics miss twice as much of a smooth surface. Where the
+# change rises less than half as much there is detail at every size.
+STEP = float(np.sqrt(2.0))
+
+
+@dataclass(frozen=True)
+class Form:
+    """What wide fits see.
+
+    Attributes
+    ----------
+    field:
+        Shape operators at the n vertices, by the wide fits as far as the surface turns little
+        within them, else those of the surface itself; `noise` its standard errors.
+    share:
+        (n,) how much of each is the wide fits', 0 to 1.
+    radius:
+        Root mean square distance of their samples.
+    """
+
+    field: CurvatureField
+    share: np.ndarray
+    radius: float
+
+
+@dataclass(frozen=True)
+class _Patches:
+    """Small connected pieces of a surface, p of them.
+
+    Attributes
+    ----------
+    patch:
+        (n,) that of each vertex.
+    middle, normal:
+        (p, 3) mean places and unit normals.
+    area:
+        (p,) their areas.
+    graph:
+        (p, p) bool, whether an edge joins two, each with itself as well.
+    side:
+        The length that they are cut to.
+    """
+
+    patch: np.ndarray
+    middle: np.ndarray
+    normal: np.ndarray
+    area: np.ndarray
+    graph: sparse.csr_array
+    side: float
+
+    @classmethod
+    def of(cls, surface: Surface, normals: np.ndarray, side: float) -> _Patches:
+        """The parts that a grid of cubes of this side cuts the surface into."""
+        cube = np.floor(surface.vertices / side).astype(np.int64)
+        cube -= cube.min(axis=0)
+        y, z = cube[:, 1:].max(axis=0) + 1
+        key = (cube[:, 0] * y + cube[:, 1]) * z + cube[:, 2]
+        n = len(key)
+        tail, head = surface.owner, surface.neighbours
+        same = np.flatnonzero((key[tail] == key[head]) & (tail < head))
+        inside = sparse.coo_array((np.ones(len(same), bool), (tail[same], head[same])), (n, n))
+        count, patch = csgraph.connected_components(inside, directed=False)
+        weight = surface.vertex_area / 3.0
+        area = np.bincount(patch, weight)
+        middle, normal = (
+            np.stack([np.bincount(patch, weight * axis) for axis in vectors.T], axis=1)
+            for vectors in (surface.vertices, normals)
+        )
+        middle = middle / np.maximum(area, np.finfo(float).tiny)[:, None]
+        tail, head = patch[tail], patch[head]
+        apart = np.flatnonzero(tail < head)
+        keys = np.unique(tail[apart].astype(np.int64) * count + head[apart])
+        one, two = np.divmod(keys, count)
+        own = np.arange(count)
+        rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
+        ones = np.ones(len(rows), bool)
+        graph = sparse.coo_array((ones, (rows, columns)), (count, count)).tocsr()
+        return cls(patch, middle, unit(normal), area, graph, side)
+
+
+def form_of(
+    surface: Surface, normals: np.ndarray, field: CurvatureField, progress: Progress
+) -> Form | None:
+    """The form of a surface that has detail at every size; None of one that has a size of its own.
+
+    Parameters
+    ----------
+    normals:
+        (n, 3) unit vertex normals.
+    field:
+        Shape operators of the surface itself.
+    """
+    area = float(surface.face_normal_area[1].sum())
+    for doubled in range(MOST_DOUBLED):
+        # Weights (1 - d^2 / reach^2)^2 have a root mean square distance of half the reach; points
+        # of a disc are 1 / sqrt(2) of its radius from its middle.
+        radius = float(np.sqrt(area / (2.0 * np.pi * FITS * 2**doubled)))
+        if LEAST * FITS * 2**doubled > len(surface.vertices):
+            return None
+        patches = _Patches.of(surface, normals, 2.0 * radius / PATCHES)
+        factor = _change(patches, radius, progress)
+        if factor is not None:
+            return _form(surface, patches, radius, factor, field, progress) if factor else None
+    return None
+
+
+def _change(patches: _Patches, radius: float, progress: Progress) -> float | None:
+    """The change to the next radius over the error that residuals tell, where it neither rises as
+    that of a smooth surface does nor is what independent errors make; 0 where it does or is; None
+    where fits turn too far to tell."""
+    step = max(len(patches.area) // SAMPLED, 1)
+    # Every so many along an axis: whatever number they have.
+    some = np.argsort(patches.middle[:, 0], kind="stable")[::step]
+    deviators, known = [], np.ones(len(some), bool)
+    for scale in (1.0 / STEP, 1.0, STEP):
+        fit, size, _ = _fits(patches, scale * radius, some, progress)
+        c = fit.coefficients
+        operator = operator_of_heights(c[1, 0], c[0, 1], 2 * c[2, 0], c[1, 1], 2 * c[0, 2])
+        found = (operator.real + 1j * operator.imaginary) / size
+        known &= fit.determined
+        deviators.append(found)
+        if scale == 1.0:
+            noise = fit.gap_error / size
+            turn = np.abs(operator.mean) + 0.5 * np.abs(found) * size
+    if not known.any():
+        return None
+    if np.median(turn[known]) > MOST_TURN:
+        return None
+    one, two = (float(np.median(np.abs(b - a)[known])) for a, b in pairwise(deviators))
+    gap = float(np.median(np.abs(deviators[1])[known]))
+    falls = two < STEP * one and two > UNSETTLED * gap
+    independent = float(np.median(noise[known]))
+    return two / independent if falls and 0.0 < independent < NOISY * two else 0.0
+
+
+def _form(
+    surface: Surface,
+    patches: _Patches,
+    radius: float,
+    factor: float,
+    field: CurvatureField,
+    progress: Progress,
+) -> Form:
+    every = np.arange(len(patches.area))
+    fit, size, axes = _fits(patches, radius, every, progress)
+    there, values = rows_of(fit, size, axes, patches.middle)
+    # Fits count in the mean by the area of their patches.
+    there[:, 6] /= np.sqrt(np.maximum(patches.area, np.finfo(float).tiny))
+    fits = Fits(there, (values[:, None],))
+    near = patches.graph[patches.patch]
+    jets = blended(surface.vertices, patches.normal[patches.patch], fits, near, progress)
+    under = field.normal
+    turn = radius * np.maximum(np.abs(jets.k1), np.abs(jets.k2))
+    share = np.clip(2.0 - turn / WIDEST, 0.0, 1.0)
+    share[~jets.determined | (np.einsum("nc,nc->n", under, jets.normal) < ALIKE)] = 0.0
+    rows = np.flatnonzero(share)
+    e1, e2 = tangents(under)
+    deviator = (1.0 - share) * doubled_angle(field.d1, e1, e2, field.gap)
+    mean = 0.5 * (1.0 - share) * (field.k1 + field.k2)
+    first = carried(jets.d1[rows], jets.normal[rows], under[rows])
+    wide = doubled_angle(first, e1[rows], e2[rows], (jets.k1 - jets.k2)[rows])
+    deviator[rows] += share[rows] * wide
+    mean[rows] += 0.5 * share[rows] * (jets.k1 + jets.k2)[rows]
+    noise = (1.0 - share) * field.noise + share * factor * jets.noise
+    return Form(field_from_deviators(mean, deviator, under, noise), share, radius)
+
+
+def _fits(
+    patches: _Patches, radius: float, centres: np.ndarray, progress: Progress
+) -> tuple[HeightFit, np.ndarray, np.ndarray]:
+    """Cubics at patches (c,), their radii (c,) and axes (3, 3, c)."""
+    reach = 2.0 * radius
+    along = patches.normal[centres].T
+    axes = np.stack([*frame(along), along])
+    sums = np.empty((sum_count(DEGREE), len(centres)))
+    size, count = np.empty((2, len(centres)))
+    coordinates, normals = (np.ascontiguousarray(a.T) for a in (patches.middle, patches.normal))
+    rings = int(np.ceil(DETOUR * reach / patches.side))
+
+    def fit(first: int) -> None:
+        workspace = Workspace()
+        rows = np.arange(first, min(first + CHUNK, len(centres)))
+        for some, around in grow(patches.graph[centres[rows]], patches.graph, rings - 1, progress):
+            own = rows[some]
+            of = np.repeat(own, np.diff(around.indptr))
+            away = coordinates[:, around.indices] - coordinates[:, centres[of]]
+            inside = np.einsum("ck,ck->k", away, away) < reach * reach
+            start = np.append(0, np.cumsum(inside))[around.indptr]
+            ones = np.ones(int(start[-1]), bool)
+            near = sparse.csr_array((ones, around.indices[inside], start), around.shape)
+            for block, members in by_size(near, SAMPLES_PER_BLOCK):
+                at = own[block]
+                offset = coordinates[:, members] - coordinates[:, None, centres[at]]
+                square = np.einsum("csb,csb->sb", offset, offset)
+                weight = np.maximum(1.0 - square / reach**2, TINY) ** 2 * patches.area[members]
+                # Area as the plane sees it: the other side of a thin sheet is none of it.
+                facing = np.einsum("csb,cb->sb", normals[:, members], along[:, at])
+                weight *= np.maximum(facing, TINY)
+                total = weight.sum(axis=0)
+                size[at] = np.sqrt(np.einsum("sb,sb->b", weight, square) / total)
+                size[at] = np.maximum(size[at], TINY * reach)
+                count[at] = total**2 / np.einsum("sb,sb->b", weight, weight)
+                x, y, z = np.einsum("csb,kcb->ksb", offset, axes[:, :, at] / size[at])
+                some_sums = np.empty((len(sums), len(at)))
+                sum_samples(x, y, z, weight, DEGREE, some_sums, workspace)
+                sums[:, at] = some_sums
+
+    run(fit, range(0, len(centres), CHUNK), progress)
+    return solve_heights(sums, count, DEGREE, Workspace()), size, axes

@@ -1,0 +1,61 @@
+"""What wide fits see of surfaces with detail at every size, and that others have no such form."""
+
+import numpy as np
+import pytest
+from surfaces import ellipsoid
+
+import core
+from core.base.progress import Progress
+from core.curvature.field import CurvatureField
+from core.curvature.form import form_of
+from core.mesh.mending.repair import clean
+from core.mesh.normals import vertex_normals
+
+LEVEL = 5
+OCTAVES = 5
+
+
+def rough(seed, size=0.03):
+    """Vertices and triangles of an ellipsoid with waves of ever half the length and about a third
+    of the height, whose curvature is that much larger at every size."""
+    made = ellipsoid((1.5, 1.2, 1.0), LEVEL)
+    random, heights = np.random.default_rng(seed), np.zeros(len(made.vertices))
+    for octave in range(OCTAVES):
+        for _ in range(8):
+            way = random.normal(size=3)
+            way *= 3.0 * 2.0**octave / np.linalg.norm(way)
+            waves = np.sin(made.vertices @ way + random.uniform(0.0, 2.0 * np.pi))
+            heights += size * 0.35**octave * waves
+    away = made.vertices / np.linalg.norm(made.vertices, axis=1, keepdims=True)
+    return made.vertices + heights[:, None] * away, made.triangles
+
+
+def found(vertices, triangles):
+    surface, _ = clean(vertices, triangles)
+    curvature = core.detect(vertices, triangles).curvature
+    values = {
+        name: value * (surface.unit if value.ndim == 1 else 1.0)
+        for name, value in vars(curvature).items()
+    }
+    return form_of(surface, vertex_normals(surface), CurvatureField(**values), Progress())
+
+
+def test_a_surface_with_a_size_of_its_own_has_no_form():
+    made = ellipsoid((1.5, 1.2, 1.0), LEVEL)
+    assert found(made.vertices, made.triangles) is None
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_detail_at_every_size_has_a_form(seed):
+    form = found(*rough(seed))
+    assert form is not None
+    assert form.share.mean() > 0.5
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_umbilics_of_the_form_balance_and_none_is_certain(seed):
+    detection = core.detect(*rough(seed))
+    assert detection.index_sum == 2.0
+    assert not detection.umbilics.certain.any()
+    turning = detection.triangle_index[detection.umbilics.triangle]
+    assert (turning == detection.umbilics.index).all()
