@@ -227,6 +227,8 @@ def _ridges(path: Path, data: Exported, turn: np.ndarray) -> None:
 
 
 def _ridge_figures(rows: Path, same: Path, data: Exported, turn: np.ndarray) -> None:
+    if data.ridges is None:
+        raise FormatError("There are no ridges to write.")
     table = ridges_table(_turned(data.ridges, turn))
     write_points_csv(rows, table)
     write_points_json(same, {"ridges": table})
