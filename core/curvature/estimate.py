@@ -49,6 +49,8 @@ class Estimate:
         Median standard deviation of the heights about the fits, in length; NaN without jets.
     factor:
         Of the standard errors, as in `Scale`.
+    rough:
+        Whether errors of the points, or detail as small, made fits reach beyond two rings.
     closer, degree:
         What the jets around umbilics were fitted to, and their degree; None and 0 without.
     rings, degrees:
@@ -66,6 +68,7 @@ class Estimate:
     neighbourhood: Neighbourhood | None
     residual: float
     factor: float = 1.0
+    rough: bool = False
     closer: Scale | None = None
     degree: int = 0
     rings: np.ndarray | None = None
@@ -166,6 +169,7 @@ def _from_jets(
         scale.neighbourhood,
         float(np.median(jets.residual)),
         scale.factor,
+        not (scale.clean or scale.neighbourhood.focused),
     )
     if not automatic:
         return whole

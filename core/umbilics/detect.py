@@ -123,12 +123,17 @@ def detect(
                 )
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
     shown: FormUmbilics | None = None
-    if _may_have_no_scale(settings, cad):
+    if _may_have_no_scale(settings, cad, fitted):
         with clock.stage("form"):
             form = form_of(surface, normals, fitted.field, part.quiet())
             if form is not None:
                 shown = umbilics_of_form(surface, fitted, form, part.quiet())
                 fitted = shown.fitted
+                warnings.append(
+                    "The surface has detail at every size, as scans have: the umbilics shown are "
+                    "those of its form, and none of them is certain. Choose a scale to see those "
+                    "of finer detail."
+                )
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
@@ -288,11 +293,12 @@ def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
     return tessellation(surface, angle) if angle < 180.0 else None
 
 
-def _may_have_no_scale(settings: Settings, cad: Tessellation | None) -> bool:
-    """Whether the scale is to be chosen, and what is found by the index judged."""
+def _may_have_no_scale(settings: Settings, cad: Tessellation | None, fitted: Estimate) -> bool:
+    """Whether the scale was to be chosen and what is found by the index is judged, on a surface
+    whose finest fits follow something else than its shape: where these do, it has a size."""
     chosen = settings.curvature == "jets" and not settings.normal_smoothing
     chosen &= settings.scale == AUTO and cad is None
-    return chosen and settings.method == "S" and settings.certified
+    return chosen and settings.method == "S" and settings.certified and fitted.rough
 
 
 def _paired(
