@@ -7,7 +7,7 @@ import numpy as np
 import core
 from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
-from core.retopology.quads.finishing.crossings import crossings
+from core.retopology.quads.finishing.faults.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints
 
 # Vertices lie on the surface within this part of its size.

@@ -82,7 +82,9 @@ MODULES = {
         "retopology/crosses/test_dipoles.py",
         "retopology/test_thin_sheets.py",
     ),
-    "core/retopology/quads/finishing/mending.py": ("retopology/quads/test_quads_finishing.py",),
+    "core/retopology/quads/finishing/faults/mending.py": (
+        "retopology/quads/test_quads_finishing.py",
+    ),
     "core/retopology/quads/finishing/opening.py": ("retopology/quads/test_opening.py",),
 }
 # Loaded once: each mutant is run in a fork of this process.

@@ -21,9 +21,9 @@ from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from ..by_hand import Strokes, WantedPoles
 from ..planner import Guide
-from .finishing.crossings import crossings
+from .finishing.faults.crossings import crossings
+from .finishing.faults.last_check import checked
 from .finishing.finished import filled
-from .finishing.last_check import checked
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
@@ -132,9 +132,7 @@ def remesh(
     plane = prepared.plane
     if plane is not None:
         made = mirrored(made, plane, detection.umbilics, prepared.size)
-    said = words_of_count(
-        len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid)
-    )
+    said = words_of_count(len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid))
     return replace(made, warnings=(*made.warnings, *said))
 
 

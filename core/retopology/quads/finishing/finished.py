@@ -16,14 +16,14 @@ from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
 from .directions import direction_weights, guiding_directions
+from .faults.mending import against, mend, oriented_quality, quality_to_mend
+from .faults.unfolding import own_quality, unfolded
+from .faults.worst import worst_opened
 from .guides import Guides, vertex_normals
-from .mending import against, mend, oriented_quality, quality_to_mend
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed, squared
-from .unfolding import own_quality, unfolded
 from .unlaid import Unlaid
-from .worst import worst_opened
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3

@@ -13,11 +13,11 @@ from scipy.spatial import cKDTree
 from ....base.progress import Progress
 from ....base.unit import unit
 from ....mesh.surface import Surface
-from .crossings import crossings
+from .faults.crossings import crossings
+from .faults.mending import against
+from .faults.unfolding import own_quality, to_stop
 from .guides import vertex_normals
-from .mending import against
 from .projection import ClosestPoints
-from .unfolding import own_quality, to_stop
 
 # Rounds, and the way in each by the mean side of the quads that cross.
 ROUNDS, STEP = 16, 0.02

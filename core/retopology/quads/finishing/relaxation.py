@@ -18,8 +18,8 @@ from ....base.subsets import places_in
 from ....base.unit import unit
 from ....mesh.rings import with_rings
 from ..field.crosses import QUARTER
+from .faults.mending import STAGES, mend, move_axes, oriented_quality
 from .guides import Guides, moved_along, own_planes, vertex_normals
-from .mending import STAGES, mend, move_axes, oriented_quality
 from .opening import Squaring
 
 # How much vertices stay where they are, beside what one quad wants.

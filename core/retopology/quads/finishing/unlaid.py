@@ -21,12 +21,12 @@ from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import SCRAP, WorkingSurface
+from .faults.mending import mend
+from .faults.unfolding import laid_on, unfolded
 from .guides import Guides, on_curve, vertex_normals
-from .mending import mend
 from .parting import without_folds
 from .projection import ClosestPoints
 from .reporting import angle_to_curvature
-from .unfolding import laid_on, unfolded
 
 # Quads that a triangle is cut into.
 EACH = 3

@@ -7,6 +7,7 @@ from core.retopology.quads.finishing.opening import (
     FARTHEST,
     LEAST_SIDE,
     NEARLY,
+    NOTHING,
     SOFT,
     Opening,
     Squaring,
@@ -110,8 +111,8 @@ def test_a_square_turned_from_its_directions_is_pulled_by_both_middle_lines(degr
     found, _ = problem._value(np.zeros(0))
     off = 0.5 * np.sin(2.0 * turn) / (1.0 + SOFT**2)
     pulled = 2.0 * 0.7 * (np.hypot(off, NEARLY) - NEARLY)
-    soft = 4.0 * (1.0 - 1.0 / (1.0 + SOFT**2))
-    assert found == pytest.approx(pulled + soft)
+    lacking = 4.0 * (1.0 - 1.0 / (1.0 + SOFT**2) + NOTHING)
+    assert found == pytest.approx(pulled + lacking)
 
 
 def test_least_in_a_box():

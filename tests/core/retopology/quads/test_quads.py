@@ -13,7 +13,7 @@ from surfaces import cylinder, ellipsoid, sphere, torus
 import core
 from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity, scaled_jacobian
-from core.retopology.quads.finishing.crossings import crossings
+from core.retopology.quads.finishing.faults.crossings import crossings
 from core.retopology.quads.finishing.finished import guides_of
 from core.retopology.quads.finishing.placement import place
 from core.retopology.quads.finishing.projection import ClosestPoints

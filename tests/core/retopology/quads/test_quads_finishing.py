@@ -14,17 +14,22 @@ from core.base.progress import Progress
 from core.mesh.mending.repair import clean
 from core.mesh.rings import with_rings
 from core.retopology.quads.conformity import scaled_jacobian
-from core.retopology.quads.finishing import finished, last_check, mending
+from core.retopology.quads.finishing import finished
 from core.retopology.quads.finishing.directions import direction_weights
+from core.retopology.quads.finishing.faults import last_check, mending
+from core.retopology.quads.finishing.faults.mending import (
+    against,
+    oriented_quality,
+    quality_to_mend,
+)
+from core.retopology.quads.finishing.faults.unfolding import unfolded
+from core.retopology.quads.finishing.faults.worst import worst_opened
 from core.retopology.quads.finishing.guides import Guides
-from core.retopology.quads.finishing.mending import against, oriented_quality, quality_to_mend
 from core.retopology.quads.finishing.opening import Squaring
 from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.relaxation import squared
 from core.retopology.quads.finishing.reporting import words_of_shape
-from core.retopology.quads.finishing.unfolding import unfolded
-from core.retopology.quads.finishing.worst import worst_opened
 from core.retopology.quads.preparation import Given, prepare
 
 

@@ -360,8 +360,9 @@ def test_vertices_one_step_of_their_numbers_apart(shape):
     vertices, triangles = lathe(goblet(0.15, 0.5)) if shape == "goblet" else cube(2)
     surface, _ = clean(vertices, triangles)
     normal, _ = surface.face_normal_area
-    bend = np.einsum("ec,ec->e", normal[np.arange(len(surface.twin)) // 3],
-                     normal[surface.twin // 3])
+    bend = np.einsum(
+        "ec,ec->e", normal[np.arange(len(surface.twin)) // 3], normal[surface.twin // 3]
+    )
     marked = (bend < 0.7) & (np.random.default_rng(0).random(len(bend)) < 0.3)
     spoiled = with_needles(plain(vertices, triangles), marked, 1.2e-7)
     made = core.remesh(spoiled.vertices, spoiled.triangles, core.RemeshSettings(quads=600))

@@ -10,10 +10,10 @@ from core.mesh.mending.repair import clean
 from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity, scaled_jacobian
 from core.retopology.quads.finishing import finished, unlaid
+from core.retopology.quads.finishing.faults.unfolding import laid_on, own_quality
 from core.retopology.quads.finishing.guides import Guides
 from core.retopology.quads.finishing.parting import without_folds
 from core.retopology.quads.finishing.projection import ClosestPoints
-from core.retopology.quads.finishing.unfolding import laid_on, own_quality
 from core.retopology.quads.layout.effort import Effort
 from core.retopology.quads.surface.decimation import coarsened
 from core.retopology.quads.surface.subdivision import Triangles, refined
@@ -73,9 +73,7 @@ def test_borders_coarsened_keep_the_topology():
     vertices, triangles = torn(2, 0.01)
     mesh = as_triangles(vertices, triangles)
     made = coarsened(mesh, len(triangles) // 8, Progress(), borders=True)
-    before, after = (
-        clean(one.vertices, one.triangles)[0] for one in (mesh, made)
-    )
+    before, after = (clean(one.vertices, one.triangles)[0] for one in (mesh, made))
     assert len(made.triangles) < len(triangles) // 4
     assert after.euler_characteristic.sum() == before.euler_characteristic.sum()
     held = coarsened(mesh, len(triangles) // 8, Progress())

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....base.progress import Progress
-from ....base.subsets import places_in
-from ....base.unit import unit
-from ....mesh.rings import with_rings
-from ..conformity import conformity, scaled_jacobian
-from .guides import Guides, beside, on_curve, vertex_normals
+from .....base.progress import Progress
+from .....base.subsets import places_in
+from .....base.unit import unit
+from .....mesh.rings import with_rings
+from ...conformity import conformity, scaled_jacobian
+from ..guides import Guides, beside, on_curve, vertex_normals
+from ..opening import Opening
 from .mending import against
-from .opening import Opening
 
 # Rings around folded quads that move, how much a move costs beside a corner that misses all, and
 # how often the normals of the quads around are averaged, in one attempt after the other; from the

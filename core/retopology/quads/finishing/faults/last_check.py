@@ -13,15 +13,15 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....base.progress import Progress
-from ....mesh.rings import with_rings
-from ....mesh.surface import Surface
-from ..result import QuadMesh
-from .finished import OFF
-from .guides import Guides, vertex_normals
+from .....base.progress import Progress
+from .....mesh.rings import with_rings
+from .....mesh.surface import Surface
+from ...result import QuadMesh
+from ..finished import OFF
+from ..guides import Guides, vertex_normals
+from ..parting import made_crossings
+from ..projection import ClosestPoints
 from .mending import against, mend
-from .parting import made_crossings
-from .projection import ClosestPoints
 from .unfolding import locally_unfolded, own_quality
 
 # Rings around wrong quads within which vertices may move, and beyond these for what tells whether

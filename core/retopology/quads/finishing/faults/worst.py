@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....base.progress import Progress
-from ....base.unit import unit
-from ....mesh.rings import with_rings
-from .guides import Guides, moved_along, vertex_normals
+from .....base.progress import Progress
+from .....base.unit import unit
+from .....mesh.rings import with_rings
+from ..guides import Guides, moved_along, vertex_normals
 from .mending import oriented_quality, quality_to_mend
 
 # Quads below the first scaled Jacobian are tried; what lacks to the second counts by this power.

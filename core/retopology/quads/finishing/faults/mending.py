@@ -11,14 +11,14 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ....base.progress import Progress
-from ....base.subsets import places_in
-from ....base.unit import unit
-from ....mesh.rings import with_rings
-from ..conformity import scaled_jacobian
-from .guides import Guides, beside, filled_corner, moved_along, surface_axes, vertex_normals
-from .opening import Opening
-from .projection import ClosestPoints
+from .....base.progress import Progress
+from .....base.subsets import places_in
+from .....base.unit import unit
+from .....mesh.rings import with_rings
+from ...conformity import scaled_jacobian
+from ..guides import Guides, beside, filled_corner, moved_along, surface_axes, vertex_normals
+from ..opening import Opening
+from ..projection import ClosestPoints
 
 # Below the scaled Jacobian in front quads are bad, and their corners are opened up to the sine
 # behind it: first all that are worse than a pole of valence 3 needs them (0.87), which makes the
@@ -171,9 +171,7 @@ def _won(
     return float(1.0 - _missing(position, quads, guides, wanted).sum() / missing.sum())
 
 
-def _places(
-    quads: np.ndarray, rows: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray]:
+def _places(quads: np.ndarray, rows: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The connected set of moving vertices that each of the rows (r,) and quads (q,) is in, -1 for
     quads in none."""
     local = places_in(rows, count)[quads]
@@ -188,9 +186,7 @@ def _places(
     return label, np.where(chosen >= 0, label[np.maximum(chosen, 0)], -1)
 
 
-def _missing(
-    position: np.ndarray, quads: np.ndarray, guides: Guides, wanted: float
-) -> np.ndarray:
+def _missing(position: np.ndarray, quads: np.ndarray, guides: Guides, wanted: float) -> np.ndarray:
     """(q,) squares of what quads lack."""
     return np.maximum(wanted - oriented_quality(position, quads, guides), 0.0) ** 2
 

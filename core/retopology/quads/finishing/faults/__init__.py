@@ -1,0 +1,1 @@
+"""Folded, skewed and crossing quads: found, and mended in their place."""
