@@ -14,8 +14,6 @@ LACK = "out of memory: give it more with fewer --jobs or a larger --memory-limit
 BLENDER = 500 << 20
 # A process that failed with this part of its bound in use has run out of memory.
 _NEARLY_FULL = 0.75
-# The exit code of a program whose libraries cannot be loaded, too short for a look at it.
-_NOT_LOADED = 127
 
 
 def processors() -> int:
@@ -80,12 +78,12 @@ class Memory:
         peak, data = memory_of(self._process)
         self.peak, self._fullest = max(self.peak, peak), max(self._fullest, data)
 
-    def is_spent(self, code: int) -> bool:
-        """Whether a process that failed with `code` has run out of it: what is asked for last may
-        be large, and native code says nothing of it."""
-        if not self._bound:
-            return False
-        return code == _NOT_LOADED or self._fullest > _NEARLY_FULL * self._bound
+    def is_spent(self) -> bool:
+        """Whether a process that ended without a word of its own has run out of it: what is asked
+        for last may be large, and native code says nothing of it. With less than Blender alone
+        takes, it ends in as many ways as there are systems, mostly too soon for a look at it."""
+        full = self._fullest > _NEARLY_FULL * self._bound
+        return bool(self._bound) and (full or self._bound < BLENDER)
 
     def lack(self) -> str:
         """What to say when it is spent."""

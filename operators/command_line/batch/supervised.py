@@ -55,7 +55,7 @@ def _one_file(
         error = STOPPED
     elif code is None:
         error = f"given up after {request.limits.seconds:g} s (--time-limit)."
-    elif memory.is_spent(code):
+    elif memory.is_spent():
         error = f"{memory.lack()}."
     else:
         error = f"Blender ended with {machine.end_in_words(code)}: the file may be damaged."

@@ -131,7 +131,7 @@ class Worker:
         code = self._process.returncode
         words = ("memoryerror", "alloc")
         told = any(word in line.lower() for line in lines[-20:] for word in words)
-        if told or self.memory.is_spent(code):
+        if told or self.memory.is_spent():
             return self.memory.lack()
         if code == 0:
             return "its report is missing or incomplete, although Blender ended well"

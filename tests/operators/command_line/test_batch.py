@@ -223,6 +223,20 @@ def test_memory_too_small_for_blender_itself_is_said(
     assert not list(tmp_path.rglob("a*.json"))
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux bounds another process's memory")
+@pytest.mark.parametrize(("megabytes", "is_spent"), [(150, True), (4096, False)])
+def test_an_end_too_soon_for_a_look_is_laid_on_a_bound_below_blenders_need(
+    batch, megabytes, is_spent
+):
+    # How it ends differs from system to system: exit code 127, or signal 6, 9 or 11.
+    machine = import_module(f"{batch.__name__}.machine")
+    with subprocess.Popen(["sleep", "60"]) as process:
+        memory = machine.Memory(process.pid)
+        memory.limit(megabytes << 20)
+        process.kill()
+    assert memory.is_spent() is is_spent
+
+
 @needs_program
 def test_parts_are_brought_together_in_one_summary(said_by, tmp_path):
     write_ellipsoid(tmp_path / "in/a.obj")
