@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from ..base.unit import angles_between, unit
 from .surface import Surface
@@ -27,156 +28,350 @@ FEWEST = 6
 ON_SPHERE = 0.35
 
 
+# Numbers of the kinds in arrays; none is exact.
+KINDS = (PLANAR, CYLINDRICAL, CONICAL, SPHERICAL)
+NONE = -1
+# Share of the squared spread of points along all directions below which that along one is
+# round-off: the sums hold about 1e-16 of it.
+UNSPREAD = 1e-13
+# Triangles whose faces are looked at together.
+BLOCK = 1 << 18
+
+
 @dataclass(frozen=True)
-class ExactShape:
-    """What an exact face is part of.
+class ExactShapes:
+    """What f faces are part of.
 
     Attributes
     ----------
     kind:
-        "planar", "cylindrical", "conical" or "spherical".
+        (f,) int8 the number of "planar", "cylindrical", "conical" or "spherical" in `KINDS`; `NONE`
+        for what is none of these.
     mean_curvature:
-        Of the face, in the coordinates of the surface; of a cone
-        at the median distance of its vertices from the axis.
+        (f,) float64 of each face, in the coordinates of the surface; of a cone at the median
+        distance of its vertices from the axis.
     axis:
-        (3,) float64 unit axis of a cylinder or cone, zero for the others.
+        (f, 3) float64 unit axis of each cylinder or cone, zero for the others.
     """
 
-    kind: str
-    mean_curvature: float
+    kind: np.ndarray
+    mean_curvature: np.ndarray
     axis: np.ndarray
 
 
-def shape_of(surface: Surface, rows: np.ndarray, rounding: np.ndarray) -> ExactShape | None:
-    """The shape that triangles `rows` (t,) with the `normal_rounding` (t,) make up a face of, if
-    they do."""
-    normal, area = surface.face_normal_area
-    n, weight = normal[rows], area[rows]
-    known = weight > 0
-    if not known.any():
-        return ExactShape(PLANAR, 0.0, np.zeros(3))
-    n, weight, rounding = n[known], weight[known], rounding[known]
-    mean = weight @ n
-    length = np.linalg.norm(mean)
-    # Normals that all are near to one another hardly shorten their mean.
-    near = length > 0.5 * weight.sum()
-    if near and (angles_between(n, mean / length) <= 2.0 * FLAT + 2.0 * rounding).all():
-        return ExactShape(PLANAR, 0.0, np.zeros(3))
-    corners = np.unique(surface.triangles[rows])
-    points = surface.vertices[corners]
-    a, b, c = surface.triangles[rows[known]].T
-    middles = (surface.vertices[a] + surface.vertices[b] + surface.vertices[c]) / 3.0
-    # The rims of a cylinder lie on a sphere too, but the normals of a sphere on no circle.
-    found = _of_revolution(points, middles, n, weight, float(rounding.max()))
-    return found if found is not None else _sphere(points, middles, n, weight)
+def shapes_of(
+    surface: Surface, rows: np.ndarray, starts: np.ndarray, rounding: np.ndarray
+) -> ExactShapes:
+    """The shapes that triangles make up faces of, if they do.
 
-
-def _sphere(
-    points: np.ndarray, middles: np.ndarray, normals: np.ndarray, weight: np.ndarray
-) -> ExactShape | None:
-    """The sphere that points (p, 3) lie on and fix, if any.
-
-    Triangles (t,) on it have `middles` and `normals` (t, 3) and areas `weight`.
+    Parameters
+    ----------
+    rows:
+        (t,) triangles, face after face.
+    starts:
+        (f + 1,) where each face begins in them, and the end; none is empty.
+    rounding:
+        (m,) as from `normal_rounding`.
     """
-    if len(points) < FEWEST:
-        return None
-    middle = points.mean(axis=0)
-    local = points - middle
-    size = float(np.abs(local).max())
-    if size == 0.0:
-        return None
-    local = local / size
-    system = np.column_stack([2.0 * local, np.ones(len(local))])
-    solution, _, rank, singular = np.linalg.lstsq(system, (local**2).sum(axis=1), rcond=1e-6)
-    if rank < 4 or singular[-1] < 1e-3 * singular[0]:
-        return None
-    radius = float(np.sqrt(max(solution[3] + (solution[:3] ** 2).sum(), 0.0)))
-    away = np.abs(np.linalg.norm(local - solution[:3], axis=1) - radius)
-    if away.max() > ON_SHAPE * radius:
-        return None
-    away = unit(middles - middle - size * solution[:3])
-    cosine = np.einsum("tc,tc->t", away, normals)
-    outward = float(np.sign(weight @ cosine))
-    if (outward * cosine).min() < np.cos(ON_SPHERE):
-        return None
-    return ExactShape(SPHERICAL, outward / (size * radius), np.zeros(3))
+    f = len(starts) - 1
+    shapes = ExactShapes(np.full(f, NONE, np.int8), np.zeros(f), np.zeros((f, 3)))
+    begin = 0
+    while begin < f:
+        end = int(np.searchsorted(starts, starts[begin] + BLOCK, side="right")) - 1
+        end = max(end, begin + 1)
+        some = rows[starts[begin] : starts[end]]
+        part = slice(begin, end)
+        count = np.diff(starts[begin : end + 1])
+        _tell(
+            surface,
+            some,
+            count,
+            rounding[some],
+            ExactShapes(shapes.kind[part], shapes.mean_curvature[part], shapes.axis[part]),
+        )
+        begin = end
+    return shapes
 
 
-def _of_revolution(
-    points: np.ndarray,
-    middles: np.ndarray,
-    normals: np.ndarray,
-    weight: np.ndarray,
-    rounding: float,
-) -> ExactShape | None:
-    """The circular cylinder or cone, if any: normals at one angle to the axis, vertices in circles
-    around it. The parameters are those of `_sphere`."""
-    if len(points) < FEWEST:
-        return None
-    axis, u, v = _axes(normals, weight)
-    along = normals @ axis
-    slope = _median(along)
-    if np.abs(along - slope).max() > ON_AXIS + 2.0 * rounding:
-        return None
-    sides = np.stack([u, v], axis=1)
-    plane, height = points @ sides, points @ axis
-    middle = plane.mean(axis=0)
-    local = plane - middle
-    scale = float(np.abs(local).max())
-    local, up = local / scale, (height - height.mean()) / scale
-    square = (local**2).sum(axis=1)
+class _Groups:
+    """Values of groups one after the other, `count` (g,) of each, at least one."""
+
+    def __init__(self, count: np.ndarray) -> None:
+        self.count = count
+        self.start = np.cumsum(count) - count
+        self.of = np.repeat(np.arange(len(count)), count)
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """(..., g) sums of values (..., t)."""
+        return np.asarray(np.add.reduceat(values, self.start, axis=-1))
+
+    def largest(self, values: np.ndarray) -> np.ndarray:
+        """(..., g) maxima of values (..., t)."""
+        return np.asarray(np.maximum.reduceat(values, self.start, axis=-1))
+
+    def medians(self, values: np.ndarray) -> np.ndarray:
+        """(g,) medians of values (t,)."""
+        low, high = values.min(), values.max()
+        # One key for group and value: several times faster to sort than two.
+        size = max(float(high - low), float(np.finfo(float).tiny))
+        ordered = values[np.argsort(self.of + (values - low) / (1.001 * size))]
+        half = self.start + self.count // 2
+        other = self.start + (self.count - 1) // 2
+        return np.asarray(0.5 * (ordered[half] + ordered[other]))
+
+    def only(self, wanted: np.ndarray) -> tuple[np.ndarray, _Groups]:
+        """Which values are of the groups `wanted` (g,) bool, (t,) bool, and these groups."""
+        return np.repeat(wanted, self.count), _Groups(self.count[wanted])
+
+
+@dataclass(frozen=True)
+class _Facets:
+    """Facets of g faces, and the vertices of these.
+
+    Attributes
+    ----------
+    face, vertex:
+        How facets (t,) and vertices (p,) are grouped, face after face.
+    normals, middles, points:
+        (3, t), (3, t) and (3, p) of facets and vertices.
+    weight, rounding:
+        (t,) areas of the facets, and as from `normal_rounding`.
+    """
+
+    face: _Groups
+    vertex: _Groups
+    normals: np.ndarray
+    middles: np.ndarray
+    points: np.ndarray
+    weight: np.ndarray
+    rounding: np.ndarray
+
+    def only(self, wanted: np.ndarray) -> _Facets:
+        """Those of the faces `wanted` (g,) bool."""
+        if wanted.all():
+            return self
+        facets, face = self.face.only(wanted)
+        points, vertex = self.vertex.only(wanted)
+        return _Facets(
+            face,
+            vertex,
+            self.normals[:, facets],
+            self.middles[:, facets],
+            self.points[:, points],
+            self.weight[facets],
+            self.rounding[facets],
+        )
+
+
+def _tell(
+    surface: Surface,
+    rows: np.ndarray,
+    count: np.ndarray,
+    rounding: np.ndarray,
+    shapes: ExactShapes,
+) -> None:
+    """Write to `shapes` what faces of triangles `rows` (t,) are, `count` (f,) of each."""
+    normal, area = surface.face_normal_area
+    weight = area[rows]
+    # Triangles without an area say nothing of a face, unless there are no others.
+    known = weight > 0
+    count = np.add.reduceat(known, np.cumsum(count) - count, dtype=count.dtype)
+    shapes.kind[count == 0] = KINDS.index(PLANAR)
+    face = np.flatnonzero(count)
+    if not len(face):
+        return
+    rows, weight, rounding = rows[known], weight[known], rounding[known]
+    groups = _Groups(count[face])
+    normals = np.ascontiguousarray(normal[rows].T)
+    mean = groups.sums(weight * normals)
+    length = np.linalg.norm(mean, axis=0)
+    # Normals that all are near to one another hardly shorten their mean.
+    flat = length > 0.5 * groups.sums(weight)
+    mean /= np.maximum(length, np.finfo(float).tiny)
+    apart = angles_between(normals.T, mean[:, groups.of].T) - 2.0 * rounding
+    flat &= groups.largest(apart) <= 2.0 * FLAT
+    shapes.kind[face[flat]] = KINDS.index(PLANAR)
+    if flat.all():
+        return
+    inside, groups = groups.only(~flat)
+    face, rows = face[~flat], rows[inside]
+    coordinates, corners = surface.coordinates, surface.triangles[rows]
+    vertices, vertex = _vertices_of(corners, groups, coordinates.shape[1])
+    facets = _Facets(
+        groups,
+        vertex,
+        normals[:, inside],
+        coordinates[:, corners].sum(axis=2) / 3.0,
+        coordinates[:, vertices],
+        weight[inside],
+        rounding[inside],
+    )
+    fixed = vertex.count >= FEWEST
+    # The rims of a cylinder lie on a sphere too, but the normals of a sphere on no circle.
+    for find in (_of_revolution, _spheres):
+        if not fixed.any():
+            break
+        found = find(facets.only(fixed))
+        told = face[fixed]
+        shapes.kind[told], shapes.mean_curvature[told] = found.kind, found.mean_curvature
+        shapes.axis[told] = found.axis
+        fixed[fixed] = found.kind == NONE
+
+
+def _vertices_of(corners: np.ndarray, groups: _Groups, n: int) -> tuple[np.ndarray, _Groups]:
+    """(p,) the vertices, out of n, of triangles (t, 3) in groups, each once in a group."""
+    starts = np.append(3 * groups.start, corners.size)
+    ones = np.ones(corners.size, bool)
+    # By counting, there and back, which takes a fifth of the time of a sort.
+    of = sparse.csr_array((ones, corners.ravel(), starts), shape=(len(groups.count), n))
+    of = of.tocsc().tocsr()
+    of.sum_duplicates()
+    return of.indices, _Groups(np.diff(of.indptr))
+
+
+def _nothing(count: int) -> ExactShapes:
+    return ExactShapes(np.full(count, NONE, np.int8), np.zeros(count), np.zeros((count, 3)))
+
+
+def _spheres(facets: _Facets) -> ExactShapes:
+    """The spheres that the vertices lie on and fix, if any."""
+    face, vertex = facets.face, facets.vertex
+    shapes = _nothing(len(face.count))
+    middle = vertex.sums(facets.points) / vertex.count
+    local = facets.points - middle[:, vertex.of]
+    size = np.maximum(vertex.largest(np.abs(local)).max(axis=0), np.finfo(float).tiny)
+    local /= size[vertex.of]
+    square = np.einsum("cp,cp->p", local, local)
+    # |p|^2 - 2 p.c = r^2 - |c|^2, linear in c; what it leaves on average is r^2 - |c|^2.
+    centre, spread = _solved(vertex, 2.0 * local, square)
+    level = vertex.sums(square) / vertex.count
+    radius = np.sqrt(np.maximum(level + np.square(centre).sum(axis=0), 0.0))
+    singular = np.sqrt(np.maximum(np.column_stack([spread, vertex.count]), 0.0))
+    fixed = singular.min(axis=1) >= 1e-3 * singular.max(axis=1)
+    away = np.abs(np.linalg.norm(local - centre[:, vertex.of], axis=0) - radius[vertex.of])
+    fixed &= vertex.largest(away) <= ON_SHAPE * radius
+    place = middle + size * centre
+    out = unit((facets.middles - place[:, face.of]).T)
+    cosine = np.einsum("tc,ct->t", out, facets.normals)
+    outward = np.sign(face.sums(facets.weight * cosine))
+    fixed &= face.largest(-outward[face.of] * cosine) <= -np.cos(ON_SPHERE)
+    shapes.kind[fixed] = KINDS.index(SPHERICAL)
+    shapes.mean_curvature[fixed] = (outward / (size * radius))[fixed]
+    return shapes
+
+
+def _of_revolution(facets: _Facets) -> ExactShapes:
+    """The circular cylinders and cones, if any: normals at one angle to the axis, vertices in
+    circles around it."""
+    face = facets.face
+    shapes = _nothing(len(face.count))
+    axes = _axes(face, facets.normals, facets.weight)
+    along = np.einsum("ct,ct->t", facets.normals, axes[0][:, face.of])
+    slope = face.medians(along)
+    allowed = ON_AXIS + 2.0 * face.largest(facets.rounding)
+    left = face.largest(np.abs(along - slope[face.of])) <= allowed
     # Circles about one axis whose radius changes evenly: |p - c| = r + k h, and the slope of the
     # normals says k.
-    change = 0.0 if abs(slope) < ON_AXIS else -slope / np.sqrt(max(1.0 - slope**2, 1e-12))
+    straight = np.abs(slope) < ON_AXIS
+    change = -slope / np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
+    change[straight] = 0.0
     for sign in (1.0, -1.0):
-        k = sign * change
-        # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
-        system = np.ones((len(up), 3 if k == 0.0 else 4))
-        system[:, :2] = 2.0 * local
-        if k != 0.0:
-            system[:, 2] = 2.0 * k * up
-        wanted = square - k**2 * up**2
-        solution, _, rank, _ = np.linalg.lstsq(system, wanted, rcond=1e-9)
-        if rank < system.shape[1]:
-            continue
-        radius = np.sqrt(max(solution[-1] + (solution[:2] ** 2).sum(), 0.0))
-        far = np.hypot(*(local - solution[:2]).T)
-        if np.abs(far - np.abs(radius + k * up)).max() > ON_SHAPE * max(far.max(), 1e-300):
-            continue
-        typical = _median(far) * scale
-        across = middles @ sides - (solution[:2] * scale + middle)
-        outward = float(np.sign(weight @ np.einsum("tc,tc->t", across, normals @ sides)))
-        kind = CYLINDRICAL if abs(slope) < ON_AXIS else CONICAL
-        bend = 0.5 * outward * float(np.sqrt(1.0 - slope**2)) / typical
-        return ExactShape(kind, bend, axis)
-    return None
+        if not left.any():
+            break
+        some = facets.only(left)
+        bend = _bends(some, axes[:, :, left], sign * change[left])
+        found = np.flatnonzero(left)[np.isfinite(bend)]
+        kinds = np.where(straight[found], KINDS.index(CYLINDRICAL), KINDS.index(CONICAL))
+        shapes.kind[found], shapes.axis[found] = kinds, axes[0][:, found].T
+        inclined = np.sqrt(np.maximum(1.0 - slope[found] ** 2, 0.0))
+        shapes.mean_curvature[found] = 0.5 * inclined * bend[np.isfinite(bend)]
+        left[found] = False
+        left &= ~straight
+    return shapes
 
 
-def _axes(normals: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The axis (3,) about which normals (t, 3) of areas `weight` (t,) lie on a circle, and two unit
-    vectors square to it."""
-    centred = normals - weight @ normals / weight.sum()
-    spread, axes = np.linalg.eigh((centred * weight[:, None]).T @ centred / weight.sum())
-    axis, u, v = axes.T
-    if spread[1] < 1e-4 * spread[2]:
+def _bends(facets: _Facets, axes: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """(g,) one over the median distance of the vertices from the axes of the surfaces of revolution
+    that they lie on, negative where these are hollow; NaN where they lie on none.
+
+    Parameters
+    ----------
+    axes:
+        (3, 3, g) an axis of each, and two unit vectors square to it.
+    change:
+        (g,) how fast the radius grows along the axis.
+    """
+    face, vertex = facets.face, facets.vertex
+    sides = axes[1:]
+    local = np.einsum("kcp,cp->kp", axes[:, :, vertex.of], facets.points)
+    middle = vertex.sums(local) / vertex.count
+    local -= middle[:, vertex.of]
+    scale = np.maximum(vertex.largest(np.abs(local[1:])).max(axis=0), np.finfo(float).tiny)
+    local /= scale[vertex.of]
+    up, plane = local[0], local[1:]
+    growth = change[vertex.of] * up
+    # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
+    unknown = np.stack([*(2.0 * plane), 2.0 * growth])
+    wanted = np.einsum("cp,cp->p", plane, plane) - growth**2
+    solution, spread = _solved(vertex, unknown, wanted)
+    centre = solution[:2]
+    least = np.where(change == 0.0, spread[:, 1], spread[:, 0])
+    fits = least > UNSPREAD * spread[:, 2]
+    level = vertex.sums(wanted) / vertex.count
+    radius = np.sqrt(np.maximum(level + np.square(centre).sum(axis=0), 0.0))
+    far = np.hypot(*(plane - centre[:, vertex.of]))
+    off = np.abs(far - np.abs(radius[vertex.of] + growth))
+    fits &= vertex.largest(off) <= ON_SHAPE * np.maximum(vertex.largest(far), 1e-300)
+    place = middle[1:] + scale * centre
+    across, facing = (
+        np.einsum("kct,ct->kt", sides[:, :, face.of], vectors)
+        for vectors in (facets.middles, facets.normals)
+    )
+    across -= place[:, face.of]
+    outward = np.sign(face.sums(facets.weight * np.einsum("kt,kt->t", across, facing)))
+    typical = np.maximum(vertex.medians(far) * scale, np.finfo(float).tiny)
+    return np.where(fits, outward / typical, np.nan)
+
+
+def _solved(
+    groups: _Groups, unknown: np.ndarray, wanted: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares in each group with a constant beside the columns `unknown` (3, p), whose mean
+    is zero: their (3, g) coefficients, zero along what the points do not tell, and (g, 3) ascending
+    squares of the singular values."""
+    pairs = np.einsum("ip,jp->ijp", unknown, unknown)
+    spread, axes = np.linalg.eigh(np.moveaxis(groups.sums(pairs), 2, 0))
+    right = groups.sums(unknown * wanted)
+    known = spread > UNSPREAD * spread[:, 2:]
+    inverse = np.divide(1.0, spread, out=np.zeros_like(spread), where=known)
+    solution = np.einsum("gik,gk,gjk,jg->ig", axes, inverse, axes, right)
+    return np.asarray(solution), np.asarray(spread)
+
+
+def _axes(groups: _Groups, normals: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(3, 3, g) the axes about which normals (3, t) of areas `weight` (t,) lie on circles, and two
+    unit vectors square to each."""
+    total = groups.sums(weight)
+    centred = normals - (groups.sums(weight * normals) / total)[:, groups.of]
+    pairs = np.einsum("t,ct,dt->cdt", weight, centred, centred)
+    spread, vectors = np.linalg.eigh(np.moveaxis(groups.sums(pairs) / total, 2, 0))
+    axes = np.ascontiguousarray(vectors.transpose(2, 1, 0))
+    for face in np.flatnonzero(spread[:, 1] < 1e-4 * spread[:, 2]):
         # Two facets only: of all the circles through their normals that of a cylinder.
-        far = np.argmax(np.abs(centred @ v))
-        axis = unit(np.cross(normals[far], v))
-        u = np.cross(v, axis)
-    return axis, u, v
+        own = slice(groups.start[face], groups.start[face] + groups.count[face])
+        v = axes[2, :, face]
+        far = np.argmax(np.abs(v @ centred[:, own]))
+        axes[0, :, face] = unit(np.cross(normals[:, own][:, far], v))
+        axes[1, :, face] = np.cross(v, axes[0, :, face])
+    return axes
 
 
-def _median(values: np.ndarray) -> float:
-    """As NumPy's, which takes longer than all else on a face of some hundred triangles."""
-    half = len(values) // 2
-    ordered = np.partition(values, (half, len(values) - half - 1))
-    return float(0.5 * (ordered[half] + ordered[len(values) - half - 1]))
-
-
-def normal_rounding(surface: Surface, triangles: np.ndarray) -> np.ndarray:
-    """(t,) angle that single precision leaves in the normals of triangles, by their heights."""
+def normal_rounding(surface: Surface, triangles: np.ndarray | None = None) -> np.ndarray:
+    """(t,) angle that single precision leaves in the normals of some triangles, or of all, by their
+    heights."""
+    rows = slice(None) if triangles is None else triangles
     _, area = surface.face_normal_area
-    longest = np.sqrt(surface.side_squares[:, triangles].max(axis=0))
-    height = 2.0 * area[triangles] / np.maximum(longest, np.finfo(float).tiny)
+    longest = np.sqrt(surface.side_squares[:, rows].max(axis=0))
+    height = 2.0 * area[rows] / np.maximum(longest, np.finfo(float).tiny)
     step = np.finfo(np.float32).eps * (1.0 + np.abs(surface.origin).max() / surface.unit)
-    return 2.0 * step / np.maximum(height, 10.0 * step)
+    return np.asarray(2.0 * step / np.maximum(height, 10.0 * step))
