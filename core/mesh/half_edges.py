@@ -9,12 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import csgraph
 
 from ..base.parallel import run
 from ..base.progress import Progress
 
 # Half-edges, or vertices, that one thread looks at: fewer are not worth a thread.
 PART = 1 << 17
+# Corners around a vertex up to which fans are walked, a step of all vertices at once: few have more.
+LONG = 64
 
 
 @dataclass(frozen=True)
@@ -146,19 +149,20 @@ def has_pinched_vertex(triangles: np.ndarray, links: HalfEdges) -> bool:
     """Whether several fans of triangles touch at some vertex of (m, 3) triangles.
 
     One fan is walked around every vertex, all together; it must have as many corners as there
-    are at the vertex.
+    are at the vertex. The few vertices of long fans are left out of that, and their fans counted.
     """
     step = _next_around(links.twin)
     first = links.leaving.copy()
     openings = np.flatnonzero(links.twin < 0)
     first[triangles.ravel()[openings]] = openings
     pinched: list[int] = []
+    crowded: list[int] = []
 
     def walk(low: int) -> None:
         walking = low + np.flatnonzero(first[low : low + PART] >= 0)
         begin = current = first[walking]
         length = 0
-        while len(walking) and not pinched:
+        while len(walking) and length < LONG and not pinched:
             length += 1
             current = step[current]
             going = (current >= 0) & (current != begin)
@@ -166,9 +170,25 @@ def has_pinched_vertex(triangles: np.ndarray, links: HalfEdges) -> bool:
                 if (links.corner_count[walking[~going]] != length).any():
                     pinched.append(low)
                 walking, begin, current = walking[going], begin[going], current[going]
+        crowded.extend(walking)
 
     run(walk, range(0, len(first), PART), Progress())
-    return bool(pinched)
+    if pinched or not crowded:
+        return bool(pinched)
+    inside = np.zeros(len(first), bool)
+    inside[crowded] = True
+    return _fan_count(triangles, step, inside) > len(crowded)
+
+
+def _fan_count(triangles: np.ndarray, step: np.ndarray, inside: np.ndarray) -> int:
+    """How many fans of triangles there are around the vertices that are `inside` (n,) bool, by the
+    `step` (3 m,) from corner to corner."""
+    corners = np.flatnonzero(inside[triangles.ravel()])
+    joined = np.flatnonzero(step[corners] >= 0)
+    following = np.searchsorted(corners, step[corners[joined]])
+    ones, shape = np.ones(len(joined), np.int8), (len(corners), len(corners))
+    graph = sparse.coo_array((ones, (joined, following)), shape=shape)
+    return int(csgraph.connected_components(graph, directed=False)[0])
 
 
 def fan_labels(twin: np.ndarray) -> np.ndarray:

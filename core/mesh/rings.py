@@ -11,6 +11,7 @@ from scipy.sparse import csgraph
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.subsets import spans
 from .half_edges import HalfEdges
 from .surface import Surface
 
@@ -51,8 +52,7 @@ def ring_around(links: Surface | HalfEdges, vertices: np.ndarray, rings: int) ->
     front = np.flatnonzero(found)
     for _ in range(rings):
         count = start[front + 1] - start[front]
-        place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        reached = neighbours[np.repeat(start[front], count) + place]
+        reached = neighbours[spans(start[front], count)]
         reached = reached[~found[reached]]
         found[reached] = True
         front = np.unique(reached)

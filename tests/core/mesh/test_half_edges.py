@@ -24,6 +24,11 @@ def parts(request, monkeypatch):
     monkeypatch.setattr(half_edges, "PART", request.param)
 
 
+def test_long_fans_that_are_open_are_one_each(monkeypatch):
+    monkeypatch.setattr(half_edges, "LONG", 2)
+    assert not has_pinched_vertex(OPEN, link(OPEN.astype(np.int32), len(POINTS)))
+
+
 @pytest.mark.parametrize("triangles", [TRIANGLES, OPEN], ids=["closed", "open"])
 def test_a_twin_runs_the_other_way_along_the_same_edge(parts, triangles):
     links = link(triangles.astype(np.int32), len(POINTS))
@@ -44,9 +49,12 @@ def test_two_half_edges_that_run_the_same_way_are_not_linked(parts):
     assert link(twice.astype(np.int32), len(POINTS)) is None
 
 
+@pytest.mark.parametrize("long", [1, 5, half_edges.LONG])
 @pytest.mark.parametrize("vertex", [0, 100, len(POINTS) - 1])
-def test_a_vertex_of_two_fans_is_found_in_whichever_part_it_is(parts, vertex):
-    """Two spheres that touch in one vertex."""
+def test_a_vertex_of_two_fans_is_found_in_whichever_part_it_is(parts, monkeypatch, vertex, long):
+    """Two spheres that touch in one vertex, whether its fans are walked or counted."""
+    monkeypatch.setattr(half_edges, "LONG", long)
+    assert not has_pinched_vertex(TRIANGLES, link(TRIANGLES, len(POINTS)))
     other = TRIANGLES + len(POINTS)
     other[other == len(POINTS) + vertex] = vertex
     both = np.concatenate([TRIANGLES, other]).astype(np.int32)
