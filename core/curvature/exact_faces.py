@@ -36,14 +36,14 @@ def on_faces(surface: Surface, normals: np.ndarray, part: Tessellation) -> Curva
     found = np.flatnonzero(face >= 0)
     rows = found[directed[face[found]]]
     facing, areas = surface.face_normal_area
-    total = np.zeros((n, 3))
+    total = np.zeros((3, n))
     bent = inside[directed[part.face[inside]]]
+    weighted = areas[bent] * facing.take(bent, axis=0).T
     for corner in surface.triangles[bent].T:
         own = face[corner] == part.face[bent]
-        weighted = facing[bent[own]] * areas[bent[own], None]
-        for axis in range(3):
-            total[:, axis] += np.bincount(corner[own], weighted[:, axis], minlength=n)
-    normal = unit(total[rows])
+        for along, added in zip(weighted, total, strict=True):
+            added += np.bincount(corner, own * along, minlength=n)
+    normal = unit(total[:, rows].T)
     along = part.axis[face[rows]]
     along = unit(along - np.einsum("nc,nc->n", along, normal)[:, None] * normal)
     sound = (np.linalg.norm(normal, axis=1) > 0.5) & (np.linalg.norm(along, axis=1) > 0.5)

@@ -64,8 +64,17 @@ def curvature_from_normals(
         for part in parts
     )
     weight[weight == 0] = 1.0
-    deviator = (real + 1j * imaginary) / weight
-    return field_from_deviators(mean / weight, deviator, normals, np.full(n, np.nan))
+    mean, deviator = mean / weight, (real + 1j * imaginary) / weight
+    if vertices is None:
+        return field_from_deviators(mean, deviator, normals, np.full(n, np.nan))
+    rows = np.flatnonzero(vertices)
+    noise = np.full(len(rows), np.nan)
+    some = field_from_deviators(mean[rows], deviator[rows], normals[rows], noise)
+    values = {}
+    for name, value in vars(some).items():
+        values[name] = np.full((n, *value.shape[1:]), np.nan)
+        values[name][rows] = value
+    return CurvatureField(**values)
 
 
 def _face_operators(

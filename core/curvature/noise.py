@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
+from ..base.parallel import run
+from ..base.progress import Progress
 from ..fields.transport import rotation
 from ..mesh.surface import Surface
 from .tolerances import DISCRETIZATION, FIELD_REACH, NEIGHBOUR_SHARE, SINGLE_PRECISION
 
 # Directed edges per block: some ten arrays of this length at a time.
-_BLOCK = 1 << 18
+_BLOCK = 1 << 16
 
 
 def field_noise(
@@ -41,20 +41,23 @@ def field_noise(
     start, neighbours = surface.neighbour_start, surface.neighbours
     valence = np.diff(start)
     gap, lengths = k1 - k2, surface.ring_lengths
-    direction = d1 + 1j * np.cross(normal, d1)
+    direction = np.ascontiguousarray((d1 + 1j * np.cross(normal, d1)).T)
     difference, edge = np.empty(n), np.empty(n)
     # Whole fans to a block.
     ends = np.unique(np.searchsorted(start, np.arange(0, start[-1] + _BLOCK, _BLOCK)).clip(0, n))
-    for first, last in pairwise(ends):
-        other = neighbours[start[first] : start[last]]
-        own = np.repeat(np.arange(first, last), valence[first:last])
-        carried = gap[other] * rotation(direction[own].T, direction[other].T) ** 2
-        length = lengths[start[first] : start[last]]
-        place = start[first:last] - start[first]
-        count = valence[first:last]
-        mean = np.add.reduceat(carried, place) / count
-        difference[first:last] = np.abs(gap[first:last] - mean)
-        edge[first:last] = np.add.reduceat(length, place) / count
+
+    def block(part: int) -> None:
+        rows = slice(ends[part], ends[part + 1])
+        some = slice(start[rows.start], start[rows.stop])
+        other, count = neighbours[some], valence[rows]
+        own = np.repeat(direction[:, rows], count, axis=1)
+        turned = rotation(own, direction.take(other, axis=1, mode="clip"))
+        place = start[rows] - start[rows.start]
+        mean = np.add.reduceat(gap.take(other, mode="clip") * turned * turned, place) / count
+        difference[rows] = np.abs(gap[rows] - mean)
+        edge[rows] = np.add.reduceat(lengths[some], place) / count
+
+    run(block, range(len(ends) - 1), Progress())
     square = difference**2
     around = (np.add.reduceat(square[neighbours], start[:-1]) + square) / (valence + 1)
     largest = np.maximum(np.abs(k1), np.abs(k2))

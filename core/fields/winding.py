@@ -284,7 +284,8 @@ def _intrinsic_turns(
     lower = np.flatnonzero(half_edges < surface.twin[half_edges])
     rotation = angle[twin[lower]] + np.pi - angle[lower]
     turn = np.empty(len(angle))
-    turn[lower] = np.angle(np.exp(-1j * symmetry * rotation))
+    full = 2 * np.pi
+    turn[lower] = full * np.rint(symmetry * rotation / full) - symmetry * rotation
     turn[twin[lower]] = -turn[lower]
     holonomy = scaled.reshape(-1, 3).sum(axis=1) - np.pi
     return turn.reshape(-1, 3), holonomy
