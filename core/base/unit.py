@@ -15,7 +15,9 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 def angles_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(...) radians between unit vectors (..., 3): by their differences, which tell small angles
     better than cosines do."""
-    return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(one - other, axis=-1), 0.0, 1.0))
+    apart = one - other
+    half = 0.5 * np.sqrt(np.einsum("...c,...c->...", apart, apart))
+    return np.asarray(2.0 * np.arcsin(np.clip(half, 0.0, 1.0)))
 
 
 def phase(values: np.ndarray) -> np.ndarray:
