@@ -8,6 +8,7 @@ partition of unity implicits", https://doi.org/10.1145/882262.882293).
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..mesh.cells import Cells
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.rings import spread
 from ..mesh.surface import Surface
@@ -111,7 +113,11 @@ def fit_spread(
     if neighbourhood.rings >= WIDE:
         rounds, edges = 2, 3
     centres, near = spread(graph, rounds, edges, progress.quiet())
-    fits = _fits_at(surface, normals, neighbourhood, fitting, centres)
+    around = neighbourhood
+    nearest = neighbourhood.stretch > 1.0 and neighbourhood.reach is None
+    if nearest and rounds > 1 and graph is neighbourhood.graph:
+        around = dataclasses.replace(neighbourhood, windows=Cells(surface, centres, near))
+    fits = _fits_at(surface, normals, around, fitting, centres)
     blending = progress.part("Fitting jets", 0.7, 1.0)
     jets = blended(surface.vertices, normals, fits, near, blending)
     alone = np.flatnonzero(~jets.determined)

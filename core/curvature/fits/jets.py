@@ -162,7 +162,7 @@ def fit_each(
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
         undetermined = np.flatnonzero(~determined)
-        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more)
+        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more, windows=None)
         for first in range(0, len(undetermined), CHUNK):
             fit(undetermined[first : first + CHUNK], wider)
 
