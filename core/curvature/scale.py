@@ -22,7 +22,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..fields.frames import frame
 from ..mesh.neighbourhoods import Neighbourhood
-from ..mesh.normals import smooth_normals
+from ..mesh.normals import Smoothing, smooth_normals
 from ..mesh.rings import Begun
 from ..mesh.surface import Surface
 from .fits.jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
@@ -166,6 +166,7 @@ def _grown(
 
     axes = normals[centres]
     rings, smoothed = neighbourhood.rings, normals
+    smoothing: Smoothing | None = None
     fits = [at(rings + more, normals) for more in range(3)]
     rough = np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius)
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
@@ -178,7 +179,8 @@ def _grown(
         if rough:
             # What `starting_normals` gives, from where the rings before have come to.
             passes = 1 if rings > 3 else 3
-            smoothed = smooth_normals(surface, smoothed, passes, progress.quiet())
+            smoothing = smoothing or Smoothing(surface)
+            smoothed = smoothing.smoothed(smoothed, passes, progress.quiet())
         fits = [*fits[1:], at(rings + 2, smoothed)]
         changes = [changes[1], float(np.median(_changes(fits[1], fits[2], axes)))]
     around = dataclasses.replace(neighbourhood, rings=rings)

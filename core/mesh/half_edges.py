@@ -16,7 +16,7 @@ from ..base.progress import Progress
 
 # Half-edges, or vertices, that one thread looks at: fewer are not worth a thread.
 PART = 1 << 17
-# Corners around a vertex up to which fans are walked, a step of all vertices at once: few have more.
+# Corners around a vertex up to which fans are walked, a step of all vertices at once.
 LONG = 64
 
 

@@ -93,28 +93,43 @@ def smooth_normals(
     """
     if passes <= 0:
         return normals.copy()
-    area = surface.vertex_area
-    start = surface.neighbour_start
-    n = len(start) - 1
-    weights = area[surface.neighbours]
-    floor = 1e-9 * (area + adjacency(surface, weights).sum(axis=1))
-    for _ in range(passes):
-        smoothed = np.empty((n, 3))
+    return Smoothing(surface).smoothed(normals, passes, progress)
 
-        def block(first: int, before: np.ndarray = normals, after: np.ndarray = smoothed) -> None:
-            rows, begin = slice(first, first + BLOCK), start[first : first + BLOCK + 1]
-            some = slice(begin[0], begin[-1])
-            ring = sparse.csr_array(
-                (weights[some], surface.neighbours[some], begin - begin[0]),
-                shape=(len(begin) - 1, n),
-            )
-            mean = ring @ before + area[rows, None] * before[rows]
-            length = np.sqrt(np.einsum("rc,rc->r", mean, mean))
-            kept = ~(length > floor[rows])
-            if kept.any():
-                mean[kept], length[kept] = before[rows][kept], 1.0
-            np.divide(mean, length[:, None], out=after[rows])
 
-        run(block, range(0, n, BLOCK), progress.quiet() if progress else Progress())
-        normals = smoothed
-    return normals
+class Smoothing:
+    """The filter of `smooth_normals` over a surface, for passes with something between them."""
+
+    def __init__(self, surface: Surface) -> None:
+        self.area = surface.vertex_area
+        self.start, self.neighbours = surface.neighbour_start, surface.neighbours
+        self.weights = self.area.take(self.neighbours, mode="clip")
+        # No ring is empty.
+        around = np.add.reduceat(self.weights, self.start[:-1])
+        self.floor = 1e-9 * (self.area + around)
+
+    def smoothed(
+        self, normals: np.ndarray, passes: int, progress: Progress | None = None
+    ) -> np.ndarray:
+        """(n, 3) unit normals after so many passes, at least one."""
+        n = len(self.area)
+        for _ in range(passes):
+            after = np.empty((n, 3))
+
+            def block(first: int, before: np.ndarray = normals, after: np.ndarray = after) -> None:
+                rows = slice(first, first + BLOCK)
+                begin = self.start[first : first + BLOCK + 1]
+                some = slice(begin[0], begin[-1])
+                ring = sparse.csr_array(
+                    (self.weights[some], self.neighbours[some], begin - begin[0]),
+                    shape=(len(begin) - 1, n),
+                )
+                mean = ring @ before + self.area[rows, None] * before[rows]
+                length = np.sqrt(np.einsum("rc,rc->r", mean, mean))
+                kept = ~(length > self.floor[rows])
+                if kept.any():
+                    mean[kept], length[kept] = before[rows][kept], 1.0
+                np.divide(mean, length[:, None], out=after[rows])
+
+            run(block, range(0, n, BLOCK), progress.quiet() if progress else Progress())
+            normals = after
+        return normals

@@ -88,8 +88,7 @@ def grow(
             reach, lambda rows: rows @ graph, np.diff(graph.indptr), rings, progress
         )
         return
-    # What every ring has added. Only the last leads further, and back to no more than itself and
-    # the one before.
+    # What every ring has added.
     reach.sum_duplicates()
     degree = np.diff(graph.indptr)
     parts = [(np.arange(reach.shape[0]), [reach], rings)]
@@ -103,11 +102,17 @@ def grow(
                 parts.append((rows[half:], [front[half:] for front in fronts], left))
                 rows, fronts = rows[:half], [front[:half] for front in fronts]
                 continue
-            new = fronts[-1] @ graph
-            for known in fronts[-2:]:
-                new = new > known
-            fronts, left = [*fronts, new], left - 1
+            fronts, left = [*fronts, _beyond(fronts, graph)], left - 1
         yield rows, _together(fronts)
+
+
+def _beyond(fronts: list[sparse.csr_array], graph: sparse.csr_array) -> sparse.csr_array:
+    """What the next ring adds: only the last front leads further, and back to no more than itself
+    and the one before."""
+    new = fronts[-1] @ graph
+    for known in fronts[-2:]:
+        new = new > known
+    return new
 
 
 def _half(fronts: list[sparse.csr_array], degree: np.ndarray) -> int:
@@ -140,18 +145,23 @@ class Begun:
     """Rings around the same vertices, grown on where one scale after the other asks for them."""
 
     def __init__(self) -> None:
-        self._rows: dict[bytes, dict[int, sparse.csr_array]] = {}
+        self._fronts: dict[bytes, list[sparse.csr_array]] = {}
 
     def grow(
         self, nodes: np.ndarray, graph: sparse.csr_array, rings: int, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         """As `grow`, so many rings around `nodes` (r,) of always the same graph."""
-        known = self._rows.setdefault(nodes.tobytes(), {1: graph[nodes]})
-        begin = max(have for have in known if have <= rings)
-        for rows, reach in grow(known[begin], graph, rings - begin, progress):
-            if len(rows) == len(nodes):
-                known[rings] = reach
-            yield rows, reach
+        fronts = self._fronts.setdefault(nodes.tobytes(), [graph[nodes]])
+        degree = np.diff(graph.indptr)
+        while len(fronts) < rings:
+            if progress is not None:
+                progress.ask()
+            if _half(fronts, degree):
+                # Too much to keep.
+                yield from grow(graph[nodes], graph, rings - 1, progress)
+                return
+            fronts.append(_beyond(fronts, graph))
+        yield np.arange(len(nodes)), _together(fronts[:rings])
 
 
 def grown_rows(
@@ -204,9 +214,10 @@ def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np
     """
     sizes = np.diff(reach.indptr)
     order = np.argsort(sizes, kind="stable")
-    ends = np.cumsum(np.bincount(sizes)) if len(sizes) else np.zeros(0, int)
+    count = np.bincount(sizes)
+    held = np.flatnonzero(count)
     begin = 0
-    for size, end in enumerate(ends):
+    for size, end in zip(held.tolist(), np.cumsum(count[held]).tolist(), strict=True):
         step = max(most // max(size, 1), 1)
         for low in range(begin, end, step):
             rows = order[low : min(low + step, end)]
