@@ -146,6 +146,34 @@ def _from_jets(
         neighbourhood = _scaled(neighbourhood, surface, settings)
         start = starting_normals(surface, normals, neighbourhood, choosing)
         scale = Scale(neighbourhood, start, 1.0)
+    whole = _at_scale(surface, normals, scale, centres, part, progress)
+    if not automatic:
+        return whole
+    looking = progress.part("Looking closer", 0.9, 1)
+    closer = look_closer(surface, whole.field, whole.radius, scale, looking, exact)
+    return replace(
+        whole,
+        field=closer.field,
+        radius=closer.radius,
+        closer=closer.scale,
+        degree=closer.degree if closer.scale else 0,
+        rings=closer.rings,
+        degrees=closer.degrees,
+        winding=closer.winding,
+        cubic=(whole.field, whole.radius),
+    )
+
+
+def _at_scale(
+    surface: Surface,
+    normals: np.ndarray,
+    scale: Scale,
+    centres: np.ndarray | None,
+    part: Tessellation | None,
+    progress: Progress,
+) -> Estimate:
+    """Jets at one scale, at all vertices or at `centres` (c,); where these are none or do not tell,
+    what faces and normals say."""
     fitting = progress.part("Fitting jets", 0.1, 0.9)
     if centres is None and worth_spreading(scale):
         jets = fit_spread(surface, scale.normals, scale.neighbourhood, fitting)
@@ -162,7 +190,7 @@ def _from_jets(
         else:
             others = on_faces(surface, normals, part)
         field = _filled(field, others, determined)
-    whole = Estimate(
+    return Estimate(
         field,
         radius,
         determined,
@@ -170,21 +198,6 @@ def _from_jets(
         float(np.median(jets.residual)),
         scale.factor,
         not (scale.clean or scale.neighbourhood.focused),
-    )
-    if not automatic:
-        return whole
-    looking = progress.part("Looking closer", 0.9, 1)
-    closer = look_closer(surface, field, radius, scale, looking, exact)
-    return replace(
-        whole,
-        field=closer.field,
-        radius=closer.radius,
-        closer=closer.scale,
-        degree=closer.degree if closer.scale else 0,
-        rings=closer.rings,
-        degrees=closer.degrees,
-        winding=closer.winding,
-        cubic=(field, radius),
     )
 
 

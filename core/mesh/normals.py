@@ -7,7 +7,6 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
-from .rings import adjacency
 from .surface import BLOCK, Surface
 
 # Parts of a large surface that threads sum on their own, few since each has sums of all vertices.

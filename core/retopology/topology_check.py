@@ -23,11 +23,11 @@ from .quads.conformity import scaled_jacobian
 from .quads.finishing.projection import ClosestPoints
 from .quads.result import QuadMesh
 
+# Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
+# that an artist has moved out of the way of a crease or a joint is still that pole.
 REACH = 3.0
-"""Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
-that an artist has moved out of the way of a crease or a joint is still that pole."""
+# Places of the surface, each of as much area, that are looked for on the checked mesh.
 SAMPLES = 20_000
-"""Places of the surface, each of as much area, that are looked for on the checked mesh."""
 # Fractions of the sequence of Roberts (2018), which fills a square evenly from any row on.
 _PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 

@@ -25,9 +25,10 @@ from .monge import operator_of_heights
 
 DEGREE = 3
 # Vertices whose fits are solved together: their systems take 14 MB in each thread. Fewer are dealt
-# out in so many parts, of not fewer than that; round-off depends on the parts, and so they depend
-# on the surface alone, not on the machine.
-CHUNK, PARTS, FEWEST = 16384, 4, 64
+# out in so many parts, of not fewer than that, as threads with less to do wait for the interpreter
+# lock more than they work; round-off depends on the parts, and so they depend on the surface alone,
+# not on the machine.
+CHUNK, PARTS, FEWEST = 16384, 4, 512
 # Rings that are added, one at a time, where the samples leave a cubic undetermined.
 RETRIES = 2
 # Samples that are summed together. Smaller blocks would stay in the second cache, but in short
