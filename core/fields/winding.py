@@ -139,7 +139,10 @@ def _by_vertex_normals(
 
     def block(first: int) -> None:
         corners = surface.triangles[rows[first : first + BLOCK]].T
-        rotation = _rotations(np.moveaxis(d1[corners] + 1j * d2[corners], 2, 0))
+        at = np.empty((3, *corners.shape), np.complex128)
+        for part, vectors in ((at.real, d1), (at.imag, d2)):
+            part[:] = np.moveaxis(vectors.take(corners, axis=0, mode="clip"), 2, 0)
+        rotation = _rotations(at)
         wild = np.flatnonzero(~_calm(rotation, symmetry))
         if len(wild):
             edges = phase(rotation[:, wild])
