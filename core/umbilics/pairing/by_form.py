@@ -45,6 +45,8 @@ class FormUmbilics:
         (k,) int64 and float64, as in `RawUmbilics`.
     persistence, partner:
         (k,) as `measure_persistence` gives them.
+    radius:
+        That of the form's widest fits.
     """
 
     fitted: Estimate
@@ -52,6 +54,7 @@ class FormUmbilics:
     index: np.ndarray
     persistence: np.ndarray
     partner: np.ndarray
+    radius: float
 
 
 def umbilics_of_form(
@@ -77,7 +80,8 @@ def umbilics_of_form(
     place[kept] = np.arange(len(kept))
     triangle = triangle[kept]
     laid = _laid_over(surface, fitted, form, triangle)
-    return FormUmbilics(laid, triangle, index[kept], persistence[kept], place[partner[kept]])
+    persistence, partner = persistence[kept], place[partner[kept]]
+    return FormUmbilics(laid, triangle, index[kept], persistence, partner, form.radius)
 
 
 def paired_by_form(
