@@ -60,9 +60,9 @@ CHUNK, TINY = 1024, 1e-6
 SAMPLED = 300
 # From a radius to one so much larger cubics miss twice as much of a smooth surface. Where the
 # change rises less than half as much at every radius, down to the least that vertices allow, there
-# is detail at every size: on seven scans and copies of them, noisy, halved and with other
+# is detail at every size: on six scans, and on copies of three, noisy, halved and with other
 # triangles, it rises at most 1.29 times; of a car and a boat, whose change rises as little at the
-# widest, 1.4 to 1.8 times at narrower ones.
+# widest, up to 1.80 and 1.65 times at narrower ones.
 STEP = float(np.sqrt(2.0))
 
 
