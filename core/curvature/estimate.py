@@ -50,7 +50,7 @@ class Estimate:
     factor:
         Of the standard errors, as in `Scale`.
     rough:
-        Whether errors of the points, or detail as small, made fits reach beyond two rings.
+        Whether fits tell of errors of the points, or of detail as small: see `Scale.clean`.
     closer, degree:
         What the jets around umbilics were fitted to, and their degree; None and 0 without.
     rings, degrees:
@@ -197,7 +197,7 @@ def _at_scale(
         scale.neighbourhood,
         float(np.median(jets.residual)),
         scale.factor,
-        not (scale.clean or scale.neighbourhood.focused),
+        not scale.clean,
     )
 
 

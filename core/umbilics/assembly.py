@@ -63,8 +63,9 @@ class Turning:
         The raw, and (m,) the index of every triangle, those in regions included.
     elliptic, persistence, partner:
         (k,) of the raw, see `Umbilics`; in the coordinates of the surface.
-    of_form:
-        (k,) bool, those that the form of a surface with detail at every size has; None of others.
+    of_form, form_radius:
+        (k,) bool, those that the form of a surface with detail at every size has, and the radius of
+        its widest fits; None and 0 of others.
     """
 
     raw: RawUmbilics
@@ -73,6 +74,7 @@ class Turning:
     persistence: np.ndarray
     partner: np.ndarray
     of_form: np.ndarray | None = None
+    form_radius: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,7 @@ def _umbilics(
         jets=jets,
         certified=settings.certified,
         exact=settings.curvature == "given",
+        form_radius=turning.form_radius,
     )
     found = locate(
         surface,

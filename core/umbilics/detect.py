@@ -123,6 +123,8 @@ def detect(
                 )
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
     shown: FormUmbilics | None = None
+    # Regions are what the surface's own fits do not tell apart: the form's errors hold its detail.
+    own = fitted
     if _may_have_no_scale(settings, cad, fitted):
         with clock.stage("form"):
             form = form_of(surface, normals, fitted.field, part.quiet())
@@ -143,9 +145,10 @@ def detect(
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
         rings = _rings(fitted)
-        regions = _regions(surface, fitted, noise, radius, rings, settings, cad, progress.quiet())
+        errors = (noise, radius) if shown is None else _noise(surface, own)
+        regions = _regions(surface, own, *errors, rings, settings, cad, progress.quiet())
         if settings.regions and settings.certified and cad is None:
-            sets = _curves(surface, fitted, noise, radius, progress.quiet())
+            sets = _curves(surface, own, *errors, progress.quiet())
             regions = with_curves(surface, regions, sets, found.triangle_index)
             regions = without_shown(surface, fitted, found.raw, regions, progress.quiet())
             if regions.curves:
@@ -178,7 +181,15 @@ def detect(
         part = progress.part("Locating umbilics", 0.9, 1.0)
         detection = assemble(
             Analysed(surface, fitted, places, noise, radius, types, regions),
-            Turning(raw, found.triangle_index, elliptic, persistence, partner, of_form),
+            Turning(
+                raw,
+                found.triangle_index,
+                elliptic,
+                persistence,
+                partner,
+                of_form,
+                0.0 if shown is None else shown.radius,
+            ),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
             part,
@@ -295,7 +306,7 @@ def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
 
 def _may_have_no_scale(settings: Settings, cad: Tessellation | None, fitted: Estimate) -> bool:
     """Whether the scale was to be chosen and what is found by the index is judged, on a surface
-    whose finest fits follow something else than its shape: where these do, it has a size."""
+    whose finest fits follow something else than its shape: where they do not, it has a size."""
     chosen = settings.curvature == "jets" and not settings.normal_smoothing
     chosen &= settings.scale == AUTO and cad is None
     return chosen and settings.method == "S" and settings.certified and fitted.rough

@@ -51,6 +51,8 @@ class Evidence:
     jets, certified, exact:
         Whether shape operators were fitted, whether the indices balance, and whether the shape
         operators have no error.
+    form_radius:
+        That of the widest fits of a surface with detail at every size; 0 of others.
     """
 
     gap: np.ndarray
@@ -61,6 +63,7 @@ class Evidence:
     jets: bool
     certified: bool
     exact: bool
+    form_radius: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -101,10 +104,11 @@ def judge(
     fits = _independent_fits(surface, evidence.radius)
     present = found.clarity >= significant(fits, PRESENT)
     unclear = found.clarity < BORDER_CLEAR
-    at_border = _at_border(surface, found, partner, vague, unclear, evidence.exact)
     if of_form is not None:
+        at_border = _within_fit_of_border(surface, found, evidence.form_radius)
         none = np.zeros(len(found), bool)
         return Judged(persistence, partner, at_border, of_form, none, present)
+    at_border = _at_border(surface, found, partner, vague, unclear, evidence.exact)
     position = found.position(surface)
     other_noise = np.where(partner >= 0, found.noise[partner], 0.0)
     unseen = _unseen_pairs(position, partner, found.seen | at_border, radius)
@@ -163,6 +167,17 @@ def _at_border(
         doubtful |= within(BORDER_RINGS) & vague
         doubtful |= within(2 * BORDER_RINGS) & vague & unclear
     return doubtful | (within(2 if exact else 3) & (partner >= 0) & doubtful[partner])
+
+
+def _within_fit_of_border(surface: Surface, found: Located, radius: float) -> np.ndarray:
+    """(k,) bool, umbilics within one ring of a border or so near to it that it cuts fits of a
+    radius in half: a length, whatever the triangles."""
+    if surface.closed.all():
+        return np.zeros(len(found), bool)
+    edge = float(np.sqrt(np.median(surface.side_squares)))
+    near = surface.near_border(1)[surface.triangles[found.triangle]].any(axis=1)
+    away = distance_to_border(surface, found.position(surface), min(edge, radius), radius)
+    return near | (away <= radius)
 
 
 def _unseen_pairs(

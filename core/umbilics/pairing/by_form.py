@@ -27,10 +27,6 @@ from .persistence import lesser_noise, measure_persistence, noise_multiple
 # Radius, in radii of the wide fits, within which the field around an umbilic becomes theirs; from
 # half of it on it fades into that of the surface.
 DISC = 0.5
-# Share of the change to the next radius, as much larger where residuals are, that the gap must
-# reach between two umbilics. Chosen on a scan of a bunny, of which 0.6 and 0.8 find the same again
-# to 5 % and 1.0 a tenth less; of a torso all from 0.6 to 1.0 find the same.
-LEVEL = 0.8
 
 
 @dataclass(frozen=True)
@@ -45,6 +41,8 @@ class FormUmbilics:
         (k,) int64 and float64, as in `RawUmbilics`.
     persistence, partner:
         (k,) as `measure_persistence` gives them.
+    radius:
+        That of the form's widest fits.
     """
 
     fitted: Estimate
@@ -52,13 +50,14 @@ class FormUmbilics:
     index: np.ndarray
     persistence: np.ndarray
     partner: np.ndarray
+    radius: float
 
 
 def umbilics_of_form(
     surface: Surface, fitted: Estimate, form: Form, progress: Progress
 ) -> FormUmbilics:
     """The umbilics of a form between which and what they cancel with the gap rises above its
-    error.
+    error: above the change to the next radius, as much larger where residuals are.
 
     Where fits are no wider than those of the surface itself, the highest that many pairs may reach
     counts, as there.
@@ -70,14 +69,15 @@ def umbilics_of_form(
     persistence, partner = measure_persistence(surface, field.gap, triangle, index)
     corners = surface.triangles[triangle]
     share = form.share[corners].mean(axis=1)
-    level = share * LEVEL + (1.0 - share) * noise_multiple(len(triangle))
+    level = share + (1.0 - share) * noise_multiple(len(triangle))
     error = level * field.noise[corners].mean(axis=1)
     kept = np.flatnonzero(~(persistence <= lesser_noise(partner, error)))
     place = np.append(np.full(len(triangle), -1), -1)
     place[kept] = np.arange(len(kept))
     triangle = triangle[kept]
     laid = _laid_over(surface, fitted, form, triangle)
-    return FormUmbilics(laid, triangle, index[kept], persistence[kept], place[partner[kept]])
+    persistence, partner = persistence[kept], place[partner[kept]]
+    return FormUmbilics(laid, triangle, index[kept], persistence, partner, form.radius)
 
 
 def paired_by_form(

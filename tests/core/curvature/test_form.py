@@ -15,12 +15,12 @@ LEVEL = 5
 OCTAVES = 5
 
 
-def rough(seed, size=0.03):
+def rough(seed, size=0.03, octaves=OCTAVES):
     """Vertices and triangles of an ellipsoid with waves of ever half the length and about a third
     of the height, whose curvature is that much larger at every size."""
     made = ellipsoid((1.5, 1.2, 1.0), LEVEL)
     random, heights = np.random.default_rng(seed), np.zeros(len(made.vertices))
-    for octave in range(OCTAVES):
+    for octave in range(octaves):
         for _ in range(8):
             way = random.normal(size=3)
             way *= 3.0 * 2.0**octave / np.linalg.norm(way)
@@ -43,6 +43,40 @@ def found(vertices, triangles):
 def test_a_surface_with_a_size_of_its_own_has_no_form():
     made = ellipsoid((1.5, 1.2, 1.0), LEVEL)
     assert found(made.vertices, made.triangles) is None
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("octaves", [2, 3])
+def test_a_surface_whose_detail_ends_has_a_size_of_its_own(seed, octaves):
+    assert found(*rough(seed, octaves=octaves)) is None
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_where_the_surface_turns_too_far_narrower_fits_of_the_form_see_it(seed):
+    vertices, triangles = rough(seed)
+    away = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    angle = np.arccos(np.clip(away[:, 2], -1.0, 1.0))
+    horn = 0.6 * np.exp(-np.square(angle / 0.3))
+    form = found(vertices + horn[:, None] * away, triangles)
+    assert form is not None
+    assert form.share[angle < 0.1].mean() > 0.95
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_border_leaves_out_what_lies_within_a_fit_of_it_and_nothing_else(seed):
+    vertices, triangles = rough(seed)
+    inner = triangles[vertices[triangles][:, :, 2].min(axis=1) > -0.3]
+    used, place = np.unique(inner, return_inverse=True)
+    vertices, triangles = vertices[used], place.reshape(inner.shape)
+    form = found(vertices, triangles)
+    surface, _ = clean(vertices, triangles)
+    rim = surface.vertices[surface.border] * surface.unit + surface.origin
+    raw = core.detect(vertices, triangles).candidates
+    raw = raw.select(raw.resolved)
+    away = np.linalg.norm(raw.position[:, None] - rim, axis=2).min(axis=1)
+    reach = form.radius * surface.unit
+    assert raw.at_border[away < 0.95 * reach].all()
+    assert not raw.at_border[away > 1.05 * reach].any()
 
 
 @pytest.mark.parametrize("seed", [0, 1])
