@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ...base.errors import FileError
-from . import nowhere, pieces, stl
+from . import nowhere, pieces, ply, stl
 from .guard import shown
 
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -31,6 +31,8 @@ _IS_DATA = np.uint64(1 << 63)
 _NUMBER = np.dtype("<u8")
 _STL_FACE = (b"endloop", b"ENDLOOP")
 _OBJ_FACE = (b"\nf ", b"\nf\t", b"\rf ", b"\rf\t")
+_OBJ_VERTEX = (b"\nv ", b"\nv\t", b"\rv ", b"\rv\t")
+_OBJ_FACES, _OBJ_CORNER = re.compile(rb"[\r\n]f([ \t][^\r\n]*)"), re.compile(rb"[ \t](-?\d+)")
 # The first vertex of an OBJ is 1.
 _NO_VERTEX = re.compile(rb"[\r\n]f[^\r\n]*[ \t]0+(?![^/\s])")
 _TORN = "It is torn: fetch or save it again"
@@ -83,7 +85,15 @@ def doubts(path: Path, faces: int) -> list[str]:
             "off, and triangles may be missing."
         )
     if path.suffix.lower() == ".stl":
-        found += _behind_stl(path, head)
+        found += _behind(path, stl.size_of_binary(head) if stl.is_binary(path, head) else None)
+    if path.suffix.lower() == ".ply":
+        announced = ply.read_head(head)
+        found += _behind(path, ply.size_of(path, announced) if announced.order else None)
+    if path.suffix.lower() == ".obj" and _is_obj_cut(path):
+        found.append(
+            "The file ends within a line, and vertices in it belong to no face: it may have been "
+            "cut off, and faces may be missing."
+        )
     found += _nowhere(path)
     named = _faces_named(path, head)
     if named > faces:
@@ -103,9 +113,8 @@ def why_unread(path: Path) -> str:
     """Why Blender may not read a file, where its importer does not say."""
     if path.suffix.lower() != ".ply":
         return "its importer does not say why; the file may be torn"
-    head = pieces.head_of(path)
-    elements = head[: max(head.find(b"end_header"), 0)].split(b"element ")
-    if any(one.startswith(b"vertex ") and b"property list" in one for one in elements):
+    elements = ply.read_head(pieces.head_of(path)).elements
+    if any(one.name == b"vertex" and one.has_lists for one in elements):
         return "its vertices have lists; save it without them"
     return (
         "its importer does not say why; a face may have more corners than the 255 that it takes, "
@@ -135,14 +144,33 @@ def _nowhere(path: Path) -> list[str]:
     ]
 
 
-def _behind_stl(path: Path, head: bytes) -> list[str]:
-    whole, size = stl.size_of_binary(head), path.stat().st_size
-    if not stl.is_binary(path, head) or whole is None or size <= whole:
+def _behind(path: Path, whole: int | None) -> list[str]:
+    """What is behind the bytes that a file announces; None where it announces none."""
+    if whole is None or path.stat().st_size <= whole:
         return []
+    with open(path, "rb") as file:
+        file.seek(whole)
+        if not file.read(1 << 16).strip():
+            return []
     return [
-        f"{size - whole} bytes behind the triangles that the file announces were left out: it may "
-        "be damaged, and triangles may be missing."
+        f"{path.stat().st_size - whole} bytes behind the triangles that the file announces were "
+        "left out: it may be damaged, and triangles may be missing."
     ]
+
+
+def _is_obj_cut(path: Path) -> bool:
+    """Whether an OBJ ends without a line end, and has vertices that none of its faces names."""
+    if pieces.tail_of(path).endswith(b"\n"):
+        return False
+    vertices = _count(path, _OBJ_VERTEX)
+    named = np.zeros(vertices + 1, bool)
+    for text in pieces.lines_of(path):
+        numbers = np.array(_OBJ_CORNER.findall(b" ".join(_OBJ_FACES.findall(text))), np.int64)
+        # From the end of the list that there is so far: not followed.
+        if (numbers < 0).any():
+            return False
+        named[numbers[numbers <= vertices]] = True
+    return not named[1:].all()
 
 
 def _stl(path: Path, head: bytes) -> str:
@@ -167,17 +195,19 @@ def _is_closed(path: Path) -> bool:
 
 
 def _ply(path: Path, head: bytes) -> str:
+    try:
+        announced = ply.read_head(head)
+    except ValueError as error:
+        return str(error)
     # Each takes a byte at least.
-    if _count_of_ply(head, rb"\S+") > path.stat().st_size:
+    least = sum(element.count for element in announced.elements)
+    if least > path.stat().st_size:
+        return f"ends before all the elements that its head announces. {_TORN}"
+    if wrong := ply.wrong_in(announced):
+        return wrong
+    if announced.order and ply.size_of(path, announced) > path.stat().st_size:
         return f"ends before all the elements that its head announces. {_TORN}"
     return _in_numbers(path, head)
-
-
-def _count_of_ply(head: bytes, element: bytes) -> int:
-    """Elements of that name that a PLY announces."""
-    end = max(head.find(b"end_header"), 0)
-    line = rb"^\s*element\s+" + element + rb"\s+(\d+)\s*$"
-    return sum(map(int, re.findall(line, head[:end], re.MULTILINE)))
 
 
 def _faces_named(path: Path, head: bytes) -> int:
@@ -186,7 +216,7 @@ def _faces_named(path: Path, head: bytes) -> int:
     if kind == ".obj":
         return _count(path, _OBJ_FACE)
     if kind == ".ply":
-        return _count_of_ply(head, b"face")
+        return ply.read_head(head).count(b"face")
     if kind != ".stl":
         return 0
     if stl.is_binary(path, head):

@@ -12,12 +12,11 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from . import gltf, pieces, stl
+from . import gltf, pieces, ply, stl
 
 # A number, and one as most are written: within single precision and without "nan".
 _NUMBER = re.compile(
@@ -43,21 +42,6 @@ _FARTHEST = float(np.finfo(np.float32).max)
 _FBX_PLACES = re.compile(rb"\x08Vertices([df])(.{12})", re.DOTALL)
 _FBX_TEXT = re.compile(rb"Vertices:\s*\*\d+\s*\{\s*a:([^}]*)")
 _FBX_ARRAY, _FBX_TYPES = struct.Struct("<III"), {b"d": "f8", b"f": "f4"}
-_AXES = (b"x", b"y", b"z")
-_PLY_TYPES = {
-    name: kind
-    for kind, names in {
-        "i1": (b"char", b"int8"),
-        "u1": (b"uchar", b"uint8"),
-        "i2": (b"short", b"int16"),
-        "u2": (b"ushort", b"uint16"),
-        "i4": (b"int", b"int32"),
-        "u4": (b"uint", b"uint32"),
-        "f4": (b"float", b"float32"),
-        "f8": (b"double", b"float64"),
-    }.items()
-    for name in names
-}
 
 
 def word_in(path: Path) -> bytes | None:
@@ -102,17 +86,19 @@ def _odd_in_stl(path: Path) -> Iterator[tuple[bytes, ...]]:
 
 
 def _odd_in_ply(path: Path) -> Iterator[tuple[bytes, ...]]:
-    head = _ply_head(path)
-    if head is None or head.format != b"ascii":
+    found = _ply_vertices(path)
+    if found is None or found[0].order:
         return
-    columns = [head.names.index(axis) for axis in _AXES]
-    first, end = head.before, head.before + head.count
+    head, before, element = found
+    columns = [element.index(axis) for axis in ply.AXES]
+    first, end = before, before + element.count
     for text in pieces.lines_of(path, head.end):
         lines = [line for line in text.splitlines() if line.strip()]
         wanted = lines[max(first, 0) : max(end, 0)]
         first, end = first - len(lines), end - len(lines)
         together = b" ".join(wanted)
-        if not _ODD.search(together) and _is_table(together.split(), len(wanted) * len(head.names)):
+        numbers = len(wanted) * len(element.properties)
+        if not _ODD.search(together) and _is_table(together.split(), numbers):
             continue
         for line in wanted:
             words = line.split()
@@ -137,56 +123,33 @@ def _is_in_reach(word: bytes) -> bool:
         return False
 
 
-@dataclass(frozen=True)
-class _PlyHead:
-    """How the vertices are written in a PLY: `count` of them, behind `before` other elements and
-    `end` bytes of the head."""
-
-    format: bytes
-    end: int
-    before: int
-    count: int
-    names: list[bytes]
-    types: list[bytes]
-
-
-def _ply_head(path: Path) -> _PlyHead | None:
-    """None where the vertices have no places, or where these cannot be found by counting."""
-    head = pieces.head_of(path)
-    found = re.search(rb"end_header[ \t]*(?:\r\n|\r|\n)", head)
-    lines = [line.split() for line in head[: found.start()].splitlines()] if found else []
-    format_, before, count = b"", 0, 0
-    properties: list[tuple[bytes, bytes]] | None = None
-    for line in lines:
-        if line[:1] == [b"format"]:
-            format_ = line[1]
-        elif line[:1] == [b"element"]:
-            if properties is not None:
-                break
-            before += count
-            count = int(line[2])
-            properties = [] if line[1] == b"vertex" else None
-        elif line[:1] == [b"property"] and properties is not None:
-            properties.append((line[-1], line[1]))
-    if properties is None or found is None:
+def _ply_vertices(path: Path) -> tuple[ply.Head, int, ply.Element] | None:
+    """The head of a PLY, how many other elements are before its vertices, and these; None where
+    they have no places, or where these cannot be found by counting."""
+    try:
+        head = ply.read_head(pieces.head_of(path))
+    except ValueError:
         return None
-    names, types = ([one[at] for one in properties] for at in (0, 1))
-    if not set(names) >= set(_AXES) or b"list" in types:
-        return None
-    return _PlyHead(format_, found.end(), before, count, names, types)
+    before = 0
+    for element in head.elements:
+        if element.name == b"vertex":
+            whole = not element.has_lists and min(map(element.index, ply.AXES)) >= 0
+            return (head, before, element) if whole else None
+        before += element.count
+    return None
 
 
 def _in_ply(path: Path) -> int:
-    head = _ply_head(path)
+    found = _ply_vertices(path)
     # Of what is before the vertices the length is not known.
-    if head is None or head.before or head.format == b"ascii":
+    if found is None or found[1] or not found[0].order:
         return 0
-    order = ">" if head.format == b"binary_big_endian" else "<"
-    fields = [(str(i), order + _PLY_TYPES[kind]) for i, kind in enumerate(head.types)]
+    head, _, element = found
+    fields = [(str(i), head.order + one.kind) for i, one in enumerate(element.properties)]
     with open(path, "rb") as file:
         file.seek(head.end)
-        vertices = np.fromfile(file, np.dtype(fields), head.count)
-    columns = [vertices[str(head.names.index(axis))] for axis in _AXES]
+        vertices = np.fromfile(file, np.dtype(fields), element.count)
+    columns = [vertices[str(element.index(axis))] for axis in ply.AXES]
     return _lost(np.stack(columns, axis=-1))
 
 

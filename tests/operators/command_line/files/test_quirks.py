@@ -172,3 +172,68 @@ def test_what_blender_reads_in_no_ply_is_said(run, tmp_path, capfd, head, body, 
     (tmp_path / "a.ply").write_text(f"{text}300 {'0 1 2 ' * 100}\n")
     assert run(tmp_path / "a.ply") == 1
     assert why in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["p.ply", "t.ply"])
+def test_no_byte_of_the_head_of_a_ply_ends_blender(addon, egg, tmp_path, name):
+    """Each is changed by itself: the file is read or refused in words, and nothing else comes of
+    it. By itself, Blender's importer ends the process on some of them."""
+    files = addon.operators.command_line.files
+    data = bytearray(egg[name])
+    random = np.random.default_rng(7)
+    refused, head = 0, data.index(b"end_header") + len("end_header")
+    for place in range(head):
+        changed = data.copy()
+        changed[place] = random.integers(256) if place % 2 else random.choice(list(b"aVx09 \n"))
+        (tmp_path / "a.ply").write_bytes(changed)
+        try:
+            files.importers.open_file(str(tmp_path / "a.ply"), "")
+        except addon.operators.base.errors.FileError as error:
+            refused += 1
+            assert "a.ply: " in str(error)
+    assert refused > head / 3
+
+
+def lists_of_ply(order, extra):
+    """A PLY of a cube with faces of three and four corners, and with more in each."""
+    name = {"<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    lines = [f"ply\nformat {name} 1.0\nobj_info made by a test\nelement vertex 8"]
+    lines += [f"property double {axis}" for axis in "xyz"]
+    lines += ["element face 7", *(["property uchar red"] if extra else [])]
+    lines += ["property list ushort int vertex_indices"]
+    lines += [*(["property list uchar float texcoord"] if extra else []), "end_header\n"]
+    corners = np.array(np.meshgrid(*[[-1, 1]] * 3, indexing="ij")).reshape(3, -1).T
+    data = "\n".join(lines).encode() + corners.astype(order + "f8").tobytes()
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7]]
+    for face in [*faces, [1, 7, 3]]:
+        data += bytes([9] if extra else []) + struct.pack(f"{order}H{len(face)}i", len(face), *face)
+        data += struct.pack(f"{order}B2f", 2, 0.5, 0.5) if extra else b""
+    return data
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("extra", [False, True])
+def test_a_binary_ply_that_ends_anywhere_before_its_end_is_torn(addon, tmp_path, order, extra):
+    files, path = addon.operators.command_line.files, tmp_path / "a.ply"
+    data = lists_of_ply(order, extra)
+    for end in range(data.index(b"end_header") + 11, len(data)):
+        path.write_bytes(data[:end])
+        with pytest.raises(addon.operators.base.errors.FileError, match="torn"):
+            files.damage.check(path)
+    path.write_bytes(data)
+    files.damage.check(path)
+    assert files.damage.doubts(path, 7) == []
+    path.write_bytes(data + b"1234")
+    assert files.damage.doubts(path, 7)[0].startswith("4 bytes behind the triangles")
+
+
+def test_an_obj_that_ends_within_a_line_is_doubted_where_faces_are_missing(addon, egg, tmp_path):
+    doubts, path = addon.operators.command_line.files.damage.doubts, tmp_path / "a.obj"
+    data = egg["o.obj"].rstrip()
+    path.write_bytes(data)
+    assert doubts(path, 320) == []
+    path.write_bytes(data[: int(0.8 * len(data))].rstrip())
+    assert any("ends within a line" in said for said in doubts(path, 320))
+    # Where it ends with its line, nothing tells it from one that somebody made so.
+    path.write_bytes(data + b"\n")
+    assert doubts(path, 320) == []
