@@ -88,16 +88,32 @@ def with_poles_of_faces(
     """
     found, vertex, quarters = _met(surface, planes, cross.face_direction, triangle, sign)
     kept = np.flatnonzero(found >= 0)
+    triangle = _with_their_vertices(surface, triangle[kept], vertex[found[kept]])
     np.subtract.at(quarters, found[kept], sign[kept])
     index = index_around(surface, vertex, quarters)
     more = np.flatnonzero(index)
     each = np.rint(4.0 * np.abs(index[more])).astype(np.int64)
     row = np.append(kept, np.full(each.sum(), -1))
-    triangle = np.append(triangle[kept], np.repeat(more, each))
+    triangle = np.append(triangle, np.repeat(more, each))
     sign = np.append(sign[kept], np.repeat(np.sign(index[more]).astype(np.int64), each))
     cross = _with_vertices(surface, planes, cross, triangle, sign, progress)
     found, _, quarters = _met(surface, planes, cross.face_direction, triangle, sign)
     return replace(cross, astray=_astray(found, quarters)), row, triangle, sign
+
+
+def _with_their_vertices(
+    surface: Surface, triangle: np.ndarray, vertex: np.ndarray
+) -> np.ndarray:
+    """(k,) the triangles of poles whose faces turn around vertices (k,): those without it for a
+    corner go to the one with it whose middle is nearest."""
+    triangle = triangle.copy()
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    aside = np.flatnonzero((surface.triangles[triangle] != vertex[:, None]).all(axis=1))
+    for row in aside:
+        around = surface.touching(vertex[row : row + 1])
+        away = np.linalg.norm(middle[around] - middle[triangle[row]], axis=1)
+        triangle[row] = around[away.argmin()]
+    return triangle
 
 
 def _with_vertices(
