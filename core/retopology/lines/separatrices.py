@@ -229,7 +229,7 @@ def _lines(
 ) -> Separatrices:
     count = len(family)
     detail = DETAIL * float(np.median(surface.mean_sides(inner))) if len(inner) else 1.0
-    rows = sparse_rows(surface, traces, detail)
+    rows = sparse_rows(traces, detail)
     line = np.repeat(np.arange(count), np.diff(traces.start))[rows]
     joined = joined_bundles(
         points_of(surface, planes, traces.triangle[rows], traces.z[rows]),

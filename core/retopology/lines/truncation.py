@@ -48,7 +48,7 @@ def truncated(surface: Surface, planes: FaceFrames, traces: Traces, apart: float
     """Those lines that come to their limit only as far as they do not come nearer to themselves
     than `apart`; the others as they are."""
     count = len(traces.end)
-    rows = sparse_rows(surface, traces, 0.5 * apart)
+    rows = sparse_rows(traces, 0.5 * apart)
     line = np.repeat(np.arange(count), np.diff(traces.start))
     points = points_of(surface, planes, traces.triangle[rows], traces.z[rows])
     normal = surface.face_normal_area[0][traces.triangle[rows]]

@@ -591,7 +591,7 @@ def test_points_are_left_out_only_where_the_surface_does_not_bend():
     z = planes.corner[start].mean(axis=1)
     starts = Starts.plain(start, z, np.ones(len(start), complex), np.zeros(len(start)), np.inf)
     walk = trace(surface, planes, starts, np.full(len(start), 2.0), none, Progress())
-    rows = sparse_rows(surface, walk, 1e9)
+    rows = sparse_rows(walk, 1e9, surface)
     line = np.repeat(np.arange(len(start)), np.diff(walk.start))
     normal, most = surface.face_normal_area[0], 0.0
     for one, two in pairwise(rows):
