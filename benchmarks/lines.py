@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 from mesh_files import read_mesh
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 from surfaces.revolution import revolved, vase
 
@@ -54,8 +56,8 @@ Written by `benchmarks/lines` on {machine}, with the default settings.
 - **Lines**: lines of curvature, and how many of them **turn** somewhere by more than {turn:g}
   degrees. Those are measured from triangle to triangle, laid side by side, last turns seen along
   the normal.
-- **Poles**: of the plan, and in how many vertices the field of the faces (the file `.sing`) differs
-  from it: poles of the same kind nearest to each other lie within two edges.
+- **Poles**: of the plan, and in how many the field of the faces (the file `.sing`) differs from it:
+  each pole has a singular vertex of its own kind and its own for a corner of its triangle.
 
 {table}
 
@@ -143,23 +145,18 @@ def beside(lines: Lines, apart: float) -> float:
     return float(long.mean()) if len(long) else 0.0
 
 
-def differing(
-    guide: core.Guide, guidance: core.Guidance, vertices: np.ndarray, triangles: np.ndarray
-) -> int:
-    """Quarters of index that the field of the faces has and the plan has not, or the other way."""
+def differing(guide: core.Guide, guidance: core.Guidance, triangles: np.ndarray) -> int:
+    """Quarters of index that the field of the faces has and the plan has not, or the other way: a
+    singular vertex is that of a pole of its kind that has it for a corner of its triangle."""
     vertex, quarters = guide.singular_vertices(guidance)
-    planned, size = guidance.poles.position, 4 - guidance.poles.valence
-    corner = vertices[triangles[guidance.poles.triangle]]
-    side = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
+    poles = guidance.poles
     count = 0
     for sign in (1, -1):
-        mine = vertices[np.repeat(vertex, np.maximum(sign * quarters, 0))]
-        many = np.maximum(sign * size, 0)
-        theirs, reach = np.repeat(planned, many, axis=0), 2.0 * np.repeat(side, many)
-        count += abs(len(mine) - len(theirs))
-        if len(mine) and len(theirs):
-            distance, nearest = cKDTree(theirs).query(mine)
-            count += int((distance > reach[nearest]).sum())
+        mine = np.repeat(vertex, np.maximum(sign * quarters, 0))
+        planned = np.repeat(poles.triangle, np.maximum(sign * (4 - poles.valence), 0))
+        reach = (triangles[planned][:, :, None] == mine).any(axis=1)
+        own = csgraph.maximum_bipartite_matching(sparse.csr_array(reach), perm_type="column") >= 0
+        count += len(mine) + len(planned) - 2 * int(np.count_nonzero(own))
     return count
 
 
@@ -189,7 +186,7 @@ def row_of(name: str, vertices: np.ndarray, triangles: np.ndarray) -> tuple[str,
         f"{100 * beside(found, apart):.1f}" if len(found) else "",
         *drawn,
         str(len(guidance.poles)),
-        str(differing(guide, guidance, vertices, triangles)),
+        str(differing(guide, guidance, triangles)),
     )
 
 

@@ -10,12 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ..base.subsets import spans
 from ..base.unit import unit
 from ..mesh.creases import edge_bends, is_convex
-from ..mesh.half_edges import ends_of
+from ..mesh.half_edges import ends_of, inner_edges
 from ..mesh.surface import Surface
+from ..mesh.tessellated import flat_edges
 from .ridges.paths import ordered_paths
 
 # Chains are followed along edges that bend this share of the angle that they must reach.
@@ -95,7 +98,9 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
         for values in (bend, bend * precision)
     )
     swerve = _swerve(direction, middle[edge], piece, count)
-    straight = (swerve <= MOST_SWERVE) & (mean >= angle) & (apart >= STANDS_OUT * usual)
+    exact = np.bincount(piece[_beside_planes(surface, half_edge[edge])], minlength=len(count))
+    sure = (apart >= STANDS_OUT * usual) | (exact == count)
+    straight = (swerve <= MOST_SWERVE) & (mean >= angle) & sure
     # The vertices at both ends of each piece.
     start = np.flatnonzero(first)
     last = start + count - 1
@@ -117,6 +122,19 @@ def crease_chains(surface: Surface, angle: float) -> CreaseChains:
         half_edge=half_edge[edge[rows]],
         forward=forward[rows],
     )
+
+
+def _beside_planes(surface: Surface, half_edge: np.ndarray) -> np.ndarray:
+    """(e,) bool edges with a plane face of more than two triangles on a side: noise would have bent
+    it, and a facet of a round face is no more than two."""
+    inner = inner_edges(surface.twin)
+    flat = inner[flat_edges(surface, inner)]
+    one, two = flat // 3, surface.twin[flat] // 3
+    m = len(surface.triangles)
+    graph = sparse.coo_array((np.ones(len(flat), np.int8), (one, two)), shape=(m, m))
+    face = csgraph.connected_components(graph, directed=False)[1]
+    plane = (np.bincount(face) > 2)[face]
+    return plane[half_edge // 3] | plane[surface.twin[half_edge] // 3]
 
 
 def _meaningful(edges: int, bent: int, count: np.ndarray) -> np.ndarray:

@@ -135,7 +135,7 @@ class Guide(Groundwork):
             # What is wanted by hand may not fit the surface: features do not give way to that.
             exact=wanted is None,
         )
-        if cross.astray and wanted is None and zone is None:
+        if wanted is None and zone is None:
             triangle, _ = places_on_surface(surface, poles.triangle, poles.barycentric)
             cross, row, triangle, sign = with_poles_of_faces(
                 surface, planes, cross, triangle, 4 - poles.valence, part.quiet()

@@ -134,11 +134,12 @@ def replanned(
     sign: np.ndarray,
 ) -> Poles:
     """Some of the poles and others: (p,) the row of each among them, -1 for none, its triangle of
-    the surface and 4 - valence."""
+    the surface, in whose middle it stands if that is another one, and 4 - valence."""
     known = row >= 0
     barycentric = np.full((len(row), 3), 1.0 / 3.0)
-    _, weights = places_on_surface(surface, poles.triangle, poles.barycentric)
-    barycentric[known] = weights[row[known]]
+    before, weights = places_on_surface(surface, poles.triangle, poles.barycentric)
+    stay = known & (triangle == before[row])
+    barycentric[stay] = weights[row[stay]]
     umbilic, moved = np.full(len(row), -1), np.zeros(len(row), bool)
     umbilic[known], moved[known] = poles.umbilic[row[known]], poles.moved[row[known]]
     confidence = np.full(len(row), UNATTACHED)

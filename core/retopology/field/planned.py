@@ -77,8 +77,11 @@ def with_poles_of_faces(
     sign: np.ndarray,
     progress: Progress,
 ) -> tuple[CrossField, np.ndarray, np.ndarray, np.ndarray]:
-    """The cross field with the poles that its faces have, where they cannot have the planned ones:
-    around a vertex of three triangles that stands out far a field turns whatever is planned.
+    """The cross field with the poles that its faces have, each in a triangle with the vertex that
+    they turn around for a corner.
+
+    Where they cannot have the planned ones, as around a vertex of three triangles that stands out
+    far, where a field turns whatever is planned, there are others.
 
     Returns
     -------
@@ -87,17 +90,40 @@ def with_poles_of_faces(
         none, its triangle and 4 - valence.
     """
     found, vertex, quarters = _met(surface, planes, cross.face_direction, triangle, sign)
-    kept = np.flatnonzero(found >= 0)
+    kept, planned = np.flatnonzero(found >= 0), triangle
+    triangle = _with_their_vertices(surface, triangle[kept], vertex[found[kept]])
     np.subtract.at(quarters, found[kept], sign[kept])
     index = index_around(surface, vertex, quarters)
     more = np.flatnonzero(index)
     each = np.rint(4.0 * np.abs(index[more])).astype(np.int64)
     row = np.append(kept, np.full(each.sum(), -1))
-    triangle = np.append(triangle[kept], np.repeat(more, each))
+    triangle = np.append(triangle, np.repeat(more, each))
     sign = np.append(sign[kept], np.repeat(np.sign(index[more]).astype(np.int64), each))
+    if np.array_equal(triangle, planned):
+        return cross, row, triangle, sign
     cross = _with_vertices(surface, planes, cross, triangle, sign, progress)
     found, _, quarters = _met(surface, planes, cross.face_direction, triangle, sign)
     return replace(cross, astray=_astray(found, quarters)), row, triangle, sign
+
+
+def _with_their_vertices(
+    surface: Surface, triangle: np.ndarray, vertex: np.ndarray
+) -> np.ndarray:
+    """(k,) the triangles of poles whose faces turn around vertices (k,): those without it for a
+    corner go to the one with it whose middle is nearest."""
+    triangle = triangle.copy()
+    aside = np.flatnonzero((surface.triangles[triangle] != vertex[:, None]).all(axis=1))
+    wanted = np.zeros(len(surface.vertices), bool)
+    wanted[vertex[aside]] = True
+    beside = surface.touching(wanted)
+    corner = surface.triangles[beside]
+    middle = surface.vertices[corner].mean(axis=1)
+    for row in aside:
+        around = np.flatnonzero((corner == vertex[row]).any(axis=1))
+        here = surface.vertices[surface.triangles[triangle[row]]].mean(axis=0)
+        away = np.linalg.norm(middle[around] - here, axis=1)
+        triangle[row] = beside[around[away.argmin()]]
+    return triangle
 
 
 def _with_vertices(
@@ -183,14 +209,21 @@ def _met(
     """(k,) for each pole the row of a singular vertex of its own in its triangle or beside it, -1
     for none; the singular vertices (s,) and four times their index."""
     vertex, quarters = face_field_singularities(surface, planes, direction)
-    near = selection(surface.triangles[triangle], len(surface.vertices)) @ adjacency(surface)
+    own = selection(surface.triangles[triangle], len(surface.vertices))
+    near = own @ adjacency(surface)
     place = places_in(vertex, len(surface.vertices))
     found = np.full(len(triangle), -1)
     for one in (1, -1):
-        taken = np.ones(len(surface.vertices), bool)
-        taken[vertex[one * quarters > 0]] = False
+        others = np.ones(len(surface.vertices), bool)
+        others[vertex[one * quarters > 0]] = False
         mine = np.flatnonzero(sign == one)
-        match = _matched(near[mine], taken)
+        # Those with one in their own triangle keep it, if that leaves one to all.
+        taken = others.copy()
+        match = _matched(own[mine], taken)
+        rest = np.flatnonzero(match < 0)
+        match[rest] = _matched(near[mine[rest]], taken)
+        if (match < 0).any():
+            match = _matched(near[mine], others)
         found[mine] = np.where(match >= 0, place[match], -1)
     return found, vertex, quarters
 

@@ -14,6 +14,9 @@ from ...mesh.surface import Surface
 from .tracing import Traces
 
 FAMILIES = ("first", "second")
+# Between two points that are handed on the surface bends by no more than this (30 degrees): their
+# chord lies within an eighth of its length of the line on the surface.
+MOST_BEND = np.pi / 6.0
 
 
 @dataclass(frozen=True)
@@ -81,14 +84,23 @@ def points_of(
     return a + second[:, None] * (b - a) + third[:, None] * (c - a)
 
 
-def sparse_rows(traces: Traces, spacing: float) -> np.ndarray:
-    """Rows of a trace's points that lie about `spacing` apart; the ends are kept."""
+def sparse_rows(
+    traces: Traces, spacing: float, surface: Surface | None = None
+) -> np.ndarray:
+    """Rows of a trace's points that lie about `spacing` apart, of a `surface` also those between
+    which it bends by more than `MOST_BEND`; the ends are kept."""
     if not len(traces.triangle):
         return np.zeros(0, np.int64)
     line = np.repeat(np.arange(len(traces.end)), np.diff(traces.start))
     cell = np.floor(traces.travelled / max(spacing, 1e-300)).astype(np.int64)
     new = np.ones(len(line), bool)
     new[1:] = (line[1:] != line[:-1]) | (cell[1:] != cell[:-1])
+    if surface is not None:
+        normal = surface.face_normal_area[0][traces.triangle]
+        cosine = np.einsum("qc,qc->q", normal[1:], normal[:-1])
+        bend = np.floor(np.cumsum(np.arccos(cosine.clip(-1.0, 1.0))) / MOST_BEND)
+        # Each chord lies in the triangle of its second point: it bends at the point before.
+        new[:-1] |= np.diff(bend, prepend=0.0) > 0.0
     new[traces.start[1:] - 1] = True
     return np.flatnonzero(new)
 

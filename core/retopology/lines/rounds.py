@@ -103,7 +103,7 @@ class _Meeting:
 
 def _joined(canvas: Canvas, result: Traces, family: np.ndarray) -> Round:
     """Both halves of every line as one, thinned to what is handed on."""
-    rows = sparse_rows(result, canvas.spacing / DETAIL)
+    rows = sparse_rows(result, canvas.spacing / DETAIL, canvas.surface)
     half = np.repeat(np.arange(len(result.end)), np.diff(result.start))[rows]
     backward = half % 2 == 1
     # The seed itself begins both halves.

@@ -85,6 +85,29 @@ def test_rims_of_a_can_are_features(sides):
     assert len(chains.half_edge) == 2 * sides + walls
 
 
+def halved(first, last):
+    """A convex polygon's triangles, its corners numbered, as Blender cuts it: in halves."""
+    if last - first < 2:
+        return []
+    middle = (first + last) // 2
+    return [(last, middle, first), *halved(first, middle), *halved(middle, last)]
+
+
+@pytest.mark.parametrize("sides", [16, 32, 64, 128])
+@pytest.mark.parametrize("depth", [0.5, 2.0])
+def test_the_rim_of_a_plane_face_is_a_feature_however_thin_its_triangles(sides, depth):
+    """Blender's cone: noise that would bend the thin triangles of its base so far would not have
+    left that plane."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)], axis=1)
+    i = np.arange(sides)
+    wall = np.stack([i, (i + 1) % sides, np.full(sides, sides)], axis=1)
+    triangles = np.concatenate([wall, halved(0, sides - 1)])
+    surface, _ = clean(np.concatenate([rim, [[0.0, 0.0, depth]]]), triangles)
+    found = find_features(surface, GuidanceSettings())
+    assert len(found.half_edge) == sides
+
+
 def test_a_crease_that_fades_out_is_followed_as_far_as_it_is_sharp():
     x, y = np.meshgrid(np.linspace(0, 1, 41), np.linspace(-0.5, 0.5, 21))
     steep = np.tan(np.radians(45)) * (1 - x)

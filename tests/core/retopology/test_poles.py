@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.sparse.csgraph import maximum_bipartite_matching
 from surfaces import cylinder, ellipsoid, monkey_saddle, quartic, sphere, torus
 
 import core
@@ -16,7 +17,7 @@ from core.fields.face_index import face_field_singularities
 from core.mesh.rings import adjacency
 from core.retopology.crosses.cross_field import cross_field
 from core.retopology.features import find_features
-from core.retopology.field.planned import _matched, with_poles
+from core.retopology.field.planned import _matched, with_poles, with_poles_of_faces
 from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
 from core.retopology.pole_places import Singularities
@@ -294,6 +295,29 @@ def test_poles_in_one_triangle_have_vertices_of_their_own_and_too_many_are_said(
         if enough:
             assert np.isin(vertex, near).all()
             assert np.array_equal(np.sort(quarters), np.sort(sign))
+
+
+def test_poles_whose_vertex_lies_beside_their_triangle_go_to_it():
+    """Then plan and faces name the same poles: a vertex an edge away was taken for another's."""
+    guide = guide_of("torus")
+    surface, planes = guide.surface, guide.planes(Progress())
+    settings, measured = core.GuidanceSettings(), guide.measured(Progress())
+    cross = cross_field(surface, measured, settings, Progress())
+    features = find_features(surface, settings)
+    triangle, sign = np.full(4, 100), np.array([1, -1, 1, -1])
+    cross = with_poles(surface, planes, cross, features, triangle, sign, Progress())
+    cross, row, triangle, sign = with_poles_of_faces(
+        surface, planes, cross, triangle, sign, Progress()
+    )
+    assert row.tolist() == [0, 1, 2, 3] and sign.tolist() == [1, -1, 1, -1]
+    vertex, quarters = face_field_singularities(surface, planes, cross.face_direction)
+    for one in (1, -1):
+        corner = surface.triangles[triangle[sign == one]]
+        reach = (corner[:, :, None] == vertex[quarters == one]).any(axis=1)
+        assert (maximum_bipartite_matching(sparse.csr_array(reach)) >= 0).all()
+    planned = np.zeros(len(surface.triangles))
+    np.add.at(planned, triangle, sign)
+    assert np.array_equal(np.rint(4 * cross.triangle_index), planned)
 
 
 def test_poles_without_a_free_vertex_get_none():

@@ -2,6 +2,7 @@
 
 import dataclasses
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from core.base.progress import Progress
 from core.fields.planes import barycentric_of, in_plane, lay_out
 from core.retopology.lines import tracing
 from core.retopology.lines.bundles import joined_bundles
-from core.retopology.lines.polylines import points_of
+from core.retopology.lines.polylines import MOST_BEND, points_of, sparse_rows
 from core.retopology.lines.separatrices import BUNDLED, ENDS
 from core.retopology.lines.streamlines import AUTO_SPACING
 from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, OBSTACLE, Starts, trace
@@ -579,6 +580,27 @@ def test_separatrices_do_not_run_in_bundles(name, real_separatrices):
     _, _, guide, found = real_separatrices(name)
     area = guide.surface.face_normal_area[1].sum() * guide.surface.unit**2
     assert beside_others(found, BUNDLED * AUTO_SPACING * np.sqrt(area)) < 0.15
+
+
+def test_points_are_left_out_only_where_the_surface_does_not_bend():
+    """Lines handed on with few points cut through the folds that they went around, and seemed to
+    turn there."""
+    guide = guide_of("torus")
+    surface, planes = guide.surface, guide.planes(Progress())
+    start, none = np.arange(0, len(surface.triangles), 997), np.full(len(surface.triangles), -1)
+    z = planes.corner[start].mean(axis=1)
+    starts = Starts.plain(start, z, np.ones(len(start), complex), np.zeros(len(start)), np.inf)
+    walk = trace(surface, planes, starts, np.full(len(start), 2.0), none, Progress())
+    rows = sparse_rows(walk, 1e9, surface)
+    line = np.repeat(np.arange(len(start)), np.diff(walk.start))
+    normal, most = surface.face_normal_area[0], 0.0
+    for one, two in pairwise(rows):
+        if line[one] == line[two]:
+            # The chords in between lie in the triangles of the points after the first.
+            passed = normal[walk.triangle[one + 1 : two + 1]]
+            most = max(most, float(np.arccos((passed @ passed[0]).clip(-1.0, 1.0)).max()))
+    assert 0.5 * MOST_BEND < most <= MOST_BEND
+    assert len(rows) < 0.5 * len(line)
 
 
 def test_lines_that_meet_go_on_as_one():
