@@ -11,6 +11,10 @@ from scipy.sparse import csgraph
 from ...base.unit import unit
 from ...mesh.half_edges import edge_keys
 
+# A quad without area is neither turned nor not by its scaled Jacobian. What is turned is below 0 by
+# more than the sines of double precision are off (1e-16), and by less than any bound of these.
+BELOW = 1e-6
+
 
 @dataclass(frozen=True)
 class Conformity:
@@ -42,7 +46,7 @@ class Conformity:
 
 def conformity(quads: np.ndarray, count: int) -> Conformity:
     """The topology of quads on `count` vertices."""
-    tail, head = _ends(quads)
+    tail, head = side_ends(quads)
     edge, uses = np.unique(edge_keys(tail, head, count), return_counts=True)
     directed = np.unique(tail * count + head)
     ends = np.concatenate([edge // count, edge % count])
@@ -65,7 +69,7 @@ def conformity(quads: np.ndarray, count: int) -> Conformity:
     return Conformity(manifold, border, valence, used - len(edge) + len(quads))
 
 
-def _ends(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def side_ends(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(4 q,) int64 vertices that the sides of quads come from and go to."""
     quads = quads.astype(np.int64, copy=False)
     return quads.ravel(), np.roll(quads, -1, axis=1).ravel()
@@ -74,7 +78,7 @@ def _ends(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def torn(quads: np.ndarray, count: int) -> np.ndarray:
     """(count,) bool vertices at which quads (q, 4) make no manifold: corners of a quad that has one
     twice, ends of edges that are used more than once in one sense, and those of several fans."""
-    tail, head = _ends(quads)
+    tail, head = side_ends(quads)
     found = np.zeros(count, bool)
     ordered = np.sort(quads, axis=1)
     found[quads[(np.diff(ordered, axis=1) == 0).any(axis=1)]] = True
@@ -95,7 +99,7 @@ def _one_fan(quads: np.ndarray, count: int) -> bool:
 def _fans(quads: np.ndarray, count: int) -> np.ndarray:
     """(4 q,) number of the fan of quads joined across edges at a vertex that each corner is in."""
     m = quads.size
-    tail, head = _ends(quads)
+    tail, head = side_ends(quads)
     key, back = tail * count + head, head * count + tail
     order = np.argsort(key)
     place = np.minimum(np.searchsorted(key[order], back), m - 1)
@@ -117,3 +121,9 @@ def scaled_jacobian(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
     area = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
     size = np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2)
     return (area / np.maximum(size, np.finfo(float).tiny)).min(axis=1)
+
+
+def signed(quality: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """(q,) scaled Jacobians, negative where a quad is `turned` (q,) bool: below 0 by `BELOW` where
+    it has no area, too."""
+    return np.where(turned, -np.abs(quality) - BELOW, quality)

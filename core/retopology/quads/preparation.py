@@ -15,11 +15,11 @@ from ...umbilics.result import Detection, Umbilics
 from ..by_hand import Strokes, WantedPoles, planned_by_hand
 from ..planner import Guide
 from ..settings import GuidanceSettings
+from .field.wishes import Wishes
 from .finishing.mirroring import ON, Plane, halved, wanted_plane
 from .finishing.unlaid import Unlaid
 from .layout.effort import Effort
 from .layout.laying_out import LaidOut, laid_out
-from .layout.wishes import Wishes
 from .settings import RemeshSettings
 from .surface.sizes import sizes
 from .surface.subdivision import pieces

@@ -16,6 +16,7 @@ import numpy as np
 from ...base.blas import one_blas_thread
 from ...base.errors import RemeshError
 from ...base.progress import Progress
+from ...base.words import counted
 from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
@@ -28,7 +29,7 @@ from .finishing.mirroring import mirrored
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three
-from .layout.counting import countable, counted
+from .layout.counting import countable, grids_of_about
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
@@ -180,10 +181,10 @@ def _whole_numbers(
     first."""
     without: list[LaidOut] = []
     try:
-        made = counted(parts, asked, progress) if parts else []
+        made = grids_of_about(parts, asked, progress) if parts else []
     except RemeshError:
         parts, without = countable(parts, progress)
-        made = counted(parts, asked, progress) if parts else []
+        made = grids_of_about(parts, asked, progress) if parts else []
     unlaid = [Unlaid(laid.working, laid.wishes) for laid in without]
     # Poles that are nearer together than quads need many: then what is asked for counts more. Thin
     # rods need as many in any way.
@@ -222,14 +223,14 @@ def _parted(made: QuadMesh, whole: Surface, progress: Progress) -> QuadMesh:
     if moved.any():
         number = int(np.count_nonzero(moved))
         said.append(
-            f"{number} vert{'ex' if number == 1 else 'ices'} moved off the surface, by "
+            f"{counted(number, 'vertex', 'vertices')} moved off the surface, by "
             f"{moved.max():.3g} at most: its sheets lie nearer together there than quads of this "
             "size bend. Ask for more quads to have them on it."
         )
     crossing = len(crossings(place, made.quads))
     if crossing:
         said.append(
-            f"{crossing} pair{'' if crossing == 1 else 's'} of quads pass through each other: the "
+            f"{counted(crossing, 'pair')} of quads pass through each other: the "
             "mesh does so, or its sheets lie nearer together than quads of this size bend. Mend "
             "it there, or ask for more quads."
         )

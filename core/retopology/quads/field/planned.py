@@ -9,15 +9,7 @@ import numpy as np
 from ....base.progress import Progress
 from ....fields.planes import FaceFrames, lay_out
 from ....mesh.half_edges import all_edges
-from ....umbilics.result import Umbilics
-from ...by_hand import (
-    Strokes,
-    WantedPoles,
-    planned_by_hand,
-    pull_of,
-    strokes_not_held,
-    with_strokes,
-)
+from ...by_hand import planned_by_hand, pull_of, strokes_not_held, with_strokes
 from ...crosses.cross_field import CrossField, cross_field
 from ...features import BORDER, CREASE, MARK, Features
 from ...field.planned import with_poles
@@ -25,6 +17,7 @@ from ...poles import Poles, plan_poles
 from ...settings import GuidanceSettings
 from ..surface.subdivision import MARK_BIT
 from ..surface.working_surface import WorkingSurface
+from .wishes import Wishes
 
 
 @dataclass(frozen=True)
@@ -50,43 +43,35 @@ class PlannedField:
 
 
 def planned_field(
-    working: WorkingSurface,
-    smoothness: float,
-    feature: np.ndarray,
-    undirected: np.ndarray,
-    umbilics: Umbilics,
-    avoided: np.ndarray,
-    strokes: Strokes | None,
-    wanted: WantedPoles | None,
-    most: float,
-    progress: Progress,
+    working: WorkingSurface, wishes: Wishes, most: float, progress: Progress
 ) -> PlannedField | None:
-    """The field of a plan, see `Wishes` for the arguments; None where it has more than `most`
-    poles. How long it takes nobody knows; it asks `progress` whether to stop."""
+    """The field of a plan; None where it has more than `most` poles. How long it takes nobody
+    knows; it asks `progress` whether to stop."""
     ask = progress.quiet()
     # Its own input, so that rows are its own.
     surface = replace(
         working.surface, source_triangle=np.arange(len(working.surface.triangles), dtype=np.int32)
     )
-    features = _features(surface.twin, feature)
+    features = _features(surface.twin, wishes.feature)
+    strokes = wishes.strokes
     pull = None if strokes is None else pull_of(surface, strokes)
     if pull is not None:
         features = with_strokes(surface, features, pull)
     cross = cross_field(
         surface,
         working.field,
-        GuidanceSettings(smoothness=smoothness),
+        GuidanceSettings(smoothness=wishes.smoothness),
         ask,
-        undirected=undirected,
+        undirected=wishes.undirected,
         features=features,
         # Parts have been divided to about the size of the quads.
         on_outlines=False,
     )
     planes: FaceFrames = lay_out(surface, working.field.lines, ask)
-    if wanted is not None:
-        poles = planned_by_hand(surface, [], wanted)
+    if wishes.wanted is not None:
+        poles = planned_by_hand(surface, [], wishes.wanted)
     else:
-        poles = plan_poles(surface, planes, cross, umbilics, [], avoided)
+        poles = plan_poles(surface, planes, cross, wishes.umbilics, [], wishes.avoided)
         if len(poles.triangle) > most:
             return None
     cross = with_poles(

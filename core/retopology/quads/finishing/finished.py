@@ -10,7 +10,7 @@ from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
-from ..layout.counting import characteristic, counted
+from ..layout.counting import characteristic, grids_of_about
 from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
@@ -110,7 +110,7 @@ def finished(
         if again is None:
             break
         try:
-            grid = counted([again], len(grid.quads), progress)[0]
+            grid = grids_of_about([again], len(grid.quads), progress)[0]
         except RemeshError:
             break
         laid = again

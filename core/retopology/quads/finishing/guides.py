@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....base.unit import unit
+from ..conformity import side_ends
 from .projection import ClosestPoints
 
 # Cosine to the surface down to which a quad's own plane is taken for the surface's under it: on
@@ -88,7 +89,7 @@ def beside(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
     """(q, 3) sum of the unit normals of the quads across the sides of each."""
     at = position[quads]
     normal = unit(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]))
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
+    tail, head = side_ends(quads)
     key, back = tail * len(position) + head, head * len(position) + tail
     order = np.argsort(key)
     place = np.minimum(np.searchsorted(key, back, sorter=order), len(key) - 1)

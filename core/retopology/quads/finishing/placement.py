@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....base.subsets import places_in
+from ..conformity import side_ends
 from ..field.crosses import TURNS
 from ..layout.grids import Grids
 from ..layout.rectangles import Layout
@@ -253,7 +254,7 @@ def _beside(layout: Layout, made: Grids, owner: np.ndarray, track: np.ndarray) -
 def _fill(quads: np.ndarray, position: np.ndarray, triangle: np.ndarray, has: np.ndarray) -> None:
     """Vertices without a place get the mean of their neighbours', in place."""
     has = has.copy()
-    tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    tail, head = side_ends(quads)
     tail, head = np.concatenate([tail, head]), np.concatenate([head, tail])
     while not has.all():
         rows = np.flatnonzero(~has[tail] & has[head])

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ....base.subsets import places_in
+from ....base.words import counted
 from ....fields.frames import side_axes
 from ....fields.transport import as_complex
 from ...poles import UNATTACHED
@@ -63,14 +64,14 @@ def words_of_folds(left: int, farthest: float, folded: int) -> list[str]:
     said = []
     if left:
         said.append(
-            f"{left} vert{'ex' if left == 1 else 'ices'} moved off the surface, by {farthest:.3g} "
+            f"{counted(left, 'vertex', 'vertices')} moved off the surface, by {farthest:.3g} "
             "at most: quads of this size would fold on its thin parts or sharp corners. Ask for "
             "more quads to have them on it."
         )
     if folded:
         said.append(
-            f"{folded} quad{'' if folded == 1 else 's'} folded: too little room for "
-            f"{'it' if folded == 1 else 'them'}. Ask for more quads, or mend the mesh there."
+            f"{counted(folded, 'quad')} folded: too little room. Ask for more quads, or mend the "
+            "mesh there."
         )
     return said
 
@@ -88,16 +89,14 @@ def words_of_shape(pieces: list[tuple[Placement, np.ndarray]]) -> list[str]:
         skewed += quality[rows[~filling]].tolist()
     said = []
     if sharp:
-        number = len(sharp)
         said.append(
-            f"{number} quad{'' if number == 1 else 's'} as sharp as the corners of creases or "
+            f"{counted(len(sharp), 'quad')} as sharp as the corners of creases or "
             f"borders there, with a scaled Jacobian of {min(sharp):.2f} at least: quads that "
             "follow them can be no better."
         )
     if skewed:
-        number = len(skewed)
         said.append(
-            f"{number} quad{'' if number == 1 else 's'} skewed, with a scaled Jacobian of "
+            f"{counted(len(skewed), 'quad')} skewed, with a scaled Jacobian of "
             f"{min(skewed):.2f} at least: the surface is thinner there than quads of this size, or "
             "creases lie nearer to each other. Ask for more quads."
         )

@@ -16,7 +16,7 @@ from ....base.subsets import places_in
 from ....fields.frames import side_axes
 from ...poles import UNATTACHED
 from ..conformity import conformity
-from ..layout.wishes import Wishes
+from ..field.wishes import Wishes
 from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles

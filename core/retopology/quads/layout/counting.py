@@ -41,7 +41,7 @@ def countable(parts: list[LaidOut], progress: Progress) -> tuple[list[LaidOut], 
     return having, without
 
 
-def counted(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
+def grids_of_about(parts: list[LaidOut], asked: int, progress: Progress) -> list[Grids]:
     """Grids with about as many quads as asked for.
 
     Raises

@@ -14,10 +14,10 @@ from scipy.sparse import csgraph
 
 from ....mesh.half_edges import ends_of
 from ....mesh.rings import with_rings
+from ..field.wishes import Wishes
 from ..surface.chains import chains
 from ..surface.subdivision import CREASE_BIT, MARK_BIT
 from ..surface.working_surface import WorkingSurface
-from .wishes import Wishes
 
 # Rings around faults that make one place of them, and that are smoothed in each attempt more.
 FAULT_RINGS, SMOOTHED_RINGS = 3, 3

@@ -164,7 +164,7 @@ def _borders(layout: Layout) -> list[list[int]]:
     return [rows.tolist() for rows in np.split(arc[order], cuts)]
 
 
-def counted_too(bounds: LeastSums, count: Count, sides: sparse.csr_array) -> LeastSums:
+def with_count(bounds: LeastSums, count: Count, sides: sparse.csr_array) -> LeastSums:
     """The bounds and those of the number of quads, sum w h = sum w h0 + w0 h - w0 h0 nearly."""
     extent = (sides @ count.near).reshape(-1, 4)[:, :2]
     row = np.concatenate([np.zeros(len(count.near)), extent[:, ::-1].ravel()])

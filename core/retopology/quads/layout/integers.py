@@ -20,10 +20,10 @@ from .integer_program import (
     Count,
     LeastSums,
     Program,
-    counted_too,
     lengths_of_cuts,
     program_of,
     sides_of,
+    with_count,
 )
 from .rectangles import Layout
 
@@ -75,7 +75,7 @@ def lengths_of_count(
     sides = sides_of(layout)
     program = program_of(layout, sides, scale, 0)
     free = lengths_of_cuts(cuts, program, layout)
-    bounds = counted_too(free, count, sides)
+    bounds = with_count(free, count, sides)
     if len(layout.rectangles) <= MANY:
         value = _dive(program, bounds, progress)
     else:

@@ -15,6 +15,7 @@ from ..field.crosses import Crosses, crosses
 from ..field.planned import PlannedField, planned_field
 from ..field.pole_moves import with_better_poles
 from ..field.sectors import shut_corners
+from ..field.wishes import Wishes
 from ..mapping.seamless_map import SeamlessMap, pose
 from ..mapping.untangling import injective_map
 from ..surface.subdivision import CREASE_BIT, MARK_BIT
@@ -23,7 +24,6 @@ from .effort import Effort
 from .giving_way import SMOOTHER, least_feature, next_wishes
 from .motorcycle_graph import motorcycle_graph
 from .rectangles import Layout
-from .wishes import Wishes
 
 # Attempts before giving up.
 ATTEMPTS = 9
@@ -128,18 +128,7 @@ def _crossed(
     while True:
         progress.step(0.1)
         effort.spend(len(surface.triangles))
-        planned = planned_field(
-            working,
-            wishes.smoothness,
-            wishes.feature,
-            wishes.undirected,
-            wishes.umbilics,
-            wishes.avoided,
-            wishes.strokes,
-            wishes.wanted,
-            most,
-            progress,
-        )
+        planned = planned_field(working, wishes, most, progress)
         if planned is None:
             return None
         crossed = crosses(

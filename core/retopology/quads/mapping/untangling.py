@@ -34,8 +34,21 @@ HOPELESS = 0.05
 PATIENCE = 2
 # Steps of Newton's method in one region; determinant at which it is content.
 STEPS, CONTENT = 30, 0.02
-# A step may take this part of the least determinant at most, once all are positive.
-KEEP = 0.02
+# What a step must leave of the least determinant, once all are positive, and of the determinant of
+# each triangle at a pole.
+KEEP, KEEP_GUARDED = 0.02, 0.05
+# Least weight of a triangle where fans are stiffened, and beside the mean where flips are undone:
+# without weight a triangle would flip for nothing.
+LEAST_STIFFENED, LEAST_WEIGHT = 0.1, 0.05
+# The width in which the determinant is regularized: SHARP where none is flipped, else the root of
+# FLAT + SOFT det^2 of the least one.
+SHARP, FLAT, SOFT = 1e-3, 1e-4, 0.04
+# The eigenvalues of a triangle's Hessian are at least this part of its largest, and so much.
+DEFINITE, LEAST_CURVED = 1e-6, 1e-9
+# From KEEP_GUARDED on these were tried on 13 first maps with flips (random surfaces 2, 13, 35, 73
+# and 119 of benchmarks/quads; a decimated monkey, texts and a thin sheet from Blender): at half and
+# twice (SHARP and DEFINITE a tenth and ten times, LEAST_CURVED a tenth), the same nine become
+# injective. With half the width of SOFT that takes 1.6 times as long.
 # A step must win this part of what its slope promises.
 ARMIJO = 1e-4
 LEAST_STEP = 1e-9
@@ -118,7 +131,7 @@ def _stiffened(problem: SeamlessProblem, x: np.ndarray, progress: Progress) -> n
         target[fan] = opened
         moving = with_rings(crosses.triangles, bad, STIFFENED_RINGS)
         basis, triangles = _region(problem, moving)
-        weight = np.maximum(problem.weight, 0.1) * boost
+        weight = np.maximum(problem.weight, LEAST_STIFFENED) * boost
         x = least_squares(problem, weight, x, basis, triangles, target)
     return best
 
@@ -132,7 +145,7 @@ def _newton(
         return x
     unknown, derivative = problem.unknown[triangles], problem.derivative[triangles]
     weight = problem.weight[triangles]
-    weight = np.maximum(weight / weight.mean(), 0.05)
+    weight = np.maximum(weight / weight.mean(), LEAST_WEIGHT)
     # Fans at poles never flip back once they are right: they could unfold to the wrong turns.
     guarded = problem.crosses.singular[problem.crosses.triangles[triangles]].any(axis=1)
     jacobian = np.einsum("tij,tj->ti", derivative, x[unknown])
@@ -155,7 +168,7 @@ def _newton(
             det_trial = determinant(trial)
             fine = _energy(trial, det_trial, width, weight) < value + ARMIJO * length * promised
             fine &= not (least > 0 and det_trial.min() <= KEEP * least)
-            if fine and not (guarded & (det > 0) & (det_trial <= 0.05 * det)).any():
+            if fine and not (guarded & (det > 0) & (det_trial <= KEEP_GUARDED * det)).any():
                 break
             length *= 0.5
         else:
@@ -168,8 +181,9 @@ def _newton(
 def _width(least: float) -> float:
     """How softly the determinant is regularized, from the least one there is."""
     if least > 0:
-        return 1e-3
-    return float(np.sqrt(1e-4 + 0.04 * least**2)) if least > -10 else 0.2 * abs(least)
+        return SHARP
+    # Far below 0 FLAT is nothing.
+    return float(np.sqrt(FLAT + SOFT * least**2)) if least > -10 else 0.2 * abs(least)
 
 
 def _regular(det: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
@@ -210,7 +224,7 @@ def _derivatives(
         + by_det[:, None, None] * _SWAP
     )
     values, vectors = np.linalg.eigh(hessian)
-    values = np.maximum(values, 1e-6 * np.abs(values).max(axis=1, keepdims=True) + 1e-9)
+    values = np.maximum(values, DEFINITE * np.abs(values).max(axis=1, keepdims=True) + LEAST_CURVED)
     hessian = np.einsum("tij,tj,tkj->tik", vectors, values, vectors)
     value = float((weight * (shape + size) * inverse).sum())
     return value, weight[:, None] * slope, weight[:, None, None] * hessian

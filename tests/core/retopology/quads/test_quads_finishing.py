@@ -13,7 +13,7 @@ import core
 from core.base.progress import Progress
 from core.mesh.mending.repair import clean
 from core.mesh.rings import with_rings
-from core.retopology.quads.conformity import scaled_jacobian
+from core.retopology.quads.conformity import scaled_jacobian, signed
 from core.retopology.quads.finishing import finished
 from core.retopology.quads.finishing.directions import direction_weights
 from core.retopology.quads.finishing.faults import last_check, mending
@@ -29,7 +29,7 @@ from core.retopology.quads.finishing.opening import Squaring
 from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.finishing.relaxation import squared
-from core.retopology.quads.finishing.reporting import words_of_shape
+from core.retopology.quads.finishing.reporting import words_of_folds, words_of_shape
 from core.retopology.quads.preparation import Given, prepare
 
 
@@ -148,6 +148,19 @@ def test_the_last_check_turns_what_faces_against_the_input():
     same, wrong = last_check.checked(stuck, whole, Progress())
     assert wrong > 0
     np.testing.assert_array_equal(same.vertices, folded.vertices)
+
+
+def test_what_is_turned_counts_as_folded_even_without_area():
+    quality = signed(np.array([0.9, 0.0, -0.4, 0.9]), np.array([True, True, True, False]))
+    assert (quality[:3] < 0.0).all() and quality[3] == 0.9
+
+
+def test_folds_are_told_in_the_number_that_there_are():
+    assert words_of_folds(0, 0.0, 0) == []
+    for number, folds in ((1, "1 quad folded"), (3, "3 quads folded")):
+        off, folded = words_of_folds(number, 0.125, number)
+        assert off.startswith("1 vertex moved" if number == 1 else "3 vertices moved")
+        assert "by 0.125 at most" in off and folded.startswith(folds)
 
 
 def test_skewed_quads_are_told_and_why():

@@ -16,6 +16,7 @@ from scipy.sparse import csgraph
 from .....base.progress import Progress
 from .....mesh.rings import with_rings
 from .....mesh.surface import Surface
+from ...conformity import side_ends
 from ...result import QuadMesh
 from ..finished import OFF
 from ..guides import Guides, vertex_normals
@@ -139,7 +140,7 @@ def _where_better(
 def _places(quads: np.ndarray, near: np.ndarray) -> np.ndarray:
     """(q,) number of the connected place of vertices `near` (n,) bool that each quad has corners
     in, -1 for none."""
-    one, other = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    one, other = side_ends(quads)
     both = near[one] & near[other]
     n = len(near)
     graph = sparse.coo_array((np.ones(both.sum()), (one[both], other[both])), shape=(n, n))

@@ -15,7 +15,7 @@ from .....base.progress import Progress
 from .....base.subsets import places_in
 from .....base.unit import unit
 from .....mesh.rings import with_rings
-from ...conformity import scaled_jacobian
+from ...conformity import scaled_jacobian, side_ends, signed
 from ..guides import Guides, beside, filled_corner, moved_along, surface_axes, vertex_normals
 from ..opening import Opening
 from ..projection import ClosestPoints
@@ -88,7 +88,7 @@ def oriented_quality(position: np.ndarray, quads: np.ndarray, guides: Guides) ->
     away, turned = _seen(position, quads, guides.surface)
     against_ = turned if guides.thin else turned | away
     quality = scaled_jacobian(position, quads)
-    return np.where(against_, -np.abs(quality) - 1e-6, quality)
+    return signed(quality, against_)
 
 
 def quality_to_mend(position: np.ndarray, quads: np.ndarray, guides: Guides) -> np.ndarray:
@@ -175,7 +175,7 @@ def _places(quads: np.ndarray, rows: np.ndarray, count: int) -> tuple[np.ndarray
     """The connected set of moving vertices that each of the rows (r,) and quads (q,) is in, -1 for
     quads in none."""
     local = places_in(rows, count)[quads]
-    one, other = local.ravel(), np.roll(local, -1, axis=1).ravel()
+    one, other = side_ends(local)
     far, across = local[:, :2].ravel(), local[:, 2:].ravel()
     one, other = np.concatenate([one, far]), np.concatenate([other, across])
     both = (one >= 0) & (other >= 0)

@@ -14,7 +14,7 @@ from .....base.progress import Progress
 from .....base.subsets import places_in
 from .....base.unit import unit
 from .....mesh.rings import with_rings
-from ...conformity import conformity, scaled_jacobian
+from ...conformity import conformity, scaled_jacobian, signed
 from ..guides import Guides, beside, on_curve, vertex_normals
 from ..opening import Opening
 from .mending import against
@@ -116,7 +116,7 @@ def own_quality(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     turned = np.einsum("qc,qc->q", normal, up) < 0.0
     quality = scaled_jacobian(position, quads)
-    return np.where(turned, -np.abs(quality) - 1e-6, quality)
+    return signed(quality, turned)
 
 
 def _around(position: np.ndarray, quads: np.ndarray, averaged: int) -> np.ndarray:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .....base.progress import Progress
+from .....base.subsets import places_in
 from .....base.unit import unit
 from .....mesh.rings import with_rings
 from ..guides import Guides, moved_along, vertex_normals
@@ -85,9 +86,7 @@ def _tried(
     random: np.random.Generator,
 ) -> None:
     """Each of the vertices `rows`, no two of one quad, to the best of the places around it."""
-    owner = np.full(len(position), -1)
-    owner[rows] = np.arange(len(rows))
-    of = owner[quads].max(axis=1)
+    of = places_in(rows, len(position))[quads].max(axis=1)
     mine = of >= 0
     around, of = quads[mine], of[mine]
     at = position[around]

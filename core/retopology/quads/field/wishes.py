@@ -1,4 +1,4 @@
-"""What a layout should respect."""
+"""What the field of a layout, and the layout, should respect."""
 
 from __future__ import annotations
 
