@@ -33,7 +33,7 @@ MODULES = {
     "core/base/subsets.py": ("base/test_subsets.py",),
     "core/mesh/half_edges.py": ("mesh/test_half_edges.py", "mesh/test_cleaning.py"),
     "core/mesh/creases.py": ("mesh/test_creases.py",),
-    "core/mesh/mending/slits.py": ("mesh/test_mending.py",),
+    "core/mesh/mending/slits.py": ("mesh/test_cleaning.py",),
     "core/mesh/mending/t_junctions.py": ("mesh/test_mending.py",),
     "core/curvature/outliers.py": ("curvature/test_outliers.py",),
     "core/curvature/scale.py": ("curvature/test_scale.py",),

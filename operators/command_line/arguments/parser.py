@@ -223,7 +223,9 @@ def _add_setting(
     if option.unit:
         text += f" [{option.unit}]"
     if option.kind == "flag":
-        group.add_argument(flag, action=argparse.BooleanOptionalAction, default=default, help=text)
+        made = group.add_argument(flag, action=argparse.BooleanOptionalAction, default=default)
+        # Afterwards: Python 3.11 would add a default of its own.
+        made.help = f"{text} (default: {'on' if default else 'off'})"
         return
     text += f" (default: {default})"
     if option.kind == "choice":

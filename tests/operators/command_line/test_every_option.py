@@ -1,9 +1,12 @@
 """No option gets lost: not on the way to a batch's processes, for --resume, or in reports."""
 
 import argparse
-from importlib import import_module
+from importlib import import_module, util
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
 
 CANDIDATES = ("1", "2", "0.5", "0.25", "30", "3", "50", "NAME", "1-3", "csv", "more.obj")
 # What says where results go and how the work is shared out, and changes nothing in a result.
@@ -184,3 +187,10 @@ def test_what_was_done_with_another_file_beside_it_is_done_again(arguments, base
     with open(given[given.index(option) + 1], "a") as file:
         file.write("v 1 0 0\n")
     assert arguments.parse(given).batch.key != before
+
+
+def test_the_page_says_what_the_help_says(arguments):
+    spec = util.spec_from_file_location("page", ROOT / "tools" / "make_command_page.py")
+    tool = util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    assert tool.page(arguments._parser()) == tool.PAGE.read_text("utf-8"), f"run {tool.__doc__}"
