@@ -33,8 +33,10 @@ def page(parser: argparse.ArgumentParser) -> str:
     """Markdown: a table for each group of options."""
     usage = str(parser.usage).replace("%(prog)s", parser.prog)
     parts = [_HEAD.format(usage=usage, about=parser.description)]
-    for group in parser._action_groups:
-        shown = [one for one in group._group_actions if one.help != argparse.SUPPRESS]
+    # `argparse` has no public way to its groups.
+    for group in parser._action_groups:  # noqa: SLF001
+        actions = group._group_actions  # noqa: SLF001
+        shown = [one for one in actions if one.help != argparse.SUPPRESS]
         if not shown:
             continue
         about = f"{group.description}\n\n" if group.description else ""
@@ -65,7 +67,7 @@ def main() -> None:
         Path(folder, "umbilics").symlink_to(REPOSITORY)
         sys.path.insert(0, folder)
         found = importlib.import_module("umbilics.operators.command_line.arguments.parser")
-        PAGE.write_text(page(found._parser()), encoding="utf-8")
+        PAGE.write_text(page(found._parser()), encoding="utf-8")  # noqa: SLF001
 
 
 if __name__ == "__main__":

@@ -61,11 +61,7 @@ def parse(arguments: list[str]) -> Request:
         match = matching.request_of(parser, found)
         guard.reads(match.files if match else ())
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
-        if found.check_topology is not None and found.files:
-            checked = Path(found.check_topology)
-            if not checked.exists():
-                parser.error(f"--check-topology {found.check_topology}: there is no such file.")
-            guard.reads(companions.files_of(checked, SUFFIXES))
+        _claim_checked(parser, found, guard)
         batch = batch_arguments.plan_of(parser, found, settings, planning, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
@@ -96,6 +92,18 @@ def parse(arguments: list[str]) -> Request:
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
+
+
+def _claim_checked(
+    parser: argparse.ArgumentParser, found: argparse.Namespace, guard: Guard
+) -> None:
+    """Tell the guard of the file that is checked; without FILE it is an object of the open one."""
+    if found.check_topology is None or not found.files:
+        return
+    checked = Path(found.check_topology)
+    if not checked.exists():
+        parser.error(f"--check-topology {found.check_topology}: there is no such file.")
+    guard.reads(companions.files_of(checked, SUFFIXES))
 
 
 def _spread(arguments: list[str]) -> list[str]:
@@ -173,17 +181,7 @@ def _parser() -> argparse.ArgumentParser:
     matching.add_arguments(parser)
     batch_arguments.add_arguments(parser)
     batch_arguments.add_limits(parser)
-    group = parser.add_argument_group("settings")
-    for name, option in core.options().items():
-        _add_setting(group, name, option, core.defaults()[name])
-    for name in GIVEN_NAMES:
-        group.add_argument(
-            f"--{name}",
-            metavar="ATTRIBUTE",
-            default=name,
-            help=f"--curvature given: vertex attribute of the {_CURVATURE_NAMES[name]} "
-            f"(default: {name})",
-        )
+    _add_settings(parser)
     # For processes that this command starts itself.
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--final", action="append", default=[], help=argparse.SUPPRESS)
@@ -213,6 +211,20 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         help="run methods S, I and C on the same operators: a table, and with --png a picture of "
         "the three; the other results are those of S",
     )
+
+
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("settings")
+    for name, option in core.options().items():
+        _add_setting(group, name, option, core.defaults()[name])
+    for name in GIVEN_NAMES:
+        group.add_argument(
+            f"--{name}",
+            metavar="ATTRIBUTE",
+            default=name,
+            help=f"--curvature given: vertex attribute of the {_CURVATURE_NAMES[name]} "
+            f"(default: {name})",
+        )
 
 
 def _add_setting(

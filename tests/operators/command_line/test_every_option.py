@@ -1,6 +1,8 @@
 """No option gets lost: not on the way to a batch's processes, for --resume, or in reports."""
 
 import argparse
+import re
+import shlex
 from importlib import import_module, util
 from pathlib import Path
 
@@ -194,3 +196,33 @@ def test_the_page_says_what_the_help_says(arguments):
     tool = util.module_from_spec(spec)
     spec.loader.exec_module(tool)
     assert tool.page(arguments._parser()) == tool.PAGE.read_text("utf-8"), f"run {tool.__doc__}"
+
+
+def commands():
+    """What follows the name of the command in every line of a block of the pages that calls it."""
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+        text = page.read_text("utf-8")
+        for block in re.findall(r"^```\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+            for line in block.replace("\\\n", " ").splitlines():
+                _, called, words = line.partition("--command umbilics")
+                if called:
+                    yield words
+
+
+# What the commands of the pages read.
+FILES = ("part.stl", "scans/a.ply", "extra.ply", "meshes/b.obj", "c.stl")
+
+
+@pytest.mark.parametrize("words", [one for one in commands() if "[FILE" not in one])
+def test_the_commands_of_the_pages_are_understood(arguments, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    for name in FILES:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("v 0 0 0\n")
+    given = shlex.split(words.replace("$SLURM_ARRAY_TASK_ID", "3"))
+    if "--help" in given:
+        with pytest.raises(SystemExit) as ended:
+            arguments.parse(given)
+        assert ended.value.code == 0
+    else:
+        assert arguments.parse(given)

@@ -48,6 +48,11 @@ def test_changed_settings_are_named(reasons):
     assert reasons(obj) == ""
     group.charts = "uv"
     assert reasons(obj) == "", "method S reads no charts"
+    group.scale_auto, group.scale = False, 3.0
+    assert "Scale" in reasons(obj)
+    for curvature in ("normals", "given"):
+        group.curvature = curvature
+        assert "Scale" not in reasons(obj), "only jets have one"
 
 
 def test_filters_are_no_reason_to_detect_again(addon, reasons):
