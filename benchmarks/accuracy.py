@@ -22,6 +22,7 @@ import core
 
 from . import ROOT
 from .cases import COUNT, STRETCH, Case, cases
+from .pages import publish
 from .peers.cgal import Cgal, CgalError
 from .scoring import REACH, SPLIT_REACH, Score, score
 
@@ -167,7 +168,7 @@ def main(arguments: list[str] | None = None) -> int:
 
         seeds = range(options.first, options.first + options.seeds)
         text = page(seeds, cgal, about, lambda name: print(name, file=sys.stderr))
-        return _write(text, options.out or ROOT / "docs" / "accuracy_meshes.md")
+        return publish(text, options.out or ROOT / "docs" / "accuracy_meshes.md")
     groups: dict[tuple[str, str, float], list[Row]] = {}
     for seed in range(options.seeds):
         for case in cases(NOISES, seed):
@@ -182,14 +183,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     print("the published patch", file=sys.stderr)
     text = header + table(groups.values()) + patches(PATCHES, PATCH_POINTS)
-    return _write(text, options.out or ROOT / "docs" / "accuracy.md")
-
-
-def _write(text: str, out: Path) -> int:
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out or ROOT / "docs" / "accuracy.md")
 
 
 if __name__ == "__main__":

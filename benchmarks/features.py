@@ -26,7 +26,7 @@ from core.mesh.creases import bent_half_edges
 
 from . import ROOT
 from .loop_subdivision import loop_subdivided
-from .pages import machine, table
+from .pages import machine, publish, table
 from .random_surfaces import largest
 
 SHAPES = (
@@ -207,9 +207,7 @@ def main(arguments: list[str] | None = None) -> int:
         confirmed=", ".join(Path(name).stem for name in CONFIRMED),
         table=table((*names, *(f"{value:g}" for value in SMOOTHNESS), "Beaten by"), rows),
     )
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from core.base.progress import Progress
 from core.retopology.crosses.cross_field import cross_field
 
 from . import ROOT
-from .pages import machine, table
+from .pages import machine, publish, table
 
 AXES = (3.0, 2.0, 1.0)
 # Spacing at which both families have some 500 lines together.
@@ -153,9 +153,7 @@ def main(arguments: list[str] | None = None) -> int:
         )
         runs.append(json.loads(done.stdout))
     text = page(runs, where)
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

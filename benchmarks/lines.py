@@ -28,7 +28,7 @@ from core.retopology.lines.separatrices import BUNDLED, ENDS, RUN
 from core.retopology.lines.streamlines import spacing_of
 
 from . import ROOT
-from .pages import machine, table
+from .pages import machine, publish, table
 
 SHAPES = (
     "spot_os.obj", "hand_closed_os.obj", "rocker-arm.obj", "bunny_hr_os.obj", "stanford-bunny.obj",
@@ -215,9 +215,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(name, file=sys.stderr)
         rows.append(row_of(name, vertices, triangles))
     text = PAGE.format(machine=where, last=LAST, turn=TURN, run=RUN, table=table(COLUMNS, rows))
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

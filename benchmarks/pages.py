@@ -36,3 +36,11 @@ def table(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Markdown: a table of cells, without a line break at its end."""
     lines = [names, ["---"] * len(names), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def publish(text: str, out: Path) -> int:
+    """Write a page and print it; the exit code of its command."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(text, encoding="utf-8")
+    print(text)
+    return 0

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 import core
 
 from . import ROOT
-from .pages import machine, table
+from .pages import machine, publish, table
 from .peers.cgal import RIDGES, Cgal, CgalError
 from .ridge_surfaces import CELLS, COUNT, MESHES, Implicit, meshed, surfaces, with_end
 
@@ -200,9 +200,7 @@ def main(arguments: list[str] | None = None) -> int:
         cgal=about,
         table=table(COLUMNS, rows),
     )
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from surfaces import AnalyticSurface, ellipsoid, random_ellipsoid, seed_patch
 
 from . import ROOT
 from .awkward_meshes import AXES, awkward_meshes
-from .pages import machine, table
+from .pages import machine, publish, table
 from .peers.measurement import LIMIT, Measurement
 from .programs import LEAST_ROUNDS, OURS, Ours, measure_all, peers
 
@@ -303,10 +303,7 @@ def main(arguments: list[str] | None = None) -> int:
     notes = ROOT / "benchmarks" / "speed_notes.md"
     if notes.exists():
         text += "\n" + notes.read_text("utf-8")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

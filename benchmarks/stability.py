@@ -21,6 +21,7 @@ from mesh_files import read_mesh
 import core
 
 from . import ROOT
+from .pages import publish
 
 SCANS = ("torso_vtk.obj", "bunny_hr_os.obj", "skull_os.obj")
 # Passes over the edges, of which each turns as many as do not share a triangle.
@@ -155,9 +156,7 @@ def main(arguments: list[str] | None = None) -> int:
         vertices, triangles = read_mesh(options.meshes / name)
         used, place = np.unique(triangles, return_inverse=True)
         text += row(name, vertices[used], place.reshape(triangles.shape))
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 from . import ROOT
-from .pages import machine, table
+from .pages import machine, publish, table
 
 PAGE = """# Speed of the window
 
@@ -120,9 +120,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     where = machine()
     text = page(measure(options.level), where)
-    options.out.write_text(text, encoding="utf-8")
-    print(text)
-    return 0
+    return publish(text, options.out)
 
 
 if __name__ == "__main__":

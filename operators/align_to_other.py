@@ -38,8 +38,9 @@ class UMBILICS_OT_align_to_other(NeedsMesh, BackgroundOperator, bpy.types.Operat
         best = found.alignment
         size = float(np.linalg.norm(np.ptp(job.inputs.arrays.vertices, axis=0))) * best.scale
         scaled = f", scaled {best.scale:.4g} times" if job.scaled else ""
+        other = found.other.object_name
         words = (
-            f"{job.object_name} lies on {found.other}{scaled}: {100.0 * best.overlap:.0f} % of it "
+            f"{job.object_name} lies on {other}{scaled}: {100.0 * best.overlap:.0f} % of it "
             f"overlap, {100.0 * best.error / size:.2g} % of its size apart, direction good to "
             f"{best.rotation_error:.1g}°."
         )

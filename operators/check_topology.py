@@ -53,13 +53,11 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
         job: retopology.Job,
         found: tuple[core.TopologyCheck, core.Poles, core.Umbilics],
     ) -> str:
-        checked = targets.named(self._checked)
-        if checked is None:
-            raise ObjectError(f"{self._checked} is no longer there. Check again.")
+        checked = targets.still_there(self._checked)
         with object_mode(context, checked), all_or_nothing() as transaction:
             seen = checks.depsgraph_of(context, checks.source_in(self._stamp))
             if checks.signature_of(checked, seen) != self._stamp:
-                raise ObjectError(f"{checked.name} was changed meanwhile. Check again.")
+                raise ObjectError(f"{checked.name} was changed meanwhile. Try again.")
             check, poles, umbilics = found
             against = retopology.against(job, umbilics)
             checks.write(context, checked, against, check, poles, self._stamp, transaction)

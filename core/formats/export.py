@@ -68,7 +68,7 @@ def export_guidance(
     stem, kinds, to_file:
         As for `write_guidance`.
     mesh:
-        (n, 3) vertices and (m, 3) triangles, those of `guide`.
+        (n, 3) float64 vertices and (m, 3) int triangles, those of `guide`.
     sharp, zone, strokes, wanted:
         As for `Guide.guidance`.
     remeshing:

@@ -130,7 +130,7 @@ def flat_faces(surface: Surface, features: Features) -> np.ndarray:
 
 
 def barriers(features: Features, crests: Chains) -> Barriers:
-    """Hard edges and crests, as what lines may end on."""
+    """Edges of features and crests, as what lines may end on."""
     # The chord that ends at a point lies in its triangle.
     before = np.arange(len(crests.position)) - 1
     first, last = crests.start[:-1], crests.start[1:] - 1

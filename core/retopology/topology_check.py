@@ -112,9 +112,9 @@ def check_topology(
     Parameters
     ----------
     vertices:
-        (n, 3) positions of the mesh that is checked, in the coordinates of the surface.
+        (n, 3) float64 positions of the mesh that is checked, in the coordinates of the surface.
     corners, start:
-        (c,) vertices of its faces one behind the other, and (f + 1,) where each face begins.
+        (c,) int vertices of its faces one behind the other, and (f + 1,) int where each begins.
     guide:
         The surface and its detection.
     poles:

@@ -124,7 +124,7 @@ def kept_rows(
     pinned: Sequence[int] = (),
     deleted: Sequence[int] = (),
 ) -> np.ndarray:
-    """(k,) rows of the candidates that `filtered` keeps, in ascending order.
+    """(k,) int64 rows of the candidates that `filtered` keeps, in ascending order.
 
     The rows in `pinned` are kept whatever the filters say, those in `deleted` never; rows that
     do not exist are ignored.

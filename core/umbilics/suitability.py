@@ -77,9 +77,9 @@ def suitability(
     detection: Detection,
     marked: np.ndarray | None = None,
 ) -> Suitability:
-    """How vertices (n, 3) and triangles (m, 3) suit the detection that was made on them.
+    """How vertices (n, 3) float64 and triangles (m, 3) int suit the detection made on them.
 
-    `marked` (s, 2) are the ends of edges that were marked as creases, if marks were heeded.
+    `marked` (s, 2) int are the ends of edges that were marked as creases, if marks were heeded.
 
     Examples
     --------

@@ -103,12 +103,7 @@ def _one_object(
     told = None if file is None else shown(file)
     about: dict[str, Any] = {"file": told, "object": name}
     about |= {} if found.number is None else {"frame": found.number}
-    seconds = request.limits.seconds
-    progress = messages.progress_until(
-        None if seconds is None else time.monotonic() + seconds,
-        request.stop,
-        messages.Watched(about) if request.events else None,
-    )
+    progress = _progress(request, about)
     try:
         inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
         rest = progress.part("Planning", 0.6, 1.0)
@@ -126,7 +121,7 @@ def _one_object(
     except core.CancelledError:
         if request.stop.asked():
             raise
-        error = f"given up after {seconds:g} s (--time-limit)."
+        error = f"given up after {request.limits.seconds:g} s (--time-limit)."
     except core.UmbilicsError as reason:
         error = str(reason) or f"stopped without a word ({type(reason).__name__})."
         error = " ".join([error, *opened.warnings])
@@ -149,6 +144,16 @@ def _one_object(
     if request.events:
         messages.tell("object", **about, error=error)
     return about | {"error": error}
+
+
+def _progress(request: Request, about: dict[str, Any]) -> core.Progress:
+    """Stops at a signal or at the limit; tells of itself what is `about` it, where lines are."""
+    seconds = request.limits.seconds
+    return messages.progress_until(
+        None if seconds is None else time.monotonic() + seconds,
+        request.stop,
+        messages.Watched(about) if request.events else None,
+    )
 
 
 def _detected(

@@ -103,8 +103,10 @@ def coloured(values: np.ndarray, low: float, high: float, colours: np.ndarray) -
     Values beyond the range have the colours of its ends; what is not a number is grey.
     """
     known = np.isfinite(values)
-    width = high - low if high > low else 1.0
-    place = np.clip((np.where(known, values, low) - low) / width, 0.0, 1.0)
+    # All that is above a range without width is beyond it.
+    width = high - low if high > low else np.finfo(float).tiny
+    with np.errstate(over="ignore"):
+        place = np.clip((np.where(known, values, low) - low) / width, 0.0, 1.0)
     row = np.rint(place * (len(colours) - 1)).astype(np.intp)
     return np.where(known[:, None], colours[row], UNKNOWN_COLOUR)
 

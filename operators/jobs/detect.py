@@ -6,7 +6,8 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,6 @@ import numpy as np
 
 from ... import core
 from ..base import caches
-from ..base.errors import ObjectError
 from ..data import pins, record, summary
 from ..mesh import fingerprint
 from ..mesh.attributes import RESULTS, check_result_names, write_results
@@ -148,6 +148,31 @@ def _extra(arrays: MeshArrays) -> dict[str, Any]:
     return {"given": given, "seams": arrays.seams, "uv": arrays.uv, "sharp": arrays.sharp}
 
 
+@contextmanager
+def unchanged(
+    context: bpy.types.Context, inputs: Inputs, whole: Transaction | None = None
+) -> Iterator[tuple[bpy.types.Object, bpy.types.Depsgraph | None, Transaction]]:
+    """The object that was read, out of Edit Mode, if it is still there and what was read of it is
+    the same; with what it was evaluated by, if it was.
+
+    What is written within the block is written as a whole or not at all; with a `whole` it is a
+    part of it, which must be taken back in Object Mode.
+
+    Raises
+    ------
+    core.UmbilicsError
+        The object is gone or was changed since `gather`; then nothing is written.
+    """
+    obj = targets.still_there(inputs.object_name)
+    refusals.check_object(obj, inputs.evaluated)
+    with object_mode(context, obj), part_of(whole) as transaction:
+        depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
+        check_unchanged(obj, inputs.arrays, depsgraph)
+        # At the end it comes before what cannot be taken back.
+        dashed_lines.settle(transaction)
+        yield obj, depsgraph, transaction
+
+
 def write(
     context: bpy.types.Context,
     inputs: Inputs,
@@ -164,14 +189,8 @@ def write(
     core.UmbilicsError
         The object is gone or was changed since `gather`; then nothing is written.
     """
-    obj = targets.named(inputs.object_name)
-    if obj is None:
-        raise ObjectError(f"{inputs.object_name} is no longer there. Detect again.")
-    refusals.check_object(obj, inputs.evaluated)
-    check_result_names(obj)
-    with object_mode(context, obj), part_of(whole) as transaction:
-        depsgraph = context.evaluated_depsgraph_get() if inputs.evaluated else None
-        check_unchanged(obj, inputs.arrays, depsgraph)
+    with unchanged(context, inputs, whole) as (obj, depsgraph, transaction):
+        check_result_names(obj)
         home = homes.home_for(context, obj, depsgraph, transaction)
         obj = home.owner
         was_shown = maps.is_shown_on(obj)
@@ -184,7 +203,6 @@ def write(
         filters.write(context, obj, inputs.settings, transaction, fresh=True)
         if was_shown:
             maps.write(context, [obj], transaction)
-        dashed_lines.settle(transaction)
     return lost
 
 

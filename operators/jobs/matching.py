@@ -18,10 +18,10 @@ from . import detect
 
 @dataclass(frozen=True)
 class BestAlignment:
-    """The best motion, and the name of the object that it leads to."""
+    """The best motion, and the mesh that it leads to."""
 
     alignment: core.Alignment
-    other: str
+    other: detect.Inputs
 
 
 @dataclass(frozen=True)
@@ -60,17 +60,17 @@ class Job:
         matching = progress.part("Matching", 0.5, 1.0)
         if len(others) == 1:
             return BestAlignment(
-                core.align(one, others[0], matching, scaled=self.scaled), read[1].object_name
+                core.align(one, others[0], matching, scaled=self.scaled), self.others[0]
             )
         found = core.identify(one, others, matching, scaled=self.scaled)
         best = max(
-            ((item, other) for item, other in zip(found, read[1:], strict=True) if item),
+            ((item, other) for item, other in zip(found, self.others, strict=True) if item),
             key=lambda pair: pair[0].score,
             default=None,
         )
         if best is None:
             raise core.MatchError(f"{self.object_name} is none of the other selected meshes.")
-        return BestAlignment(best[0], best[1].object_name)
+        return BestAlignment(*best)
 
 
 def shape_of(inputs: detect.Inputs, detection: core.Detection) -> core.Shape:
@@ -124,12 +124,19 @@ def move(context: bpy.types.Context, job: Job, found: BestAlignment) -> None:
     Raises
     ------
     core.UmbilicsError
-        The object is gone or was moved since `gather`.
+        It or the mesh that it is to lie on is gone, or was changed or moved since `gather`.
     """
-    obj = targets.named(job.object_name)
-    if obj is None:
-        raise ObjectError(f"{job.object_name} is no longer there. Try again.")
-    if not np.allclose(np.array(obj.matrix_world), job.inputs.arrays.matrix, atol=1e-6):
-        raise ObjectError(f"{job.object_name} was moved meanwhile. Align it again.")
-    obj.matrix_world = Matrix(found.alignment.matrix.tolist()) @ obj.matrix_world
+    with (
+        detect.unchanged(context, found.other) as (other, _, _),
+        detect.unchanged(context, job.inputs) as (obj, _, transaction),
+    ):
+        _check_unmoved(other, found.other)
+        _check_unmoved(obj, job.inputs)
+        place = Matrix(found.alignment.matrix.tolist()) @ obj.matrix_world
+        transaction.at_end(setattr, obj, "matrix_world", place)
     context.view_layer.update()
+
+
+def _check_unmoved(obj: bpy.types.Object, inputs: detect.Inputs) -> None:
+    if not np.allclose(np.array(obj.matrix_world), inputs.arrays.matrix, atol=1e-6):
+        raise ObjectError(f"{obj.name} was moved meanwhile. Try again.")

@@ -23,13 +23,12 @@ from ..base.errors import ObjectError
 from ..data import pins, plans, properties, reading, record, topology
 from ..mesh import fingerprint
 from ..mesh.attributes import check_result_names
-from ..mesh.read import check_unchanged, current_mesh, edge_vertices
+from ..mesh.read import current_mesh, edge_vertices
 from ..mesh.scope import Scope, in_vertex_group, scope_in_file
 from ..scene import display_objects, filters, homes, targets
 from ..scene.modes import object_mode
 from ..scene.retopology import by_hand, guidance_objects, marked_edges
-from ..scene.transaction import Transaction, all_or_nothing
-from ..scene.view import dashed_lines
+from ..scene.transaction import Transaction
 from . import detect, refusals
 
 
@@ -246,23 +245,16 @@ def written(context: bpy.types.Context, job: Job) -> Iterator[tuple[bpy.types.Ob
     core.UmbilicsError
         The object is gone or was changed since `gather`; then nothing is written.
     """
-    obj = targets.named(job.object_name)
-    if obj is None:
-        raise ObjectError(f"{job.object_name} is no longer there. Try again.")
-    refusals.check_object(obj, job.inputs.evaluated)
-    with object_mode(context, obj), all_or_nothing() as transaction:
-        depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
-        check_unchanged(obj, job.inputs.arrays, depsgraph)
+    with detect.unchanged(context, job.inputs) as (obj, depsgraph, transaction):
         if not (targets.is_local(obj) or homes.owner_of(obj) != obj):
             homes.home_for(context, obj, depsgraph, transaction)
         yield homes.owner_of(obj), transaction
-        dashed_lines.settle(transaction)
 
 
 def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction) -> homes.Home:
     """Where a plan goes, within the block of `written`."""
     depsgraph = context.evaluated_depsgraph_get() if job.inputs.evaluated else None
-    obj = targets.named(job.object_name)
+    obj = targets.still_there(job.object_name)
     return homes.home_for(context, obj, depsgraph, transaction, homes.PLAN)
 
 
@@ -274,8 +266,6 @@ def against(job: Job, umbilics: core.Umbilics) -> topology.Against:
     core.UmbilicsError
         The surface is gone.
     """
-    surface = targets.named(job.object_name)
-    if surface is None:
-        raise ObjectError(f"{job.object_name} is no longer there. Check again.")
+    surface = targets.still_there(job.object_name)
     steered = job.steering.digest_of_poles
     return topology.Against(surface, job.inputs.evaluated, job.origin(umbilics), steered)

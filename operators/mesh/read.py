@@ -152,7 +152,7 @@ def check_unchanged(
     if changed:
         what = " ".join(fingerprint.WORDS[part] for part in changed)
         raise ChangedMeshError(
-            f"{obj.name} was changed while it was being analysed. {what} Detect again."
+            f"{obj.name} was changed meanwhile. {what} Try again."
         )
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..base.errors import ObjectError
+
 
 def named(full_name: str) -> bpy.types.Object | None:
     """The object of that full name, which tells a linked object from one of this file."""
@@ -11,6 +13,20 @@ def named(full_name: str) -> bpy.types.Object | None:
     if found is not None and found.name_full == full_name:
         return found
     return next((obj for obj in bpy.data.objects if obj.name_full == full_name), None)
+
+
+def still_there(full_name: str) -> bpy.types.Object:
+    """The object of that full name.
+
+    Raises
+    ------
+    ObjectError
+        It is gone.
+    """
+    found = named(full_name)
+    if found is None:
+        raise ObjectError(f"{full_name} is no longer there. Try again.")
+    return found
 
 
 def is_local(data: bpy.types.ID) -> bool:

@@ -68,6 +68,21 @@ def test_what_it_cannot_do_it_says_and_moves_nothing():
     assert off(first) == off(other) == 0.0
 
 
+def test_in_edit_mode_one_undo_takes_it_back(addon):
+    first, scan = add_blob(3, "First"), add_scan("Scan")
+    select(scan, first)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.ed.undo_push(message="in Edit Mode")
+    matching = addon.operators.jobs.matching
+    job = matching.gather(bpy.context, False)
+    matching.move(bpy.context, job, job.compute())
+    assert off(scan) < 2e-3
+    assert bpy.context.mode == "EDIT_MESH"
+    bpy.ops.ed.undo()
+    bpy.context.view_layer.update()
+    assert off(bpy.data.objects["Scan"]) > 1.0
+
+
 def test_the_axis_stands_in_the_scene_and_goes_with_clear():
     points, triangles = random_sphere(1500, 5)
     obj = add_mesh(star(points, 5), triangles, name="Star")

@@ -34,7 +34,7 @@ def everything():
         ],
         "views": {screen.name: _of_screen(screen) for screen in bpy.data.screens},
         "selected": sorted(obj.name for obj in layer.objects if obj.select_get()),
-        "active": layer.objects.active.name,
+        "active": layer.objects.active.name if layer.objects.active else "",
         "mode": bpy.context.mode,
     }
 

@@ -31,7 +31,7 @@ class Barriers:
     Attributes
     ----------
     half_edge:
-        (e,) int64 one half-edge of each hard edge.
+        (e,) int64 one half-edge of each edge of a feature.
     triangle:
         (c,) int64 triangles that pieces of crests lie in.
     tail, head:

@@ -61,11 +61,7 @@ def parse(arguments: list[str]) -> Request:
         match = matching.request_of(parser, found)
         guard.reads(match.files if match else ())
         guard.reads([bpy.data.filepath] if bpy.data.filepath else [])
-        if found.check_topology is not None and found.files:
-            checked = Path(found.check_topology)
-            if not checked.exists():
-                parser.error(f"--check-topology {found.check_topology}: there is no such file.")
-            guard.reads(companions.files_of(checked, SUFFIXES))
+        _claim_checked(parser, found, guard)
         batch = batch_arguments.plan_of(parser, found, settings, planning, guide, guard)
         outputs = () if found.out else _outputs(parser, found, files)
         if not found.out:
@@ -96,6 +92,18 @@ def parse(arguments: list[str]) -> Request:
         batch=batch,
         summary=(found.out, found.report) if found.summary else None,
     )
+
+
+def _claim_checked(
+    parser: argparse.ArgumentParser, found: argparse.Namespace, guard: Guard
+) -> None:
+    """Tell the guard of the file that is checked; without FILE it is an object of the open one."""
+    if found.check_topology is None or not found.files:
+        return
+    checked = Path(found.check_topology)
+    if not checked.exists():
+        parser.error(f"--check-topology {found.check_topology}: there is no such file.")
+    guard.reads(companions.files_of(checked, SUFFIXES))
 
 
 def _spread(arguments: list[str]) -> list[str]:
@@ -173,17 +181,7 @@ def _parser() -> argparse.ArgumentParser:
     matching.add_arguments(parser)
     batch_arguments.add_arguments(parser)
     batch_arguments.add_limits(parser)
-    group = parser.add_argument_group("settings")
-    for name, option in core.options().items():
-        _add_setting(group, name, option, core.defaults()[name])
-    for name in GIVEN_NAMES:
-        group.add_argument(
-            f"--{name}",
-            metavar="ATTRIBUTE",
-            default=name,
-            help=f"--curvature given: vertex attribute of the {_CURVATURE_NAMES[name]} "
-            f"(default: {name})",
-        )
+    _add_settings(parser)
     # For processes that this command starts itself.
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--final", action="append", default=[], help=argparse.SUPPRESS)
@@ -215,6 +213,20 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("settings")
+    for name, option in core.options().items():
+        _add_setting(group, name, option, core.defaults()[name])
+    for name in GIVEN_NAMES:
+        group.add_argument(
+            f"--{name}",
+            metavar="ATTRIBUTE",
+            default=name,
+            help=f"--curvature given: vertex attribute of the {_CURVATURE_NAMES[name]} "
+            f"(default: {name})",
+        )
+
+
 def _add_setting(
     group: argparse._ArgumentGroup, name: str, option: core.Option, default: Any
 ) -> None:
@@ -223,7 +235,9 @@ def _add_setting(
     if option.unit:
         text += f" [{option.unit}]"
     if option.kind == "flag":
-        group.add_argument(flag, action=argparse.BooleanOptionalAction, default=default, help=text)
+        made = group.add_argument(flag, action=argparse.BooleanOptionalAction, default=default)
+        # Afterwards: Python 3.11 would add a default of its own.
+        made.help = f"{text} (default: {'on' if default else 'off'})"
         return
     text += f" (default: {default})"
     if option.kind == "choice":

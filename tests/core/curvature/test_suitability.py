@@ -75,12 +75,20 @@ def test_creases_that_were_heeded_smear_nothing():
     assert core.suitability(vertices, triangles, detection, edge).is_smeared
 
 
-def test_winding_makes_no_crease():
-    vertices, triangles = cube(4)
+def test_where_most_edges_are_sharp_it_is_coarse_however_little_it_turns():
+    for sharp, coarse in ((50, False), (51, True)):
+        found = core.Suitability(turn=0.1, edges=100, sharp=sharp, bent=0, crossed=0)
+        assert (found.is_coarse, found.is_hard) == (coarse, False)
+
+
+@pytest.mark.parametrize("shape", [cube(4), icosphere(1)], ids=["right angles", "less"])
+def test_winding_makes_no_crease(shape):
+    vertices, triangles = shape
     detection = core.detect(vertices, triangles)
     flipped = triangles.copy()
     flipped[::2] = flipped[::2, ::-1]
     straight = core.suitability(vertices, triangles, detection)
+    assert straight.sharp + straight.bent > 0
     assert core.suitability(vertices, flipped, detection) == straight
 
 

@@ -1,6 +1,7 @@
 """The mirror plane of shapes whose planes are known."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -95,6 +96,30 @@ def test_a_half_on_other_points_leaves_the_plane_within_its_stated_error(seed):
     assert tilt < 4.0 * plane.angle_error
     assert plane.angle_error < 0.3
     assert abs(plane.point[1]) < 4.0 * plane.offset_error + 1e-3
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.5])
+def test_umbilics_propose_the_plane_that_mirrors_them(angle):
+    vertices, triangles = egg(4)
+    turn, shift = turned(angle), np.array([5.0, -2.0, 1.0])
+    vertices = vertices @ turn.T + shift
+    umbilics = core.detect(vertices, triangles).umbilics
+    wanted = turn @ (0.0, 1.0, 0.0)
+    planes = proposed_planes(umbilics, 6.0)
+    assert max(abs(normal @ wanted) for normal, _ in planes) > 0.999
+    # Not between umbilics of unlike curvature.
+    unlike = dataclasses.replace(umbilics, curvature=2.0 ** np.arange(len(umbilics)))
+    assert proposed_planes(unlike, 6.0) == []
+
+
+def test_a_plane_is_proposed_once():
+    mesh = ellipsoid(subdivisions=4)
+    umbilics = core.detect(mesh.vertices, mesh.triangles).umbilics
+    planes = proposed_planes(umbilics, 6.0)
+    assert len(planes) >= 2
+    # Of four umbilics two pairs each lie across one plane.
+    for one, two in itertools.combinations(planes, 2):
+        assert abs(one[0] @ two[0]) < 0.98
 
 
 def test_an_ellipsoid_has_one_of_its_planes():

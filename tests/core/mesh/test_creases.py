@@ -4,7 +4,7 @@ import numpy as np
 import surfaces
 
 import core
-from core.mesh.creases import bent_half_edges, marked_half_edges
+from core.mesh.creases import bent_half_edges, is_convex, marked_half_edges
 from core.mesh.mending.repair import clean
 
 
@@ -35,6 +35,16 @@ def test_edges_are_bent_where_the_normal_turns_further():
     ends = np.array(sorted(ridge))
     assert np.abs(surface.vertices[ends, 0] - surface.vertices[ends[0, 0], 0]).max() < 1e-12
     assert not named(surface, bent_half_edges(surface, turned + 1.0))
+
+
+def test_a_ridge_is_convex_from_either_side_of_it_a_valley_is_not_a_border_is():
+    for slope, convex in ((0.3, True), (-0.3, False)):
+        surface, _ = clean(*roof(slope))
+        edge = bent_half_edges(surface, 20.0)
+        assert len(edge) == 20
+        for side in (edge, surface.twin[edge]):
+            assert (is_convex(surface, side) == convex).all()
+        assert is_convex(surface, np.flatnonzero(surface.twin < 0)).all()
 
 
 def test_each_marked_edge_is_found_once_in_either_order():

@@ -25,6 +25,11 @@ def test_the_three_patterns():
     assert cubic_form.kinds(*from_cubic(1, 0, -1, 0), np.array([0.5])) == ["uncertain"]
 
 
+def test_an_index_that_is_no_generic_one_is_a_compound_whatever_the_form():
+    for certified in (-1.0, 0.0, 1.0, 1.5):
+        assert cubic_form.kinds(*from_cubic(5, 0, 2, 0), np.array([certified])) == ["compound"]
+
+
 def test_the_kind_is_open_where_its_error_reaches_the_other():
     lemon, monstar, star = from_cubic(5, 0, 2, 0), from_cubic(3, 0, 2, 0), from_cubic(1, 0, -1, 0)
     # An error larger than the form itself leaves the most open.

@@ -1,9 +1,14 @@
 """No option gets lost: not on the way to a batch's processes, for --resume, or in reports."""
 
 import argparse
-from importlib import import_module
+import re
+import shlex
+from importlib import import_module, util
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
 
 CANDIDATES = ("1", "2", "0.5", "0.25", "30", "3", "50", "NAME", "1-3", "csv", "more.obj")
 # What says where results go and how the work is shared out, and changes nothing in a result.
@@ -184,3 +189,40 @@ def test_what_was_done_with_another_file_beside_it_is_done_again(arguments, base
     with open(given[given.index(option) + 1], "a") as file:
         file.write("v 1 0 0\n")
     assert arguments.parse(given).batch.key != before
+
+
+def test_the_page_says_what_the_help_says(arguments):
+    spec = util.spec_from_file_location("page", ROOT / "tools" / "make_command_page.py")
+    tool = util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    assert tool.page(arguments._parser()) == tool.PAGE.read_text("utf-8"), f"run {tool.__doc__}"
+
+
+def commands():
+    """What follows the name of the command in every line of a block of the pages that calls it."""
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+        text = page.read_text("utf-8")
+        for block in re.findall(r"^```\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+            for line in block.replace("\\\n", " ").splitlines():
+                _, called, words = line.partition("--command umbilics")
+                if called:
+                    yield words
+
+
+# What the commands of the pages read.
+FILES = ("part.stl", "scans/a.ply", "extra.ply", "meshes/b.obj", "c.stl")
+
+
+@pytest.mark.parametrize("words", [one for one in commands() if "[FILE" not in one])
+def test_the_commands_of_the_pages_are_understood(arguments, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    for name in FILES:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("v 0 0 0\n")
+    given = shlex.split(words.replace("$SLURM_ARRAY_TASK_ID", "3"))
+    if "--help" in given:
+        with pytest.raises(SystemExit) as ended:
+            arguments.parse(given)
+        assert ended.value.code == 0
+    else:
+        assert arguments.parse(given)

@@ -74,6 +74,12 @@ def test_values_beyond_the_range_take_its_ends_and_unknown_ones_are_grey():
     assert np.array_equal(seen[3], maps.UNKNOWN_COLOUR)
 
 
+def test_above_a_range_without_width_is_its_end():
+    colours = np.eye(3)
+    seen = maps.coloured(np.array([-1.0, 2.0, 2.1, 1e300]), 2.0, 2.0, colours)
+    assert seen.tolist() == colours[[0, 0, 2, 2]].tolist()
+
+
 def test_distinct_colours_are_distinct():
     lab = oklab(decoded(maps.distinct(8)))
     apart = np.linalg.norm(lab[:, None] - lab[None], axis=2) + np.eye(8)

@@ -129,3 +129,19 @@ def test_every_digit_is_drawn_within_its_box(addon):
         reach = np.abs(shape.reach[:, 2:])
         assert reach[:, 0].max() < 5.0 and 4.0 < reach[:, 1].max() < 7.0
     assert len({shape.reach.tobytes() for shape in shapes}) == 10
+
+
+def test_the_line_of_a_digit_fades_on_both_sides_over_a_pixel(addon):
+    figures = addon.operators.drawing.figures
+    places = addon.operators.drawing.shapes.Places(*np.eye(3)[:, None])
+    how = figures.Writing(10.0, (1.0, 1.0, 1.0, 0.8), rim=False)
+    (shape,) = figures.written(places, [1], how)
+    # The foot of the 1 stands at .04 of its height and is .15 of it wide.
+    foot = shape.reach[:, 3] < -5.0
+    away = np.abs(shape.reach[foot, 2] - 0.4)
+    opacity = shape.colour[foot, 3]
+    outer = away > 1.0
+    assert outer.sum() == (~outer).sum() == 2
+    assert np.allclose(away[outer], 0.75 + 0.5)
+    assert np.allclose(away[~outer], 0.75 - 0.5)
+    assert not opacity[outer].any() and np.allclose(opacity[~outer], 0.8)

@@ -48,6 +48,11 @@ def test_changed_settings_are_named(reasons):
     assert reasons(obj) == ""
     group.charts = "uv"
     assert reasons(obj) == "", "method S reads no charts"
+    group.scale_auto, group.scale = False, 3.0
+    assert "Scale" in reasons(obj)
+    for curvature in ("normals", "given"):
+        group.curvature = curvature
+        assert "Scale" not in reasons(obj), "only jets have one"
 
 
 def test_filters_are_no_reason_to_detect_again(addon, reasons):
@@ -98,3 +103,28 @@ def test_selected_objects_are_all_analysed_and_what_cannot_be_is_left_out():
     assert bpy.ops.umbilics.detect() == {"FINISHED"}
     assert len(empties(first)) == len(empties(second)) == 4
     assert not bad.umbilics.detected
+
+
+def test_a_changed_uv_map_counts_where_it_is_read(reasons):
+    obj = add_ellipsoid(subdivisions=3)
+    group = bpy.context.scene.umbilics
+    for parametrization, told in (("uv", True), ("conformal", False)):
+        group.parametrization = parametrization
+        bpy.ops.umbilics.detect()
+        assert reasons(obj) == ""
+        obj.data.uv_layers.active.uv[0].vector.x += 0.1
+        assert ("UV map was changed" in reasons(obj)) == told
+
+
+@pytest.mark.parametrize("detected_first", [True, False])
+def test_a_plan_alone_knows_what_of_the_object_it_was_made_of(addon, detected_first):
+    obj = add_ellipsoid(subdivisions=3)
+    if detected_first:
+        bpy.ops.umbilics.detect()
+    bpy.ops.umbilics.guide()
+    why = addon.operators.scene.staleness.plan_reasons
+    assert why(bpy.context, obj) == []
+    display = bpy.context.scene.umbilics_display
+    display.source = "BASE" if display.source == "EVALUATED" else "EVALUATED"
+    # With a detection it is that which is out of date.
+    assert bool(why(bpy.context, obj)) != detected_first

@@ -112,7 +112,7 @@ def repacked(record, obj, change):
 WORDS = {
     "a singular matrix": {"matrix": np.zeros((4, 4)).tolist()},
     "a flat matrix": {"matrix": np.diag([1.0, 1.0, 0.0, 1.0]).tolist()},
-    "an endless matrix": {"matrix": (np.eye(4) * np.inf).tolist()},
+    "an endless matrix": {"matrix": np.full((4, 4), np.inf).tolist()},
     "a matrix of words": {"matrix": [["a"] * 4] * 4},
     "a ragged matrix": {"matrix": [[1.0], [1.0, 2.0]]},
     "no matrix": {"matrix": None},
