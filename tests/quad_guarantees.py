@@ -9,6 +9,7 @@ from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.faults.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.quads.preparation import scrap_area
 
 # Vertices lie on the surface within this part of its size.
 ON_SURFACE = 1e-6
@@ -23,7 +24,8 @@ def broken_guarantees(
 
     `quads` is how many were asked for, None where that does not matter.
     """
-    surface, _ = clean(vertices, triangles)
+    settings = core.RemeshSettings(quads=quads or len(made.quads))
+    surface, _ = clean(vertices, triangles, kept_from=scrap_area(vertices, triangles, settings))
     topology = conformity(made.quads, len(made.vertices))
     broken = []
 

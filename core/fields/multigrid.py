@@ -20,6 +20,7 @@ from ..base.unit import phase as unit_phase
 
 # The coarsest level has at most so many rows.
 SMALLEST = 1500
+ROUNDING = float(np.finfo(np.float32).eps)
 # Real systems of at most so many stored entries are factorized as a whole: 26,000 triangles and
 # their neighbours take 0.07 s so, and weights of many orders of magnitude do not matter, under
 # which conjugate gradients end far off.
@@ -54,7 +55,12 @@ class Multigrid:
             self._levels.append(level)
             matrix = coarser
         progress.ask()
-        self._solve = splu(matrix.astype(np.complex128).tocsc(), permc_spec="MMD_AT_PLUS_A").solve
+        # Single precision tells a matrix no better than that: a tetrahedron by itself, around whose
+        # corners crosses come back to themselves, is singular without, or nothing at all.
+        diagonal = np.abs(matrix.diagonal())
+        unknown = np.where(diagonal > 0.0, ROUNDING * diagonal, 1.0)
+        known = matrix + sparse.diags_array(unknown)
+        self._solve = splu(known.astype(np.complex128).tocsc(), permc_spec="MMD_AT_PLUS_A").solve
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """(n,) complex128: roughly the inverse of the matrix times `right`."""

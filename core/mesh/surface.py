@@ -228,3 +228,9 @@ class Surface:
         closed = np.ones(self.component_count, bool)
         closed[self.component[self.border]] = False
         return closed
+
+
+def areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(m,) areas of triangles (m, 3)."""
+    a, b, c = (vertices[corner] for corner in triangles.T)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -7,16 +7,20 @@ from dataclasses import fields, replace
 import numpy as np
 
 from ..base.progress import Progress
-from ..curvature.field import CurvatureField
+from ..curvature.field import CurvatureField, field_from_deviators
 from ..fields.planes import FaceFrames, lay_out
 from ..mesh.mending.repair import clean
-from ..mesh.surface import Surface
+from ..mesh.normals import vertex_normals
+from ..mesh.surface import Surface, areas
 from ..umbilics.result import Detection
 from .field.simplified import SimplifiedField, in_doubt, simplify_field
 from .field.smoothed import smoothed_field, smoothness_by_noise
 from .ridges.measure import measure_slopes
 from .ridges.slopes import Slopes
 from .settings import GuidanceSettings
+
+# Part of the area from which pieces too small for a fit are kept: half a quad of two thousand.
+SMALL = 1.0 / 4000.0
 
 
 class Groundwork:
@@ -31,13 +35,21 @@ class Groundwork:
         triangles: np.ndarray,
         detection: Detection,
         kept: np.ndarray | None = None,
+        kept_from: float | None = None,
     ) -> None:
-        self.surface, self.cleaning = clean(vertices, triangles, detection.borders_joined)
+        if kept_from is None:
+            whole = areas(np.asarray(vertices, float), np.asarray(triangles))
+            kept_from = SMALL * float(np.nansum(whole))
+        self.surface, self.cleaning = clean(
+            vertices, triangles, detection.borders_joined, kept_from
+        )
         if kept is not None:
             detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection
         self._counts = len(vertices), len(triangles)
-        self._field = _on_surface(self.surface, detection.curvature)
+        # Of pieces too small for a fit, which detections leave out.
+        self._unfitted = np.isnan(detection.curvature.k1[self.surface.source_vertex])
+        self._field = _on_surface(self.surface, detection.curvature, self._unfitted)
         self._simplified: SimplifiedField | None = None
         self._planes: FaceFrames | None = None
         self._slopes: dict[bool, Slopes] = {}
@@ -62,20 +74,26 @@ class Groundwork:
 
     @property
     def undirected(self) -> np.ndarray:
-        """(m,) bool over the surface's triangles: those in a region without directions."""
+        """(m,) bool over the surface's triangles: those in a region without directions, or in a
+        piece too small for a fit."""
         inside = np.zeros(self._counts[1], bool)
         for region in self.detection.regions:
             inside[region.triangles] |= not region.has_directions
-        return inside[self.surface.source_triangle]
+        unfitted = self._unfitted[self.surface.triangles[:, 0]]
+        return inside[self.surface.source_triangle] | unfitted
 
     @property
     def _regions(self) -> list[np.ndarray]:
-        """For each region the rows of its triangles of the surface."""
+        """For each region, and each piece too small for a fit, the rows of its triangles of the
+        surface."""
         number = np.full(self._counts[1], -1)
         for row, region in enumerate(self.detection.regions):
             number[region.triangles] = row
         mine = number[self.surface.source_triangle]
-        return [np.flatnonzero(mine == row) for row in range(len(self.detection.regions))]
+        found = [np.flatnonzero(mine == row) for row in range(len(self.detection.regions))]
+        piece = self.surface.component[self.surface.triangles[:, 0]]
+        small = np.unique(self.surface.component[self._unfitted])
+        return found + [np.flatnonzero(piece == one) for one in small]
 
     def planes(self, progress: Progress) -> FaceFrames:
         """The triangles in their planes, laid out at first use."""
@@ -128,11 +146,20 @@ class Groundwork:
         return at[self.surface.source_triangle] | (self.simplified(Progress()).index != 0.0)
 
 
-def _on_surface(surface: Surface, curvature: CurvatureField) -> CurvatureField:
-    """The input's shape operators on the surface's vertices, in the surface's coordinates."""
+def _on_surface(
+    surface: Surface, curvature: CurvatureField, unfitted: np.ndarray
+) -> CurvatureField:
+    """The input's shape operators on the surface's vertices, in the surface's coordinates; where
+    none were fitted (n,) bool the surface bends nowhere, so that nothing follows it there."""
     rows = surface.source_vertex
     values = {}
     for item in fields(CurvatureField):
         value = getattr(curvature, item.name)[rows]
         values[item.name] = value * surface.unit if item.name in ("k1", "k2", "noise") else value
+    if unfitted.any():
+        normal = vertex_normals(surface)[unfitted]
+        none = np.zeros(len(normal))
+        flat = field_from_deviators(none, none.astype(np.complex128), normal, none)
+        for name, value in vars(flat).items():
+            values[name][unfitted] = value
     return CurvatureField(**values)

@@ -10,7 +10,7 @@ from ...base.words import counted
 from ..half_edges import HalfEdges, ends_of, link
 from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
-from ..surface import NO_AREA, Surface
+from ..surface import NO_AREA, Surface, areas
 from .cavities import cavities
 from .joining import corners_in_input, in_one_place, joined_with, mend_borders, proper
 from .sheets import linked, separate, split_fans
@@ -18,7 +18,10 @@ from .slits import without_slits
 
 
 def clean(
-    vertices: np.ndarray, triangles: np.ndarray, join_borders: bool = True
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    join_borders: bool = True,
+    kept_from: float = np.inf,
 ) -> tuple[Surface, list[str]]:
     """The surface that a triangle mesh describes, and warnings about what was changed.
 
@@ -37,6 +40,8 @@ def clean(
         (m, 3) integer corners.
     join_borders:
         False leaves borders open that lie on each other, and edges without a length.
+    kept_from:
+        Area from which pieces too small for a fit are kept beside larger ones.
 
     Raises
     ------
@@ -44,11 +49,12 @@ def clean(
         Wrong shapes or types, corners out of range, or no usable triangle.
     """
     vertices, triangles = _checked(vertices, triangles)
-    surface, warnings = _cleaned(vertices, triangles, np.arange(len(vertices)), join_borders)
+    as_given = np.arange(len(vertices))
+    surface, warnings = _cleaned(vertices, triangles, as_given, join_borders, kept_from)
     same = in_one_place(surface, len(vertices)) if join_borders else None
     if same is not None:
-        surface, warnings = _cleaned(vertices, triangles, same, join_borders)
-        number = counted(int(np.count_nonzero(same != np.arange(len(same)))), "vertex", "vertices")
+        surface, warnings = _cleaned(vertices, triangles, same, join_borders, kept_from)
+        number = counted(int(np.count_nonzero(same != as_given)), "vertex", "vertices")
         warnings.append(
             f"Edges without a length: {number} taken together with others in the same place for "
             "the analysis. Merge by Distance does so in the mesh."
@@ -58,7 +64,11 @@ def clean(
 
 
 def _cleaned(
-    vertices: np.ndarray, triangles: np.ndarray, same: np.ndarray, join_borders: bool
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    same: np.ndarray,
+    join_borders: bool,
+    kept_from: float,
 ) -> tuple[Surface, list[str]]:
     """As `clean`, with vertices taken for the others that `same` (n,) names."""
     warnings: list[str] = []
@@ -86,6 +96,9 @@ def _cleaned(
     rows, together = rows[kept], together[kept]
     component = _components(links)
     specks = _specks(component)
+    if specks.any():
+        area = areas(vertices, triangles[rows])
+        specks &= np.bincount(component[corners[:, 0]], area) < kept_from
     if specks.any():
         warnings.append(
             f"{counted(int(specks.sum()), 'piece')} of fewer than {FEWEST_SAMPLES} vertices left "

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from ...base.errors import RemeshError
 from ...base.progress import Progress
 from ...base.words import counted
-from ...mesh.surface import Surface
+from ...mesh.surface import Surface, areas
 from ...umbilics.result import Detection, Umbilics
 from ..by_hand import Strokes, WantedPoles, planned_by_hand
 from ..planner import Guide
@@ -23,7 +23,7 @@ from .layout.laying_out import LaidOut, laid_out
 from .settings import RemeshSettings
 from .surface.sizes import sizes
 from .surface.subdivision import pieces
-from .surface.working_surface import prepared, working_surface
+from .surface.working_surface import SCRAP, prepared, working_surface
 
 # Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
 BEYOND = 0.5
@@ -133,6 +133,13 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     return Prepared(
         parts, unlaid, plane, size, requested, asked, effort, poles and poles[0], warnings
     )
+
+
+def scrap_area(vertices: np.ndarray, triangles: np.ndarray, settings: RemeshSettings) -> float:
+    """Area of a piece for which no layout is sought, about, before a mesh is cleaned."""
+    if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
+        return SCRAP * float(settings.edge_length) ** 2
+    return SCRAP * float(np.nansum(areas(vertices, triangles))) / settings.quads
 
 
 def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:

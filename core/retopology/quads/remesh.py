@@ -34,7 +34,7 @@ from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words, words_of_count, words_of_unlaid
-from .preparation import Given, prepare
+from .preparation import Given, prepare, scrap_area
 from .result import QuadMesh
 from .settings import RemeshSettings
 
@@ -97,7 +97,8 @@ def remesh(
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.15))
     clock.lap("curvature")
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
-    guide = Guide(vertices, triangles, detection)
+    scrap = scrap_area(vertices, triangles, settings)
+    guide = Guide(vertices, triangles, detection, kept_from=scrap)
     part = progress.part("Mapping the surface", 0.15, 0.7)
     prepared = prepare(guide, given, settings, part)
     clock.lap("map and layout")
@@ -165,7 +166,8 @@ def quad_layout(
     if detection is None:
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.2))
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
-    guide = Guide(vertices, triangles, detection)
+    scrap = scrap_area(vertices, triangles, settings)
+    guide = Guide(vertices, triangles, detection, kept_from=scrap)
     part = progress.part("Mapping the surface", 0.2, 1.0)
     prepared = prepare(guide, given, settings, part)
     progress.step(1.0)

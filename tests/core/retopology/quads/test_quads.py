@@ -8,7 +8,9 @@ import pytest
 from hypothesis.strategies import floats, integers
 from quad_guarantees import broken_guarantees, holds
 from quad_surfaces import bumpy, cube
+from scipy.spatial import ConvexHull
 from surfaces import cylinder, ellipsoid, sphere, torus
+from surfaces.sampling import outward
 
 import core
 from core.mesh.mending.repair import clean
@@ -18,7 +20,7 @@ from core.retopology.quads.finishing.finished import guides_of
 from core.retopology.quads.finishing.placement import place
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout import laying_out
-from core.retopology.quads.layout.counting import counted, whole_grids
+from core.retopology.quads.layout.counting import grids_of_about, whole_grids
 from core.retopology.quads.layout.grids import violations
 from core.retopology.quads.preparation import Given, prepare
 
@@ -133,6 +135,46 @@ def test_pieces_are_remeshed_each_for_itself():
     holds(vertices, triangles, made)
     assert sorted(made.pole_valence) == [3] * 8
     assert (made.vertices[made.pole >= 0][:, 0] < 5.0).all()
+
+
+def beside_an_ellipsoid(points):
+    """An ellipsoid, and beside it the convex hull of a few points, as one mesh."""
+    one = ellipsoid(subdivisions=3)
+    few = outward(points, ConvexHull(points).simplices.astype(np.int64))
+    vertices = np.concatenate([one.vertices, points + np.array([7.0, 0.0, 0.0])])
+    return vertices, np.concatenate([one.triangles, few + len(one.vertices)])
+
+
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+
+
+# Too few vertices for a fit, each kind by itself and beside what is fitted.
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "points", [CORNERS, CORNERS[[0, 3, 5, 6]]], ids=["cube", "tetrahedron"]
+)
+def test_pieces_of_few_vertices_are_remeshed_as_well(points):
+    vertices, triangles = beside_an_ellipsoid(points)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
+    holds(vertices, triangles, made)
+    assert made.warnings == ()
+    assert sorted(made.pole_valence) == [3] * 16
+    assert made.feature[made.vertices[:, 0] > 5.0].any()
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    poles = guide.guidance().poles
+    assert len(poles) == 16
+    found = core.check_quads(made, guide, poles)
+    assert found.covered == 1.0
+    assert found.distance.max() < 1e-9
+
+
+@pytest.mark.slow
+def test_specks_are_left_out_and_said():
+    vertices, triangles = beside_an_ellipsoid(0.01 * CORNERS)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
+    assert any("fewer than 15 vertices left out" in said for said in made.warnings)
+    assert sorted(made.pole_valence) == [3] * 8
+    assert (made.vertices[:, 0] < 5.0).all()
 
 
 @pytest.mark.slow
@@ -407,7 +449,7 @@ def test_as_many_quads_as_asked_for(mesh):
     laid = prepare(guide, given, core.RemeshSettings(quads=300), core.Progress()).parts
     poles = sum(int(part.map_.crosses.singular.sum()) for part in laid)
     for asked in range(20 * poles, 480, 40):
-        made = counted(laid, asked, core.Progress())
+        made = grids_of_about(laid, asked, core.Progress())
         assert abs(sum(len(grid.quads) for grid in made) / asked - 1.0) <= 0.03
         for part, grid in zip(laid, made, strict=True):
             assert not violations(part.layout, grid)
@@ -433,7 +475,7 @@ def test_loose_ends_of_creases_hold_no_quads_and_those_of_marks_do():
         ends &= ~crosses.border
         assert ends.sum() == 1
         assert np.array_equal(laid.loose_end, ends & (sharp is None))
-        grid = counted([laid], 200, core.Progress())[0]
+        grid = grids_of_about([laid], 200, core.Progress())[0]
         placed = place(laid.map_, laid.layout, grid)
         at = np.flatnonzero(ends[np.maximum(placed.vertex, 0)] & (placed.vertex >= 0))
         assert len(at) == 1
