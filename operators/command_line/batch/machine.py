@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -12,6 +13,8 @@ _UNKNOWN_MEMORY = 4 << 30
 LACK = "out of memory: give it more with fewer --jobs or a larger --memory-limit"
 # Blender itself, before it has read a file.
 BLENDER = 500 << 20
+# Signals that no fault of a program's own sends: 9 is SIGKILL, which not every system names.
+_FROM_OUTSIDE = (9, signal.SIGTERM)
 # A process that failed with this part of its bound in use has run out of memory.
 _NEARLY_FULL = 0.75
 
@@ -93,8 +96,11 @@ class Memory:
 
 
 def end_in_words(code: int) -> str:
-    """How a process ended, from what `subprocess` says of it."""
-    return f"signal {-code}" if code < 0 else f"exit code {code}"
+    """How Blender ended, from what `subprocess` says of it, and what that may come from."""
+    words = f"Blender ended with {'signal' if code < 0 else 'exit code'} {abs(code)}"
+    if -code in _FROM_OUTSIDE:
+        return f"{words}: something else ended it, as a system does that runs out of memory"
+    return f"{words}: the file may be damaged"
 
 
 def _meminfo() -> int | None:

@@ -58,7 +58,7 @@ def _one_file(
     elif memory.is_spent():
         error = f"{memory.lack()}."
     else:
-        error = f"Blender ended with {machine.end_in_words(code)}: the file may be damaged."
+        error = f"{machine.end_in_words(code)}."
     _fail(request, name, error, time.monotonic() - start)
     return False
 

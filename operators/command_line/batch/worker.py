@@ -136,8 +136,7 @@ class Worker:
         if code == 0:
             return "its report is missing or incomplete, although Blender ended well"
         last = next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
-        why = ": the file may be damaged" if code < 0 else ""
-        return f"Blender ended with {machine.end_in_words(code)}{why} ({last[:200]})"
+        return f"{machine.end_in_words(code)} ({last[:200]})"
 
     def _takes_no_more(self) -> str:
         """Why the process cannot even have written what it said; empty if it could."""

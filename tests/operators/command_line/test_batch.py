@@ -237,6 +237,14 @@ def test_an_end_too_soon_for_a_look_is_laid_on_a_bound_below_blenders_need(
     assert memory.is_spent() is is_spent
 
 
+@pytest.mark.parametrize("code", [-9, -15, -6, -11, 11])
+def test_a_file_is_not_blamed_where_something_else_ended_blender(batch, code):
+    words = import_module(f"{batch.__name__}.machine").end_in_words(code)
+    assert words.startswith(f"Blender ended with {'signal' if code < 0 else 'exit code'} ")
+    assert ("something else ended it" in words) == (code in (-9, -15))
+    assert ("the file may be damaged" in words) != (code in (-9, -15))
+
+
 @needs_program
 def test_parts_are_brought_together_in_one_summary(said_by, tmp_path):
     write_ellipsoid(tmp_path / "in/a.obj")
