@@ -53,7 +53,7 @@ def _isolated(places: Refined) -> np.ndarray:
 
     Along a curve the linear part p z + q conj(z) of the deviator vanishes, so that |p| = |q|. Here
     these differ by more than errors make them and, where errors are next to nothing, by more than
-    linear interpolation leaves out. On the curves that r = 2 + cos z and six random bodies of
+    linear interpolation leaves out. On the curves that r = 2 + cos z and eight random bodies of
     revolution show, clean, noisy or decimated, it is 3.3 errors at most, where this asks for 4.6 or
     more; at an umbilic in a valley that drowned (seed 800 of benchmarks.people, decimated) 28.
     """
