@@ -15,10 +15,15 @@ from surfaces.revolution import VASE_CIRCLE, revolved, vase
 
 import core
 from core.base.progress import Progress
+from core.curvature.estimate import estimate
 from core.curvature.tolerances import CURVE
+from core.fields.winding import Winding
 from core.mesh.mending.repair import clean
+from core.mesh.normals import vertex_normals
+from core.umbilics.methods.raw import RawUmbilics
 from core.umbilics.regions.region_map import RegionMap, with_curves
 from core.umbilics.regions.unresolved import UnresolvedSets, unresolved_sets
+from core.umbilics.shown_curves import without_shown
 
 # A turn after which no row of vertices lies along a symmetry.
 TURN, _ = np.linalg.qr(np.array([[2.0, 0.3, 0.5], [-0.2, 3.0, 0.7], [0.4, -0.6, 1.5]]))
@@ -155,6 +160,27 @@ def test_a_curve_whose_umbilics_a_finer_fit_shows_is_none():
     assert not detection.regions
     true = surface.umbilics()
     assert np.sort(detection.umbilics.index).tolist() == np.sort(true.index).tolist()
+
+
+def test_a_curve_holds_no_umbilic_that_is_isolated_beyond_doubt():
+    """Whatever else turns on it: on an ellipsoid one of an umbilic and a triangle where there is
+    none is no curve, on one with a place of noise alone the curve stays."""
+    points, triangles = icosphere(4)
+    surface = clean(points @ TURN * (3.0, 2.0, 1.0), triangles)[0]
+    fitted = estimate(surface, vertex_normals(surface), core.Settings(), None, None, Progress())
+    index = Winding.of(surface, fitted.field.d1, fitted.field.d2, Progress()).index
+    there, elsewhere = np.flatnonzero(index)[0], np.flatnonzero(index == 0.0)[0]
+    for rows, kept in (([there, elsewhere], 0), ([elsewhere], 1)):
+        label = np.full(len(index), -1, np.int32)
+        label[rows] = 0
+        count = len(rows)
+        middles = np.full((count, 3), 1.0 / 3.0)
+        raw = RawUmbilics(
+            np.array(rows), middles, np.full(count, 0.5), np.full(count, -1), np.zeros(0)
+        )
+        regions = RegionMap(label, 1, curves=1)
+        left = without_shown(surface, fitted, raw, regions, Progress())
+        assert left.curves == left.count == kept
 
 
 def test_errors_as_large_as_the_bend_of_the_surface_decide_nothing():
