@@ -404,7 +404,8 @@ def test_quads_of_thin_sheets_do_not_cross():
     _, on = ClosestPoints(surface.vertices, surface.triangles, surface.twin)(place)
     off = np.linalg.norm(place - on, axis=1) * surface.unit
     side = np.linalg.norm(made.vertices[made.quads[:, 1]] - made.vertices[made.quads[:, 0]], axis=1)
-    assert 1e-6 < off.max() < np.median(side) ** 2 / 2.0
+    # Over the diagonal of a quad a sphere of radius 1 rises by its square over 8.
+    assert 1e-6 < off.max() < 2.0 * side.max() ** 2 / 8.0
     assert any("moved off the surface" in sentence for sentence in made.warnings)
 
 
