@@ -69,7 +69,7 @@ not swerve; a single edge of a rounded or rough surface is none
 - Each cell says **poles / angle / near**: how many poles; the mean angle in degrees between the
   cross field and the principal directions, by area and by how much these mean; and how many pairs
   of opposite poles stand nearer than an edge of a mesh of {quads:,} quads, and no farther than
-  {detour:g} times that along the edges of the surface: the two sides of a thin sheet are not near.
+  {detour:g} times that along the surface, over its edges: the two sides of a thin sheet are not near.
   A part of flat and round faces alone has no angle (nan).
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: automatic smoothness, with creases only; then the same creases at fixed smoothness.
@@ -146,7 +146,8 @@ def figures(
 
 def near_pairs(surface: Surface, poles: Poles, edge: float) -> int:
     """How many pairs of opposite poles are nearer than an edge, in the coordinates of the input,
-    and joined by a way of up to `DETOUR` times that over the edges of the surface."""
+    and joined by a way of up to `DETOUR` times that over the edges of the surface, or over the one
+    edge between their triangles, which may be needles longer than that."""
     one, two = cKDTree(poles.position).query_pairs(edge, output_type="ndarray").T
     opposite = poles.valence[one] != poles.valence[two]
     one, two = one[opposite], two[opposite]
@@ -161,8 +162,22 @@ def near_pairs(surface: Surface, poles: Poles, edge: float) -> int:
         away = csgraph.dijkstra(graph, indices=corner[pole], limit=most)
         away = (away + offset[pole][:, None]).min(axis=0)
         way = (away[corner[others]] + offset[others]).min(axis=1)
-        count += int(np.count_nonzero((way <= most) | (triangle[others] == triangle[pole])))
+        near = (way <= most) | (triangle[others] == triangle[pole])
+        for side in range(3):
+            beyond = surface.twin[3 * triangle[pole] + side] // 3 == triangle[others]
+            ends = surface.vertices[corner[pole, [side, (side + 1) % 3]]]
+            near |= beyond & (_unfolded(place[pole], place[others], *ends) <= most)
+        count += int(np.count_nonzero(near))
     return count
+
+
+def _unfolded(one: np.ndarray, others: np.ndarray, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+    """(q,) distances of a point to others (q, 3) beyond an edge, both sides laid into a plane."""
+    along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
+    points = np.vstack([one[None], others]) - tail
+    shift = points @ along
+    height = np.linalg.norm(points - shift[:, None] * along, axis=1)
+    return np.hypot(shift[1:] - shift[0], height[1:] + height[0])
 
 
 def row_of(name: str, vertices: np.ndarray, triangles: np.ndarray) -> tuple[str, ...]:

@@ -57,3 +57,13 @@ def test_poles_of_one_kind_are_no_pair():
     surface, _ = clean(*thin_sheet(0.1))
     poles = poles_at(surface, (0.0, 0.0, 0.05), (0.9, 0.9, 0.05), (0.2, 0.0, 0.05))
     assert page.near_pairs(surface, poles, 0.5) == 0
+
+
+@pytest.mark.parametrize(("fold", "near"), [(0.0, 1), (0.4, 1), (2.6, 0)])
+def test_poles_in_needles_that_share_an_edge_are_near_over_it(fold, near):
+    """Their corners are far; folded onto each other they are near in space alone."""
+    across = 0.3 * np.array([[0.0, np.cos(fold), np.sin(fold)], [0.0, -1.0, 0.0]])
+    vertices = np.array([(-5.0, 0.0, 0.0), (5.0, 0.0, 0.0), *across])
+    surface, _ = clean(vertices, np.array([(0, 1, 2), (1, 0, 3)]))
+    poles = poles_at(surface, *vertices[2:])
+    assert page.near_pairs(surface, poles, 0.25 if near else 0.1) == near
