@@ -69,8 +69,8 @@ not swerve; a single edge of a rounded or rough surface is none
 - Each cell says **poles / angle / near**: how many poles; the mean angle in degrees between the
   cross field and the principal directions, by area and by how much these mean; and how many pairs
   of opposite poles stand nearer than an edge of a mesh of {quads:,} quads, and no farther than
-  {detour:g} times that along the surface, over its edges: the two sides of a thin sheet are not near.
-  A part of flat and round faces alone has no angle (nan).
+  {detour:g} times that along the surface, over its edges: the two sides of a thin sheet are not
+  near. A part of flat and round faces alone has no angle (nan).
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: automatic smoothness, with creases only; then the same creases at fixed smoothness.
   Automatic is 0.45 or, of each connected part, the least of three below it (0.31, 0.36, 0.4) that
@@ -171,7 +171,9 @@ def near_pairs(surface: Surface, poles: Poles, edge: float) -> int:
     return count
 
 
-def _unfolded(one: np.ndarray, others: np.ndarray, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+def _unfolded(
+    one: np.ndarray, others: np.ndarray, tail: np.ndarray, head: np.ndarray
+) -> np.ndarray:
     """(q,) distances of a point to others (q, 3) beyond an edge, both sides laid into a plane."""
     along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
     points = np.vstack([one[None], others]) - tail
