@@ -17,12 +17,18 @@ from pathlib import Path
 
 import numpy as np
 from mesh_files import read_mesh
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 from surfaces import ellipsoid, noisy, quartic, random_ellipsoid
 
 import core
 from core.fields.transport import carried
 from core.mesh.creases import bent_half_edges
+from core.mesh.input_map import places_on_surface
+from core.mesh.rings import adjacency
+from core.mesh.surface import Surface
+from core.retopology.field.near_pairs import DETOUR
+from core.retopology.poles import Poles
 
 from . import ROOT
 from .loop_subdivision import loop_subdivided
@@ -62,8 +68,9 @@ not swerve; a single edge of a rounded or rough surface is none
   and borders.
 - Each cell says **poles / angle / near**: how many poles; the mean angle in degrees between the
   cross field and the principal directions, by area and by how much these mean; and how many pairs
-  of opposite poles stand nearer than an edge of a mesh of {quads:,} quads. A part of flat and round
-  faces alone has no angle (nan).
+  of opposite poles stand nearer than an edge of a mesh of {quads:,} quads, and no farther than
+  {detour:g} times that along the surface, over its edges: the two sides of a thin sheet are not
+  near. A part of flat and round faces alone has no angle (nan).
 - **Every bent edge**: all of them as features at smoothness 0.65, as it was before.
 - **Default**: automatic smoothness, with creases only; then the same creases at fixed smoothness.
   Automatic is 0.45 or, of each connected part, the least of three below it (0.31, 0.36, 0.4) that
@@ -132,12 +139,47 @@ def figures(
     weight[surface.triangles[guide.undirected].ravel()] = 0.0
     edge = np.sqrt(surface.face_normal_area[1].sum() / QUADS) * surface.unit
     poles = guidance.poles
-    near = 0
-    if len(poles):
-        one, two = cKDTree(poles.position).query_pairs(edge, output_type="ndarray").T
-        near = int(np.count_nonzero(poles.valence[one] != poles.valence[two]))
+    near = near_pairs(surface, poles, edge) if len(poles) else 0
     mean = float(np.average(angle, weights=weight)) if weight.sum() else float("nan")
     return Figures(len(poles), mean, near)
+
+
+def near_pairs(surface: Surface, poles: Poles, edge: float) -> int:
+    """How many pairs of opposite poles are nearer than an edge, in the coordinates of the input,
+    and joined by a way of up to `DETOUR` times that over the edges of the surface, or over the one
+    edge between their triangles, which may be needles longer than that."""
+    one, two = cKDTree(poles.position).query_pairs(edge, output_type="ndarray").T
+    opposite = poles.valence[one] != poles.valence[two]
+    one, two = one[opposite], two[opposite]
+    triangle, _ = places_on_surface(surface, poles.triangle, poles.barycentric)
+    corner = surface.triangles[triangle]
+    place = (poles.position - surface.origin) / surface.unit
+    offset = np.linalg.norm(surface.vertices[corner] - place[:, None], axis=2)
+    graph = adjacency(surface, surface.ring_lengths)
+    most, count = DETOUR * edge / surface.unit, 0
+    for pole in np.unique(one):
+        others = two[one == pole]
+        away = csgraph.dijkstra(graph, indices=corner[pole], limit=most)
+        away = (away + offset[pole][:, None]).min(axis=0)
+        way = (away[corner[others]] + offset[others]).min(axis=1)
+        near = (way <= most) | (triangle[others] == triangle[pole])
+        for side in range(3):
+            beyond = surface.twin[3 * triangle[pole] + side] // 3 == triangle[others]
+            ends = surface.vertices[corner[pole, [side, (side + 1) % 3]]]
+            near |= beyond & (_unfolded(place[pole], place[others], *ends) <= most)
+        count += int(np.count_nonzero(near))
+    return count
+
+
+def _unfolded(
+    one: np.ndarray, others: np.ndarray, tail: np.ndarray, head: np.ndarray
+) -> np.ndarray:
+    """(q,) distances of a point to others (q, 3) beyond an edge, both sides laid into a plane."""
+    along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
+    points = np.vstack([one[None], others]) - tail
+    shift = points @ along
+    height = np.linalg.norm(points - shift[:, None] * along, axis=1)
+    return np.hypot(shift[1:] - shift[0], height[1:] + height[0])
 
 
 def row_of(name: str, vertices: np.ndarray, triangles: np.ndarray) -> tuple[str, ...]:
@@ -202,6 +244,7 @@ def main(arguments: list[str] | None = None) -> int:
         f"only: {bodies}.",
         angle=default.feature_angle,
         quads=QUADS,
+        detour=DETOUR,
         machine=machine(),
         pictures=PICTURES,
         confirmed=", ".join(Path(name).stem for name in CONFIRMED),

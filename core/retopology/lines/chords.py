@@ -29,6 +29,41 @@ MARGIN = 1e-6
 INWARD = 1e-3
 
 
+@dataclass
+class Walk:
+    """Where r lines are, each in one triangle, and where they want to go.
+
+    Attributes
+    ----------
+    triangle, corner, z:
+        (r,) int64 the triangles, (r, 3) complex128 their corners and (r,) complex128 the places in
+        them.
+    direction:
+        (r,) complex128 of modulus 1: of the two directions of the line field the nearer is taken.
+    heading:
+        (r,) complex128 of modulus 1, the directions of late.
+    entry:
+        (r,) int side that the line came in by, -1 for none.
+    sign:
+        (r,) float64 1 for lines of the larger curvature, -1 for those of the smaller.
+    straight:
+        (r,) float64 length over which `direction` is kept rather than the field followed.
+    steady:
+        (r,) bool lines that go straight on where the field is weak, and end where it turns away
+        from their directions of late.
+    """
+
+    triangle: np.ndarray
+    corner: np.ndarray
+    z: np.ndarray
+    direction: np.ndarray
+    heading: np.ndarray
+    entry: np.ndarray
+    sign: np.ndarray
+    straight: np.ndarray
+    steady: np.ndarray
+
+
 @dataclass(frozen=True)
 class Chords:
     """The chords of r lines, each in the triangle that the line is in.
@@ -65,50 +100,24 @@ class Chords:
     heading: np.ndarray
 
 
-def next_chords(
-    planes: FaceFrames,
-    triangle: np.ndarray,
-    corner: np.ndarray,
-    z: np.ndarray,
-    direction: np.ndarray,
-    heading: np.ndarray,
-    entry: np.ndarray,
-    sign: np.ndarray,
-    straight: np.ndarray,
-    longest: np.ndarray,
-    steady: np.ndarray,
-    tied: np.ndarray,
-) -> Chords:
+def next_chords(planes: FaceFrames, walk: Walk, longest: np.ndarray, tied: np.ndarray) -> Chords:
     """The next chords of r lines.
 
     Parameters
     ----------
-    triangle, corner, z:
-        (r,) the triangles, (r, 3) complex128 their corners and (r,) complex128 the places in them.
-    direction:
-        (r,) complex128 of modulus 1: of the two directions of the line field the nearer is taken.
-    heading:
-        (r,) complex128 of modulus 1, the directions of late.
-    entry:
-        (r,) int side that the line came in by, -1 for none.
-    sign:
-        (r,) float64 1 for lines of the larger curvature, -1 for those of the smaller.
-    straight:
-        (r,) float64 length over which `direction` is kept rather than the field followed.
     longest:
         (r,) float64 the most that a chord may be long.
-    steady:
-        (r,) bool lines that go straight on where the field is weak, and end where it turns away
-        from their directions of late.
     tied:
         (r,) bool lines that one sharp turn ends.
     """
+    triangle, z, entry = walk.triangle, walk.z, walk.entry
+    direction, sign = walk.direction, walk.sign
     rows = np.arange(len(triangle))
-    edge, height = _edges(corner, z, entry, rows)
+    edge, height = _edges(walk.corner, z, entry, rows)
     field = planes.value[triangle], planes.along[triangle], planes.across[triangle]
-    steady = steady & planes.swapping[triangle]
+    steady = walk.steady & planes.swapping[triangle]
     doubt = np.where(steady, RESOLVED * planes.doubt[triangle], 0.0)
-    geodesic = straight > 0
+    geodesic = walk.straight > 0
     some_geodesic = geodesic.any()
     first, _ = _root(field, doubt, z, sign, direction)
     if some_geodesic:
@@ -121,21 +130,21 @@ def next_chords(
     distance, side = _exit(edge, height, middle, rows)
     turned = (middle * direction.conj()).real < LEAST_COSINE
     turned &= tied
-    turned |= steady & ((middle * heading.conj()).real < STEADY_COSINE)
+    turned |= steady & ((middle * walk.heading.conj()).real < STEADY_COSINE)
     step = np.minimum(distance, longest)
     if some_geodesic:
-        step = np.where(geodesic, np.minimum(step, straight), step)
+        step = np.where(geodesic, np.minimum(step, walk.straight), step)
     step[turned] = 0.0
     step = np.maximum(step, 0.0)
     inside = step < distance
     moved = z + step * middle
     out = edge[rows, side]
-    here = corner[rows, side]
+    here = walk.corner[rows, side]
     share = ((moved - here) * out).real / np.maximum(np.abs(out) ** 2, 1e-300)
     share = np.minimum(np.maximum(share, MARGIN), 1.0 - MARGIN)
     landed = np.where(inside, moved, here + share * out.conj())
     pull = strong * -np.expm1(-step / (MEMORY * planes.size[triangle]))
-    heading = heading + pull * (middle - heading)
+    heading = walk.heading + pull * (middle - walk.heading)
     heading = heading / np.abs(heading)
     return Chords(triangle, landed, middle, step, side, share, inside, turned, heading)
 

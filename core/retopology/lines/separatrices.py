@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -65,6 +65,44 @@ class Separatrices(Lines):
     OF_LINES: ClassVar[tuple[str, ...]] = (*Lines.OF_LINES, "end")
 
 
+@dataclass(frozen=True)
+class _Stage:
+    """The surface that separatrices run over, and k umbilics on it that they end at.
+
+    Attributes
+    ----------
+    inner, z:
+        (k,) int64 triangles of the umbilics, -1 for those on none, and (k,) complex128 their
+        places in these.
+    point:
+        (k, 3) float64 the umbilics in the coordinates of the surface.
+    edge, reach:
+        (k,) float64 the edges around each, and how near to it a line has arrived at it.
+    """
+
+    surface: Surface
+    planes: FaceFrames
+    inner: np.ndarray
+    z: np.ndarray
+    point: np.ndarray
+    edge: np.ndarray
+    reach: np.ndarray
+
+    @classmethod
+    def of(cls, surface: Surface, planes: FaceFrames, umbilics: Umbilics) -> _Stage:
+        inner, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
+        edge = surface.mean_sides(inner)
+        return cls(
+            surface,
+            planes,
+            inner,
+            places(planes, inner, weights),
+            (umbilics.position - surface.origin) / surface.unit,
+            edge,
+            _reach(surface, umbilics, edge),
+        )
+
+
 def separatrices(
     surface: Surface,
     planes: FaceFrames,
@@ -94,36 +132,32 @@ def separatrices(
     barriers:
         Gives the features; asked only where a line winds.
     """
-    inner, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
-    umbilics = replace(umbilics, barycentric=weights)
+    stage = _Stage.of(surface, planes, umbilics)
     point, ray = np.nonzero(np.isfinite(umbilics.separatrix).all(axis=2))
-    keep = inner[point] >= 0
+    keep = stage.inner[point] >= 0
     point, ray = point[keep], ray[keep]
     tangent = umbilics.separatrix[point, ray]
     # The smaller curvature's separatrices run the other way.
     tangent = np.concatenate([tangent, -tangent])
     family = np.repeat([0, 1], len(point))
     point = np.concatenate([point, point])
-    edge = surface.mean_sides(inner)
-    reach = _reach(surface, umbilics, edge)
     obstacle = discs(surface, umbilics) if around is None else around
     free = obstacle < 0
     if undirected is not None:
         obstacle = np.where(free & undirected, len(umbilics), obstacle)
-    triangle = inner[point]
-    z = places(planes, triangle, umbilics.barycentric[point])
+    triangle, z = stage.inner[point], stage.z[point]
     starts = Starts(
         triangle,
         z + 1e-6 * (planes.corner[triangle].mean(axis=1) - z),
         in_plane(surface, triangle, tangent),
         family,
-        STRAIGHT * edge[point],
+        STRAIGHT * stage.edge[point],
         point,
-        LEAVE * reach[point],
+        LEAVE * stage.reach[point],
         np.zeros(len(point), bool),
     )
     limit = np.full(len(point), length_limit(surface, settings))
-    place = _places_of(surface, umbilics, inner, obstacle)
+    place = _places_of(stage, obstacle)
     traces = trace(surface, planes, starts, limit, obstacle, progress, place=place)
     # Those that then come to nothing end at the first umbilic that they pass after all.
     rows = np.flatnonzero(np.isin(traces.end, (LIMIT, TURN, LOST)))
@@ -140,7 +174,7 @@ def separatrices(
     code = np.array([_END_OF.get(number, 0) for number in range(max(_END_OF) + 1)])
     target = np.where(arrived, traces.obstacle, -code[traces.end])
     apart = BUNDLED * spacing_of(surface, settings)
-    return _lines(surface, planes, umbilics, inner, traces, family, point, target, apart)
+    return _lines(stage, traces, family, point, target, apart)
 
 
 def _replaced(traces: Traces, rows: np.ndarray, other: Traces) -> Traces:
@@ -161,16 +195,13 @@ def _replaced(traces: Traces, rows: np.ndarray, other: Traces) -> Traces:
     return Traces(start=np.concatenate([[0], np.cumsum(count)]), **parts)
 
 
-def _places_of(
-    surface: Surface, umbilics: Umbilics, inner: np.ndarray, obstacle: np.ndarray
-) -> np.ndarray:
+def _places_of(stage: _Stage, obstacle: np.ndarray) -> np.ndarray:
     """(m,) complex128 places of the umbilics in the planes of the triangles around them, NaN in
-    their own (k,) `inner` and elsewhere."""
+    their own and elsewhere."""
     place = np.full(len(obstacle), complex(np.nan, np.nan))
-    rows = np.flatnonzero((obstacle >= 0) & (obstacle < len(umbilics)))
-    point = (umbilics.position[obstacle[rows]] - surface.origin) / surface.unit
-    place[rows] = laid(surface, rows, point)
-    place[inner[inner >= 0]] = np.nan
+    rows = np.flatnonzero((obstacle >= 0) & (obstacle < len(stage.inner)))
+    place[rows] = laid(stage.surface, rows, stage.point[obstacle[rows]])
+    place[stage.inner[stage.inner >= 0]] = np.nan
     return place
 
 
@@ -217,18 +248,16 @@ def discs(surface: Surface, umbilics: Umbilics) -> np.ndarray:
 
 
 def _lines(
-    surface: Surface,
-    planes: FaceFrames,
-    umbilics: Umbilics,
-    inner: np.ndarray,
+    stage: _Stage,
     traces: Traces,
     family: np.ndarray,
     point: np.ndarray,
     target: np.ndarray,
     apart: float,
 ) -> Separatrices:
+    surface, planes, inner = stage.surface, stage.planes, stage.inner
     count = len(family)
-    detail = DETAIL * float(np.median(surface.mean_sides(inner))) if len(inner) else 1.0
+    detail = DETAIL * float(np.median(stage.edge)) if len(inner) else 1.0
     rows = sparse_rows(traces, detail)
     line = np.repeat(np.arange(count), np.diff(traces.start))[rows]
     joined = joined_bundles(
@@ -242,13 +271,13 @@ def _lines(
         max(RUN * apart, 4.0 * detail),
     )
     rows, line, target = rows[joined.row], joined.line, joined.target
-    straight = _straight_in(surface, planes, umbilics, inner, traces, rows, line, target)
+    straight = _straight_in(stage, traces, rows, line, target)
     rows, line = rows[straight], line[straight]
     # One more point for each line that reaches an umbilic: the umbilic itself.
     reached = np.flatnonzero(target >= 0)
     at = inner[target[reached]]
     triangle = np.concatenate([traces.triangle[rows], at])
-    z = np.concatenate([traces.z[rows], places(planes, at, umbilics.barycentric[target[reached]])])
+    z = np.concatenate([traces.z[rows], stage.z[target[reached]]])
     line = np.concatenate([line, reached])
     order = np.argsort(line, kind="stable")
     made = lines_from(
@@ -260,29 +289,21 @@ def _lines(
 
 
 def _straight_in(
-    surface: Surface,
-    planes: FaceFrames,
-    umbilics: Umbilics,
-    inner: np.ndarray,
-    traces: Traces,
-    rows: np.ndarray,
-    line: np.ndarray,
-    target: np.ndarray,
+    stage: _Stage, traces: Traces, rows: np.ndarray, line: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
     """(r,) bool points `rows` of a trace that lines keep: without the last ones beside an umbilic
     that a line ends at, from which it would turn aside to it; between two umbilics that near to
     each other none but the first where it would turn aside from all."""
     triangle = traces.triangle[rows]
-    points = points_of(surface, planes, triangle, traces.z[rows])
-    normal = surface.face_normal_area[0][triangle]
-    end = (umbilics.position - surface.origin) / surface.unit
-    reach = BEFORE * _reach(surface, umbilics, surface.mean_sides(inner))
+    points = points_of(stage.surface, stage.planes, triangle, traces.z[rows])
+    normal = stage.surface.face_normal_area[0][triangle]
+    reach = BEFORE * stage.reach
     first = np.searchsorted(line, np.arange(len(target) + 1))
     kept = np.ones(len(rows), bool)
     for number in np.flatnonzero(target >= 0):
         # Of its points the first stays, and one whose chord into the umbilic is short enough.
         mine = np.arange(first[number] + 1, first[number + 1])
-        way = end[target[number]] - points[mine]
+        way = stage.point[target[number]] - points[mine]
         near = np.linalg.norm(way, axis=1) <= reach[target[number]]
         far = np.flatnonzero(~near)
         mine, way = (some[far[-1] if len(far) else 0 :] for some in (mine, way))

@@ -15,7 +15,7 @@ import numpy as np
 from ...base.progress import Progress
 from ...fields.planes import FaceFrames
 from ...mesh.surface import Surface
-from .chords import Chords, next_chords
+from .chords import Chords, Walk, next_chords
 from .headway import Headway
 
 # Cosine of the angle up to which a line goes towards what it comes near to; beyond, its last chord
@@ -197,23 +197,14 @@ def trace(
 
 
 @dataclass
-class _Running:
-    """The lines that are still being traced, (r,) each; see `Starts` and `next_chords`."""
+class _Running(Walk):
+    """The lines that are still being traced, (r,) each; see `Starts` and `Walk`."""
 
     ids: np.ndarray
-    triangle: np.ndarray
-    z: np.ndarray
-    direction: np.ndarray
-    heading: np.ndarray
-    entry: np.ndarray
-    sign: np.ndarray
-    straight: np.ndarray
     own: np.ndarray
     grace: np.ndarray
-    steady: np.ndarray
     limit: np.ndarray
     length: np.ndarray
-    corner: np.ndarray
 
     @classmethod
     def begun(cls, starts: Starts, limit: np.ndarray, planes: FaceFrames) -> _Running:
@@ -240,20 +231,7 @@ class _Running:
         return _Running(**{name: value[rows] for name, value in vars(self).items()})
 
     def chords(self, planes: FaceFrames) -> Chords:
-        return next_chords(
-            planes,
-            self.triangle,
-            self.corner,
-            self.z,
-            self.direction,
-            self.heading,
-            self.entry,
-            self.sign,
-            self.straight,
-            self.limit - self.length,
-            self.steady,
-            self.length >= self.grace,
-        )
+        return next_chords(planes, self, self.limit - self.length, self.length >= self.grace)
 
     def moved(
         self, chords: Chords, surface: Surface, planes: FaceFrames
