@@ -162,8 +162,7 @@ class _Edges:
         start, end = self.field.gap.take(tail), self.field.gap.take(head)
         d1, d2 = self.field.d1, self.field.d2
         one, two = (np.hstack([d1.take(v, 0), d2.take(v, 0)]).T.copy() for v in (tail, head))
-        # The deviator at the head is turned by twice the angle between the frames; real numbers
-        # along the edges take a third of the time of complex ones.
+        # The deviator at the head is turned by twice the angle between the frames.
         cosine = np.einsum("ce,ce->e", one, two)
         sine = np.einsum("ce,ce->e", one[:3], two[3:]) - np.einsum("ce,ce->e", one[3:], two[:3])
         size = cosine * cosine + sine * sine
