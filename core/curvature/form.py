@@ -14,6 +14,7 @@ window, so that how the surface is cut into triangles hardly matters.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -27,11 +28,11 @@ from ..base.progress import Progress
 from ..base.unit import unit
 from ..fields.frames import frame
 from ..fields.transport import carried, doubled_angle, tangents
-from ..mesh.rings import by_size, grow
-from ..mesh.surface import Surface
+from ..mesh.rings import Begun
+from ..mesh.surface import BLOCK, Surface
 from .field import CurvatureField, field_from_deviators
 from .fits.height_fit import HeightFit, solve_heights, sum_count, sum_samples
-from .fits.jets import DEGREE, SAMPLES_PER_BLOCK, Jets
+from .fits.jets import DEGREE, Jets
 from .fits.monge import operator_of_heights
 from .spread_fits import Fits, blended, rows_of
 from .wider import MOST_TURN
@@ -54,8 +55,11 @@ NOISY = 0.65
 WIDEST = 0.7
 # Cosine between the normals of the wide fits and of the surface below which they are not of it.
 ALIKE = 0.5
-# Patches that are fitted by one thread at once; and what is nothing beside one.
-CHUNK, TINY = 1024, 1e-6
+# Patches that are fitted by one thread at once, at most, and of so many parts at least: whatever
+# number of threads there is, the same are summed together. And what is nothing beside one.
+CHUNK, PARTS, TINY = 512, 4, 1e-6
+# Windows that are summed together: many calls for few take longer, and more leave the cache.
+TOGETHER = 64
 # Patches that are fitted to see whether the surface has a size of its own.
 SAMPLED = 300
 # From a radius to one so much larger cubics miss twice as much of a smooth surface. Where the
@@ -120,8 +124,17 @@ class _Patches:
         key = (cube[:, 0] * y + cube[:, 1]) * z + cube[:, 2]
         n = len(key)
         tail, head = surface.owner, surface.neighbours
-        same = np.flatnonzero((key[tail] == key[head]) & (tail < head))
-        inside = sparse.coo_array((np.ones(len(same), bool), (tail[same], head[same])), (n, n))
+        same = np.empty(len(tail), bool)
+
+        def compare(first: int) -> None:
+            some = slice(first, first + BLOCK)
+            one, two = tail[some], head[some]
+            same[some] = (key.take(one) == key.take(two)) & (one < two)
+
+        run(compare, range(0, len(tail), BLOCK), Progress())
+        start = np.append(0, np.cumsum(same, dtype=np.int32))[surface.neighbour_start]
+        columns = head[same].astype(np.int32)
+        inside = sparse.csr_array((np.ones(len(columns)), columns, start), (n, n))
         count, patch = csgraph.connected_components(inside, directed=False)
         weight = surface.vertex_area / 3.0
         area = np.bincount(patch, weight)
@@ -209,8 +222,9 @@ class _Level:
         # Every so many along an axis: whatever number they have.
         some = np.argsort(patches.middle[:, 0], kind="stable")[::step]
         deviators, known = [], np.ones(len(some), bool)
-        for scale in (1.0 / STEP, 1.0, STEP):
-            fit, size, _ = _fits(patches, scale * radius, some, progress)
+        scales = (1.0 / STEP, 1.0, STEP)
+        fits, _ = _fits(patches, [scale * radius for scale in scales], some, progress)
+        for scale, (fit, size) in zip(scales, fits, strict=True):
             c = fit.coefficients
             operator = operator_of_heights(c[1, 0], c[0, 1], 2 * c[2, 0], c[1, 1], 2 * c[0, 2])
             found = (operator.real + 1j * operator.imaginary) / size
@@ -265,7 +279,7 @@ def _jets(surface: Surface, level: _Level, wanted: np.ndarray, progress: Progres
         near = (sparse.diags_array(wanted.astype(float)) @ near).astype(bool).tocsr()
         near.eliminate_zeros()
     asked = np.unique(near.indices)
-    fit, size, axes = _fits(patches, level.radius, asked, progress)
+    [(fit, size)], axes = _fits(patches, [level.radius], asked, progress)
     there, values = rows_of(fit, size, axes, patches.middle[asked])
     # Fits count in the mean by the area of their patches.
     there[:, 6] /= np.sqrt(np.maximum(patches.area[asked], np.finfo(float).tiny))
@@ -278,44 +292,90 @@ def _jets(surface: Surface, level: _Level, wanted: np.ndarray, progress: Progres
 
 
 def _fits(
-    patches: _Patches, radius: float, centres: np.ndarray, progress: Progress
-) -> tuple[HeightFit, np.ndarray, np.ndarray]:
-    """Cubics at patches (c,), their radii (c,) and axes (3, 3, c)."""
-    reach = 2.0 * radius
+    patches: _Patches, radii: list[float], centres: np.ndarray, progress: Progress
+) -> tuple[list[tuple[HeightFit, np.ndarray]], np.ndarray]:
+    """Cubics at patches (c,) over windows of ascending radii, each with the radii (c,) of its
+    samples, and the axes (3, 3, c) of them all."""
+    c = len(centres)
     along = patches.normal[centres].T
     axes = np.stack([*frame(along), along])
-    sums = np.empty((sum_count(DEGREE), len(centres)))
-    size, count = np.empty((2, len(centres)))
+    sums = np.empty((len(radii), sum_count(DEGREE), c))
+    size, count = np.empty((2, len(radii), c))
     coordinates, normals = (np.ascontiguousarray(a.T) for a in (patches.middle, patches.normal))
-    rings = int(np.ceil(DETOUR * reach / patches.side))
+    parts = max(-(-c // CHUNK), min(PARTS, c))
+    cuts = c * np.arange(parts + 1) // max(parts, 1)
 
-    def fit(first: int) -> None:
-        workspace = Workspace()
-        rows = np.arange(first, min(first + CHUNK, len(centres)))
-        for some, around in grow(patches.graph[centres[rows]], patches.graph, rings - 1, progress):
-            own = rows[some]
-            of = np.repeat(own, np.diff(around.indptr))
-            away = coordinates[:, around.indices] - coordinates[:, centres[of]]
-            inside = np.einsum("ck,ck->k", away, away) < reach * reach
-            start = np.append(0, np.cumsum(inside))[around.indptr]
-            ones = np.ones(int(start[-1]), bool)
-            near = sparse.csr_array((ones, around.indices[inside], start), around.shape)
-            for block, members in by_size(near, SAMPLES_PER_BLOCK):
-                at = own[block]
-                offset = coordinates[:, members] - coordinates[:, None, centres[at]]
-                square = np.einsum("csb,csb->sb", offset, offset)
-                weight = np.maximum(1.0 - square / reach**2, TINY) ** 2 * patches.area[members]
-                # Area as the plane sees it: the other side of a thin sheet is none of it.
-                facing = np.einsum("csb,cb->sb", normals[:, members], along[:, at])
-                weight *= np.maximum(facing, TINY)
-                total = weight.sum(axis=0)
-                size[at] = np.sqrt(np.einsum("sb,sb->b", weight, square) / total)
-                size[at] = np.maximum(size[at], TINY * reach)
-                count[at] = total**2 / np.einsum("sb,sb->b", weight, weight)
-                x, y, z = np.einsum("csb,kcb->ksb", offset, axes[:, :, at] / size[at])
-                some_sums = np.empty((len(sums), len(at)))
-                sum_samples(x, y, z, weight, DEGREE, some_sums, workspace)
-                sums[:, at] = some_sums
+    def fit(part: int) -> None:
+        workspace, begun = Workspace(), Begun()
+        rows = np.arange(cuts[part], cuts[part + 1])
+        for scale, radius in enumerate(radii):
+            reach = 2.0 * radius
+            rings = int(np.ceil(DETOUR * reach / patches.side))
+            for some, around in begun.grow(centres[rows], patches.graph, rings, progress):
+                own = rows[some]
+                for at, members, there in _windows(coordinates, centres, own, around, reach):
+                    offset = coordinates[:, members] - coordinates[:, None, centres[at]]
+                    square = np.einsum("csb,csb->sb", offset, offset)
+                    weight = np.maximum(1.0 - square / reach**2, TINY) ** 2 * patches.area[members]
+                    # Area as the plane sees it: the other side of a thin sheet is none of it.
+                    facing = np.einsum("csb,cb->sb", normals[:, members], along[:, at])
+                    weight *= np.maximum(facing, TINY)
+                    weight *= there
+                    total = weight.sum(axis=0)
+                    mean = np.einsum("sb,sb->b", weight, square) / total
+                    mean = np.maximum(np.sqrt(mean), TINY * reach)
+                    size[scale, at] = mean
+                    count[scale, at] = total**2 / np.einsum("sb,sb->b", weight, weight)
+                    x, y, z = np.einsum("csb,kcb->ksb", offset, axes[:, :, at] / mean)
+                    some_sums = np.empty((sums.shape[1], len(at)))
+                    sum_samples(x, y, z, weight, DEGREE, some_sums, workspace)
+                    sums[scale][:, at] = some_sums
 
-    run(fit, range(0, len(centres), CHUNK), progress)
-    return solve_heights(sums, count, DEGREE, Workspace()), size, axes
+    run(fit, range(parts), progress)
+    fits = [solve_heights(s, n, DEGREE, Workspace()) for s, n in zip(sums, count, strict=True)]
+    return list(zip(fits, size, strict=True)), axes
+
+
+def _windows(
+    coordinates: np.ndarray,
+    centres: np.ndarray,
+    own: np.ndarray,
+    around: sparse.csr_array,
+    reach: float,
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Blocks of windows of about one size.
+
+    Parameters
+    ----------
+    coordinates:
+        (3, p) places of the patches.
+    centres, own:
+        (c,) patches in the middle of windows, and (r,) which of these the rows (r, p) `around`
+        belong to.
+    reach:
+        How far members lie from it, less than.
+
+    Yields
+    ------
+    at:
+        (b,) of `own`.
+    members, there:
+        (s, b) patches, and whether they are of the window: the smaller are filled up.
+    """
+    of = np.repeat(centres[own], np.diff(around.indptr))
+    square = np.zeros(len(of))
+    for axis in coordinates:
+        away = axis.take(around.indices)
+        away -= axis.take(of)
+        away *= away
+        square += away
+    inside = square < reach * reach
+    start = np.append(0, np.cumsum(inside))[around.indptr]
+    members = around.indices[inside].astype(np.intp)
+    sizes = np.diff(start)
+    order = np.argsort(sizes, kind="stable")
+    for low in range(0, len(order), TOGETHER):
+        rows = order[low : low + TOGETHER]
+        slots = np.arange(sizes[rows[-1]])[:, None]
+        there = slots < sizes[rows]
+        yield own[rows], members[np.where(there, start[rows] + slots, start[rows])], there

@@ -19,7 +19,6 @@ from scipy.sparse import csgraph
 from ...base.parallel import run
 from ...base.progress import Progress
 from ...base.subsets import spans
-from ...base.unit import phase
 from ...curvature.field import CurvatureField
 from ...curvature.tolerances import CURVE_LENGTH, CURVE_MISS, CURVE_NARROW, EDGE_BEND, REGION_BEND
 from ...mesh.half_edges import edge_keys
@@ -99,8 +98,11 @@ def unresolved_sets(
     if not len(tail):
         none = np.zeros(0)
         return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none, none)
-    vertices, place = np.unique(np.concatenate([tail, head]), return_inverse=True)
-    one, two = place[: len(tail)], place[len(tail) :]
+    held = np.zeros(len(surface.vertices), bool)
+    held[tail] = held[head] = True
+    vertices = np.flatnonzero(held)
+    place = np.cumsum(held) - 1
+    one, two = place[tail], place[head]
     size = np.linalg.norm(surface.vertices[tail] - surface.vertices[head], axis=1)
     # A length of zero would be no edge to a sparse graph.
     size = np.maximum(size, np.finfo(float).tiny)
@@ -157,26 +159,28 @@ class _Edges:
     def missed(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
         """(e,) by how many of its errors the deviator misses zero along each edge; infinite
         next to a border."""
-        start, end = self.field.gap[tail], self.field.gap[head] * self._turn(tail, head) ** 2
-        change = end - start
-        square = np.abs(change) ** 2
+        start, end = self.field.gap.take(tail), self.field.gap.take(head)
+        d1, d2 = self.field.d1, self.field.d2
+        one, two = (np.hstack([d1.take(v, 0), d2.take(v, 0)]).T.copy() for v in (tail, head))
+        # The deviator at the head is turned by twice the angle between the frames.
+        cosine = np.einsum("ce,ce->e", one, two)
+        sine = np.einsum("ce,ce->e", one[:3], two[3:]) - np.einsum("ce,ce->e", one[3:], two[:3])
+        size = cosine * cosine + sine * sine
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.clip(np.nan_to_num(-start * change.real / square), 0.0, 1.0)
-            least = np.abs(start + share * change)
+            along = np.where(size > 0.0, (cosine * cosine - sine * sine) / size, 1.0) * end - start
+            across = np.where(size > 0.0, 2.0 * cosine * sine / size, 0.0) * end
+            square = along * along + across * across
+            share = np.clip(np.nan_to_num(-start * along / square), 0.0, 1.0)
+            least = np.sqrt((start + share * along) ** 2 + (share * across) ** 2)
             allowed = (1.0 - share) * self._error(tail) + share * self._error(head)
-            allowed = np.maximum(allowed, EDGE_BEND * np.abs(change))
+            allowed = np.maximum(allowed, EDGE_BEND * np.sqrt(square))
             missed = np.where(least <= 0.0, 0.0, least / allowed)
         return np.where(self.beside[tail] | self.beside[head], np.inf, missed)
 
-    def _turn(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
-        """(e,) unit complex turn from the frame at the head to that at the tail."""
-        d1, d2 = self.field.d1, self.field.d2
-        return phase(np.einsum("ec,ec->e", d1[tail] - 1j * d2[tail], d1[head] + 1j * d2[head]))
-
     def _error(self, vertices: np.ndarray) -> np.ndarray:
-        error = self.level * self.noise[vertices]
+        error = self.level * self.noise.take(vertices)
         # What is as large as the bend of the surface over the fit is no error of a smooth surface.
-        smooth = np.isfinite(error) & (error * self.radius[vertices] <= REGION_BEND)
+        smooth = np.isfinite(error) & (error * self.radius.take(vertices) <= REGION_BEND)
         return np.where(smooth, error, 0.0)
 
 
@@ -208,8 +212,9 @@ def _undecided_edges(
         tails.append(tail[linked])
         heads.append(head[linked])
         misses.append(missed[linked])
-        front = np.unique(heads[-1])
-        front = front[~seen[front]]
+        reached = np.zeros(len(seen), bool)
+        reached[heads[-1]] = True
+        front = np.flatnonzero(reached & ~seen)
     tail, head, missed = (np.concatenate(parts) for parts in (tails, heads, misses))
     ends = np.zeros(len(surface.vertices), bool)
     ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
