@@ -5,7 +5,7 @@ import numpy as np
 import core
 from benchmarks.random_surfaces import random_surface
 from core.retopology.quads.conformity import conformity, scaled_jacobian
-from core.retopology.quads.layout.counting import counted
+from core.retopology.quads.layout.counting import grids_of_about
 from core.retopology.quads.preparation import Given, prepare
 
 
@@ -16,7 +16,7 @@ def test_creases_end_where_quads_fit_around():
     given = Given(triangles, detection, None, None, None, None)
     guide = core.Guide(vertices, triangles, detection)
     laid = prepare(guide, given, core.RemeshSettings(quads=quads), core.Progress()).parts
-    made = counted(laid, quads, core.Progress())
+    made = grids_of_about(laid, quads, core.Progress())
     found = conformity(made[0].merged[made[0].quads], int(made[0].merged.max()) + 1)
     assert found.manifold and found.characteristic == laid[0].working.surface.euler_characteristic
     assert abs(len(made[0].quads) / quads - 1.0) < 0.03
