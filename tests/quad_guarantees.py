@@ -9,7 +9,7 @@ from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.faults.crossings import crossings
 from core.retopology.quads.finishing.projection import ClosestPoints
-from core.retopology.quads.preparation import scrap_area
+from core.retopology.quads.preparation import scrap
 
 # Vertices lie on the surface within this part of its size.
 ON_SURFACE = 1e-6
@@ -25,7 +25,7 @@ def broken_guarantees(
     `quads` is how many were asked for, None where that does not matter.
     """
     settings = core.RemeshSettings(quads=quads or len(made.quads))
-    surface, _ = clean(vertices, triangles, kept_from=scrap_area(vertices, triangles, settings))
+    surface, _ = clean(vertices, triangles, kept_from=scrap(vertices, triangles, settings))
     topology = conformity(made.quads, len(made.vertices))
     broken = []
 

@@ -230,7 +230,10 @@ class Surface:
         return closed
 
 
-def areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(m,) areas of triangles (m, 3)."""
-    a, b, c = (vertices[corner] for corner in triangles.T)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+def relative_areas(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, float]:
+    """(m,) areas of triangles (m, 3), in a square whose side is the other number: no size is too
+    large for that."""
+    corner = vertices[triangles]
+    side = float(np.abs(corner[np.isfinite(corner)]).max(initial=0.0)) or 1.0
+    a, b, c = (corner / side).transpose(1, 0, 2)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), side

@@ -11,7 +11,7 @@ from ..curvature.field import CurvatureField, field_from_deviators
 from ..fields.planes import FaceFrames, lay_out
 from ..mesh.mending.repair import clean
 from ..mesh.normals import vertex_normals
-from ..mesh.surface import Surface, areas
+from ..mesh.surface import Surface
 from ..umbilics.result import Detection
 from .field.simplified import SimplifiedField, in_doubt, simplify_field
 from .field.smoothed import smoothed_field, smoothness_by_noise
@@ -35,11 +35,8 @@ class Groundwork:
         triangles: np.ndarray,
         detection: Detection,
         kept: np.ndarray | None = None,
-        kept_from: float | None = None,
+        kept_from: float = SMALL,
     ) -> None:
-        if kept_from is None:
-            whole = areas(np.asarray(vertices, float), np.asarray(triangles))
-            kept_from = SMALL * float(np.nansum(whole))
         self.surface, self.cleaning = clean(
             vertices, triangles, detection.borders_joined, kept_from
         )

@@ -55,8 +55,8 @@ class Guide(Groundwork):
         (k,) rows of the detection's candidates to go on with, in place of those that its filters
         kept; None for these.
     kept_from:
-        Area from which pieces of fewer vertices than a fit takes are kept, with features but no
-        directions of their own; None for a small part of the whole.
+        Part of the area from which pieces of fewer vertices than a fit takes are kept, with
+        features but no directions of their own.
 
     Attributes
     ----------

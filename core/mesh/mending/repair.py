@@ -10,7 +10,7 @@ from ...base.words import counted
 from ..half_edges import HalfEdges, ends_of, link
 from ..neighbourhoods import FEWEST_SAMPLES
 from ..rings import adjacency
-from ..surface import NO_AREA, Surface, areas
+from ..surface import NO_AREA, Surface, relative_areas
 from .cavities import cavities
 from .joining import corners_in_input, in_one_place, joined_with, mend_borders, proper
 from .sheets import linked, separate, split_fans
@@ -41,7 +41,7 @@ def clean(
     join_borders:
         False leaves borders open that lie on each other, and edges without a length.
     kept_from:
-        Area from which pieces too small for a fit are kept beside larger ones.
+        Part of the area from which pieces too small for a fit are kept beside larger ones.
 
     Raises
     ------
@@ -97,8 +97,8 @@ def _cleaned(
     component = _components(links)
     specks = _specks(component)
     if specks.any():
-        area = areas(vertices, triangles[rows])
-        specks &= np.bincount(component[corners[:, 0]], area) < kept_from
+        area, _ = relative_areas(vertices, triangles[rows])
+        specks &= np.bincount(component[corners[:, 0]], area) < kept_from * area.sum()
     if specks.any():
         warnings.append(
             f"{counted(int(specks.sum()), 'piece')} of fewer than {FEWEST_SAMPLES} vertices left "

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from ...base.errors import RemeshError
 from ...base.progress import Progress
 from ...base.words import counted
-from ...mesh.surface import Surface, areas
+from ...mesh.surface import Surface, relative_areas
 from ...umbilics.result import Detection, Umbilics
 from ..by_hand import Strokes, WantedPoles, planned_by_hand
 from ..planner import Guide
@@ -135,11 +135,15 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     )
 
 
-def scrap_area(vertices: np.ndarray, triangles: np.ndarray, settings: RemeshSettings) -> float:
-    """Area of a piece for which no layout is sought, about, before a mesh is cleaned."""
+def scrap(vertices: np.ndarray, triangles: np.ndarray, settings: RemeshSettings) -> float:
+    """Part of the area that a piece has for which no layout is sought."""
     if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
-        return SCRAP * float(settings.edge_length) ** 2
-    return SCRAP * float(np.nansum(areas(vertices, triangles))) / settings.quads
+        vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
+        sound = np.isfinite(vertices).all(axis=1)[triangles].all(axis=1)
+        area, side = relative_areas(vertices, triangles[sound])
+        whole = float(area.sum())
+        return SCRAP * (settings.edge_length / side) ** 2 / whole if whole > 0.0 else np.inf
+    return SCRAP / settings.quads
 
 
 def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:

@@ -34,7 +34,7 @@ from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
 from .layout.words import words, words_of_count, words_of_unlaid
-from .preparation import Given, prepare, scrap_area
+from .preparation import Given, prepare, scrap
 from .result import QuadMesh
 from .settings import RemeshSettings
 
@@ -97,8 +97,8 @@ def remesh(
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.15))
     clock.lap("curvature")
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
-    scrap = scrap_area(vertices, triangles, settings)
-    guide = Guide(vertices, triangles, detection, kept_from=scrap)
+    least = scrap(vertices, triangles, settings)
+    guide = Guide(vertices, triangles, detection, kept_from=least)
     part = progress.part("Mapping the surface", 0.15, 0.7)
     prepared = prepare(guide, given, settings, part)
     clock.lap("map and layout")
@@ -166,8 +166,8 @@ def quad_layout(
     if detection is None:
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.2))
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
-    scrap = scrap_area(vertices, triangles, settings)
-    guide = Guide(vertices, triangles, detection, kept_from=scrap)
+    least = scrap(vertices, triangles, settings)
+    guide = Guide(vertices, triangles, detection, kept_from=least)
     part = progress.part("Mapping the surface", 0.2, 1.0)
     prepared = prepare(guide, given, settings, part)
     progress.step(1.0)

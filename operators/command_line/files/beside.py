@@ -15,7 +15,7 @@ import bpy
 
 from .... import core
 from ...base.errors import FileError
-from . import gltf, pieces
+from .content import gltf, pieces
 from .guard import shown
 
 _MATERIALS = re.compile(rb"(?:^|[\r\n])[ \t]*mtllib[ \t]+([^\r\n]+)")

@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ...base.errors import FileError
-from . import nowhere, pieces, ply, stl
+from .content import nowhere, pieces, ply, stl
 from .guard import shown
 
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)

@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from . import stl
+from .content import stl
 
 # Bytes that tell how a text is written.
 _HEAD = 1 << 16

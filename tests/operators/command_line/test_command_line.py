@@ -178,7 +178,7 @@ BAD_FILES = {
     "empty.obj": (b"", "empty"),
     "words.obj": (b"hello\n", "no mesh"),
     "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "faces"),
-    "words.ply": (b"hello\n", "cannot read"),
+    "words.ply": (b"hello\n", "no head of a PLY"),
     "words.stl": (b"hello\n", "cannot read"),
     "words.glb": (b"hello\n", "cannot read"),
     "words.gltf": (b"{}\n", "cannot read"),

@@ -148,13 +148,13 @@ def test_what_has_no_place_is_counted_in_every_format(part, tmp_path, name, valu
     write, times = WRITERS[name]
     write(tmp_path / name, value)
     expected = 0 if np.isfinite(value) else times
-    assert part("files.nowhere").count(tmp_path / name) == expected
-    assert part("files.nowhere").word_in(tmp_path / name) is None
+    assert part("files.content.nowhere").count(tmp_path / name) == expected
+    assert part("files.content.nowhere").word_in(tmp_path / name) is None
 
 
 def test_doubles_beyond_single_precision_are_nowhere(part, tmp_path):
     in_ply("<", "f8", "double")(tmp_path / "a.ply", 1e300)
-    assert part("files.nowhere").count(tmp_path / "a.ply") == 1
+    assert part("files.content.nowhere").count(tmp_path / "a.ply") == 1
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -195,14 +195,14 @@ def test_words_elsewhere_in_a_file_are_not_looked_at(part, tmp_path):
     data = (tmp_path / "a.ply").read_bytes()
     (tmp_path / "a.ply").write_bytes(data.replace(b"made by", b"1,5 nan") + b"\nnan nan nan nan\n")
     for path in (tmp_path / "a.obj", tmp_path / "a.ply"):
-        assert part("files.nowhere").word_in(path) is None
-        assert part("files.nowhere").count(path) == 0
+        assert part("files.content.nowhere").word_in(path) is None
+        assert part("files.content.nowhere").count(path) == 0
 
 
 @pytest.mark.parametrize("packed", [False, True])
 @pytest.mark.parametrize("kind", ["d", "f"])
 def test_places_in_an_fbx_are_found(part, tmp_path, kind, packed):
-    count = part("files.nowhere").count
+    count = part("files.content.nowhere").count
     for value, expected in ((0.5, 0), (np.nan, 1), (np.inf, 1)):
         data = places(value, {"d": "<f8", "f": "<f4"}[kind]).tobytes()
         stored = zlib.compress(data) if packed else data
@@ -218,7 +218,7 @@ def test_places_in_an_fbx_are_found(part, tmp_path, kind, packed):
 
 def test_what_cannot_be_followed_counts_for_nothing(part, tmp_path):
     """It is the importer's to refuse it."""
-    count = part("files.nowhere").count
+    count = part("files.content.nowhere").count
     for name in WRITERS:
         WRITERS[name][0](tmp_path / name, 0.5)
         data = (tmp_path / name).read_bytes()

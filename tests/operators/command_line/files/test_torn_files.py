@@ -164,7 +164,7 @@ def test_faces_that_stand_in_a_file_twice_are_counted(opened, tmp_path):
 def test_faces_are_counted_over_the_ends_of_the_pieces(opened, tmp_path, part, monkeypatch):
     whole = text_of_obj(EGG)
     for size in (3, 7, 64):
-        monkeypatch.setattr(part("files.pieces"), "SIZE", size)
+        monkeypatch.setattr(part("files.content.pieces"), "SIZE", size)
         assert opened(tmp_path / "a.obj", whole) == (COUNT, ())
         assert opened(tmp_path / "a.obj", whole.replace(b"f ", b"f\t")) == (COUNT, ())
 
@@ -236,7 +236,7 @@ def test_an_alembic_file_that_ends_anywhere_is_refused(part, tmp_path):
 
 def test_a_file_that_is_cut_short_while_it_is_read_is_torn(part, tmp_path, monkeypatch):
     """Mapped into memory it would end the process; cut anywhere, and whenever it is read."""
-    damage, pieces = part("files.damage"), part("files.pieces")
+    damage, pieces = part("files.damage"), part("files.content.pieces")
     path, numbers = tmp_path / "a.abc", damage._numbers
     whole = ogawa([[bytes(1 << 14)], [bytes(1 << 14), [bytes(1 << 14)]]])
     for length in (0, 16, len(whole) // 3, len(whole) - 40):
@@ -259,7 +259,7 @@ def test_a_file_that_is_cut_short_while_it_is_read_is_torn(part, tmp_path, monke
 
 
 def test_lines_come_whole_whatever_the_pieces_are(part, tmp_path, monkeypatch):
-    pieces = part("files.pieces")
+    pieces = part("files.content.pieces")
     data = b"one\r\ntwo and more\n\nthree\rfour"
     (tmp_path / "a.obj").write_bytes(data)
     for size in range(1, len(data) + 2):

@@ -1,0 +1,1 @@
+"""What stands in mesh files, read without Blender."""
