@@ -28,7 +28,6 @@ from surfaces import cylinder, ellipsoid, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
-from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.projection import ClosestPoints
 
@@ -138,8 +137,8 @@ class Judge:
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
         self.detection = core.detect(vertices, triangles)
-        self.surface, _ = clean(vertices, triangles)
         guide = core.Guide(vertices, triangles, self.detection)
+        self.surface = guide.surface
         self.frames = guide.planes(Progress())
         self.closest = ClosestPoints(
             self.surface.vertices, self.surface.triangles, self.surface.twin

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 from scipy.sparse import csgraph
 
 from ...base.errors import InvalidMeshError
@@ -41,7 +42,8 @@ def clean(
     join_borders:
         False leaves borders open that lie on each other, and edges without a length.
     kept_from:
-        Part of the area from which pieces too small for a fit are kept beside larger ones.
+        Part of the area from which pieces too small for a fit are kept beside larger ones; not
+        those that mending took off others.
 
     Raises
     ------
@@ -97,8 +99,10 @@ def _cleaned(
     component = _components(links)
     specks = _specks(component)
     if specks.any():
+        piece = component[corners[:, 0]]
         area, _ = relative_areas(vertices, triangles[rows])
-        specks &= np.bincount(component[corners[:, 0]], area) < kept_from * area.sum()
+        large = np.bincount(piece, area) >= kept_from * area.sum()
+        specks &= ~(large & _by_themselves(together, piece, len(vertices)))
     if specks.any():
         warnings.append(
             f"{counted(int(specks.sum()), 'piece')} of fewer than {FEWEST_SAMPLES} vertices left "
@@ -184,6 +188,17 @@ def _specks(component: np.ndarray) -> np.ndarray:
     """(components,) bool, those with fewer vertices than a fit takes, if there are larger ones."""
     small = np.bincount(component) < FEWEST_SAMPLES
     return small & ~small.all()
+
+
+def _by_themselves(corners: np.ndarray, piece: np.ndarray, count: int) -> np.ndarray:
+    """(components,) bool, the pieces whose triangles (m, 3) share none of `count` vertices with
+    another; (m,) the piece of each."""
+    tail, head = corners[:, :2].ravel(), corners[:, 1:].ravel()
+    joined = sparse.coo_array((np.ones(len(tail), np.int8), (tail, head)), shape=(count, count))
+    body = csgraph.connected_components(joined, directed=False)[1][corners[:, 0]]
+    # Each piece once, with the body that it is of.
+    first = np.unique(piece, return_index=True)[1]
+    return np.asarray(np.bincount(body[first])[body[first]] == 1)
 
 
 def _assemble(

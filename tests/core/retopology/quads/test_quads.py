@@ -169,6 +169,18 @@ def test_pieces_of_few_vertices_are_remeshed_as_well(points):
 
 
 @pytest.mark.slow
+def test_a_piece_that_mending_took_off_is_left_out_and_said():
+    """A fin of one triangle on an edge of two others."""
+    one = ellipsoid(subdivisions=3)
+    fin = np.append(one.triangles[0][:2], len(one.vertices))
+    vertices = np.concatenate([one.vertices, 2.0 * one.vertices[one.triangles[0]].mean(0)[None]])
+    triangles = np.concatenate([one.triangles, fin[None]])
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
+    assert any("fewer than 15 vertices left out" in said for said in made.warnings)
+    assert sorted(made.pole_valence) == [3] * 8
+
+
+@pytest.mark.slow
 def test_specks_are_left_out_and_said():
     vertices, triangles = beside_an_ellipsoid(0.01 * CORNERS)
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
