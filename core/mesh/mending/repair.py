@@ -98,7 +98,7 @@ def _cleaned(
     rows, together = rows[kept], together[kept]
     component = _components(links)
     specks = _specks(component)
-    if specks.any():
+    if specks.any() and np.isfinite(kept_from):
         piece = component[corners[:, 0]]
         area, _ = relative_areas(vertices, triangles[rows])
         large = np.bincount(piece, area) >= kept_from * area.sum()
