@@ -4,71 +4,22 @@
 // writes a line "number x y z" for every point of every crest line. Jets of degree 4 over whole
 // rings of at least as many points as it has coefficients, ridges tagged by the fourth order.
 
-#include <CGAL/Monge_via_jet_fitting.h>
-#include <CGAL/Polygon_mesh_processing/compute_normal.h>
+#include "cgal_jets.h"
+
 #include <CGAL/Ridges.h>
-#include <CGAL/Simple_cartesian.h>
-#include <CGAL/Surface_mesh.h>
 
-#include <cstddef>
 #include <iomanip>
-#include <iostream>
 #include <iterator>
-#include <unordered_set>
-#include <vector>
 
-using Kernel = CGAL::Simple_cartesian<double>;
-using Point = Kernel::Point_3;
-using Vector = Kernel::Vector_3;
-using Mesh = CGAL::Surface_mesh<Point>;
-using Vertex = Mesh::Vertex_index;
-using Fitting = CGAL::Monge_via_jet_fitting<Kernel>;
 using Numbers = Mesh::Property_map<Vertex, double>;
 using Vectors = Mesh::Property_map<Vertex, Vector>;
 using Ridges = CGAL::Ridge_approximation<Mesh, Numbers, Vectors>;
 
 constexpr std::size_t degree = 4;
-constexpr std::size_t coefficients = (degree + 1) * (degree + 2) / 2;
-
-// The vertex first, then whole rings until there are as many points as coefficients.
-static std::vector<Point> neighbourhood(const Mesh& mesh, Vertex centre) {
-    std::vector<Point> points{mesh.point(centre)};
-    std::vector<Vertex> ring{centre};
-    std::unordered_set<std::size_t> seen{centre.idx()};
-    while (points.size() < coefficients && !ring.empty()) {
-        std::vector<Vertex> next;
-        for (Vertex vertex : ring)
-            for (Vertex neighbour : CGAL::vertices_around_target(mesh.halfedge(vertex), mesh))
-                if (seen.insert(neighbour.idx()).second) {
-                    next.push_back(neighbour);
-                    points.push_back(mesh.point(neighbour));
-                }
-        ring = std::move(next);
-    }
-    return points;
-}
 
 int main() {
-    std::ios::sync_with_stdio(false);
-    std::size_t vertices = 0, triangles = 0;
-    if (!(std::cin >> vertices >> triangles)) {
-        std::cerr << "no mesh on standard input\n";
-        return 1;
-    }
     Mesh mesh;
-    for (std::size_t i = 0; i < vertices; ++i) {
-        double x, y, z;
-        std::cin >> x >> y >> z;
-        mesh.add_vertex(Point(x, y, z));
-    }
-    for (std::size_t i = 0; i < triangles; ++i) {
-        std::size_t a, b, c;
-        std::cin >> a >> b >> c;
-        if (mesh.add_face(Vertex(a), Vertex(b), Vertex(c)) == Mesh::null_face()) {
-            std::cerr << "triangle " << i << " does not fit a manifold\n";
-            return 1;
-        }
-    }
+    if (!read(mesh)) return 1;
     auto numbers = [&mesh](const char* name) {
         return mesh.add_property_map<Vertex, double>(name, 0.0).first;
     };
@@ -79,23 +30,19 @@ int main() {
     Numbers p1 = numbers("v:p1"), p2 = numbers("v:p2");
     Vectors d1 = vectors("v:d1", Vector(1, 0, 0)), d2 = vectors("v:d2", Vector(0, 1, 0));
     for (Vertex vertex : mesh.vertices()) {
-        const std::vector<Point> points = neighbourhood(mesh, vertex);
-        if (points.size() < coefficients) continue;
-        Fitting fitting;
-        auto monge = fitting(points.begin(), points.end(), degree, degree);
-        monge.comply_wrt_given_normal(
-            CGAL::Polygon_mesh_processing::compute_vertex_normal(vertex, mesh));
-        k1[vertex] = monge.principal_curvatures(0);
-        k2[vertex] = monge.principal_curvatures(1);
-        d1[vertex] = monge.maximal_principal_direction();
-        d2[vertex] = monge.minimal_principal_direction();
-        b0[vertex] = monge.third_order_coefficients(0);
-        b3[vertex] = monge.third_order_coefficients(3);
+        const std::optional<Monge> monge = jet(mesh, vertex, degree);
+        if (!monge) continue;
+        k1[vertex] = monge->principal_curvatures(0);
+        k2[vertex] = monge->principal_curvatures(1);
+        d1[vertex] = monge->maximal_principal_direction();
+        d2[vertex] = monge->minimal_principal_direction();
+        b0[vertex] = monge->third_order_coefficients(0);
+        b3[vertex] = monge->third_order_coefficients(3);
         const double gap = k1[vertex] - k2[vertex];
-        const double b1 = monge.third_order_coefficients(1);
-        const double b2 = monge.third_order_coefficients(2);
-        const double c0 = monge.fourth_order_coefficients(0);
-        const double c4 = monge.fourth_order_coefficients(4);
+        const double b1 = monge->third_order_coefficients(1);
+        const double b2 = monge->third_order_coefficients(2);
+        const double c0 = monge->fourth_order_coefficients(0);
+        const double c4 = monge->fourth_order_coefficients(4);
         p1[vertex] = 3 * b1 * b1 + gap * (c0 - 3 * k1[vertex] * k1[vertex] * k1[vertex]);
         p2[vertex] = 3 * b2 * b2 - gap * (c4 - 3 * k2[vertex] * k2[vertex] * k2[vertex]);
     }
