@@ -40,6 +40,15 @@ LEAST_FALL = 0.3
 # worse than independent ones, those of scans four to six times; what is more is creases and such.
 # Of clean meshes the change is the surface's own shape, of which the next ring smooths more.
 MOST_FACTOR, MOST_CLEAN = 6.0, 3.0
+# How much larger the residuals over the next ring are, from which on neighbours share errors. Where
+# each point errs by itself a fit over n of them is too wide as soon as it misses some root n th of
+# an error in the heights, of which residuals tell next to nothing: under noise they grow 1.24 times
+# at most, half of them less than 1.06 times. Errors that neighbours share are followed as shape is,
+# and the residuals are what fits miss of it: out of marching cubes and decimated they grow 1.25 to
+# 2.2 times (seeds 200, 500 and 800 of benchmarks.people; on 700 and 701, 1.24 in the only one below
+# and 1.25 in the only one above of 60). The change is 1.0 to 2.7 and 1.5 to 4.7 times what
+# independent errors make.
+SHARED = 1.245
 # Eight rings hold about 200 vertices; heavier noise than they average out hides the surface.
 MOST_RINGS = 8
 # Length over width of the rings around the median vertex above which the nearest samples stand
@@ -74,12 +83,15 @@ class Scale:
     clean:
         Whether the standard errors of the next ring are no less than those of the first: what is
         left of the heights is what the fits miss of the surface, and not errors of the points.
+    shared:
+        Whether neighbours share errors, so that standard errors tell little of them.
     """
 
     neighbourhood: Neighbourhood
     normals: np.ndarray
     factor: float
     clean: bool = False
+    shared: bool = False
 
 
 def choose(
@@ -185,7 +197,10 @@ def _grown(
         changes = [changes[1], float(np.median(_changes(fits[1], fits[2], axes)))]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0], MOST_CLEAN if clean else MOST_FACTOR)
-    return Scale(around, smoothed, factor, clean), (fits[0], fits[1])
+    # Detail as fine as noise is shared as well, and hides in residuals.
+    shared = factor > MOST_CLEAN
+    shared |= bool(np.median(fits[1].residual) > SHARED * np.median(fits[0].residual))
+    return Scale(around, smoothed, factor, clean, shared), (fits[0], fits[1])
 
 
 def starting_normals(

@@ -33,10 +33,6 @@ CLEAN = (5, 3)
 NOISY, MOST_RINGS = 4, 13
 # Vertices whose fits choose the scale.
 SAMPLED = 100
-# Error over that of independent points, from which neighbours share errors: at most 1.64 under
-# noise, at least 1.7 on marching cubes and decimated meshes in all but two cases of each (seeds 0
-# to 2 and 100 to 101 of benchmarks.people).
-SHARED = 1.7
 # Vertices around an umbilic's triangle that are fitted anew, in rings.
 AROUND = 2
 # Rounds of looking at what the last one has left.
@@ -94,7 +90,7 @@ def look_closer(
     exact:
         (n,) bool, vertices that nothing is fitted at, or None.
     """
-    if scale.neighbourhood.focused or scale.neighbourhood.stretch > 1 or scale.factor > SHARED:
+    if scale.neighbourhood.focused or scale.neighbourhood.stretch > 1 or scale.shared:
         return _at_one_scale(surface, field, radius, scale, progress, exact)
     blend = Blend.over(field, radius)
     # A fit that a border cuts in half sees too little of what its higher terms mean.

@@ -107,8 +107,8 @@ def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
 def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0, undetermined=()):
     """`grow_while_it_falls` with fits whose deviators change so from ring to ring, in length and
     in direction, and whose standard error `falls` by a factor. `noise` is that of all rings or of
-    one after the other, `undetermined` pairs of a number of rings and of a place whose fit is not
-    determined, and far off."""
+    one after the other, and so is the `residual`; `undetermined` pairs of a number of rings and of
+    a place whose fit is not determined, and far off."""
     steps = np.asarray(changes) * np.exp(2.0j * np.arange(len(changes)))
     deviators = 3.0 + np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -126,7 +126,7 @@ def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0, undetermine
             determined=determined,
             noise=np.where(determined, level, 1e6),
             radius=np.full(count, float(neighbourhood.rings)),
-            residual=np.full(count, residual),
+            residual=np.full(count, np.broadcast_to(residual, 12)[ring]),
         )
 
     monkeypatch.setattr(module, "fit_jets", fits)
@@ -138,9 +138,9 @@ def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0, undetermine
     # As far as `starting_normals` smooths for so many rings, only by steps.
     rings = grown.neighbourhood.rings
     smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
-    if residual > 1e-4:
+    if np.max(residual) > 1e-4:
         np.testing.assert_allclose(grown.normals, smoothed, atol=1e-12)
-    return rings, grown.factor, grown.clean
+    return rings, grown.factor, grown.clean, grown.shared
 
 
 @pytest.mark.parametrize(
@@ -199,6 +199,18 @@ def test_the_error_is_what_the_change_says_within_bounds(monkeypatch):
 def test_clean_is_what_errs_no_less_over_a_ring_more(monkeypatch, noise, clean):
     """Errors of the points are averaged out over more of them."""
     assert series(monkeypatch, [1.0, 0.9], noise=[*noise, *[1.0] * 9])[2] == clean
+
+
+@pytest.mark.parametrize("times", [1.0, 2.9, 3.1])
+@pytest.mark.parametrize("grows, shared", [(1.0, False), (1.2, False), (1.3, True), (2.0, True)])
+def test_errors_are_shared_where_residuals_grow_with_the_fits(monkeypatch, times, grows, shared):
+    """Though the deviator changes more than independent errors make it: where these leave off it is
+    shape that changes it. More than three times as much is detail as fine as noise."""
+    change = times * 0.1 * np.sqrt(np.log(2.0) * 0.3)
+    residual = 0.01 * np.where(np.arange(12) > 0, grows, 1.0)
+    found = series(monkeypatch, [change, change], falls=0.99, residual=residual)
+    assert found[1] == pytest.approx(times)
+    assert found[3] == (shared or times > MOST_CLEAN)
 
 
 def test_fits_that_are_not_determined_do_not_count(monkeypatch):

@@ -226,20 +226,20 @@ def test_noise_is_looked_at_by_degree_four_and_the_cubic_stays_elsewhere():
 
 
 @pytest.mark.parametrize(
-    "change, factor, at_one",
+    "change, shared, at_one",
     [
-        ({}, 1.0, False),
-        ({"focused": True}, 1.0, True),
-        ({"stretch": 2.0}, 1.0, True),
-        ({}, 2.0 * closer.SHARED, True),
+        ({}, False, False),
+        ({"focused": True}, False, True),
+        ({"stretch": 2.0}, False, True),
+        ({}, True, True),
     ],
 )
-def test_windows_are_compared_where_noise_is_even(monkeypatch, change, factor, at_one):
+def test_windows_are_compared_where_noise_is_even(monkeypatch, change, shared, at_one):
     """On clean and on stretched meshes, and where errors are shared, one scale serves all."""
     monkeypatch.setattr(closer, "_at_one_scale", lambda *_: "one scale")
     surface, fit = fitted(*graph(LEMON, 0.05))
     around = dataclasses.replace(fit.neighbourhood, **{"rings": 3, "focused": False} | change)
-    scale = Scale(around, fit.field.normal, factor)
+    scale = Scale(around, fit.field.normal, 3.0, shared=shared)
     found = look_closer(surface, fit.field, fit.radius, scale, Progress())
     assert (found == "one scale") == at_one
 
