@@ -144,8 +144,7 @@ def _from_jets(
         scale = choose(surface, normals, neighbourhood, choosing.quiet())
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
-        start = starting_normals(surface, normals, neighbourhood, choosing)
-        scale = Scale(neighbourhood, start, 1.0)
+        scale = Scale(neighbourhood, tilted=True)
     whole = _at_scale(surface, normals, scale, centres, part, progress)
     if not automatic:
         return whole
@@ -176,9 +175,12 @@ def _at_scale(
     what faces and normals say."""
     fitting = progress.part("Fitting jets", 0.1, 0.9)
     if centres is None and worth_spreading(scale):
-        jets = fit_spread(surface, scale.normals, scale.neighbourhood, fitting)
+        jets = fit_spread(surface, normals, scale, fitting)
     else:
-        jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)
+        start = normals
+        if scale.tilted:
+            start = starting_normals(surface, normals, scale.neighbourhood, fitting)
+        jets = fit_jets(surface, start, scale.neighbourhood, fitting, centres)
     noise = scale.factor * jets.noise
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
     radius, determined = jets.radius, jets.determined

@@ -22,7 +22,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..fields.frames import frame
 from ..mesh.neighbourhoods import Neighbourhood
-from ..mesh.normals import Smoothing, smooth_normals
+from ..mesh.normals import smooth_normals
 from ..mesh.rings import Begun
 from ..mesh.surface import Surface
 from .fits.jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
@@ -67,8 +67,9 @@ class Scale:
     ----------
     neighbourhood:
         What each jet is fitted to.
-    normals:
-        (n, 3) float64 unit normals to start the fits from.
+    tilted:
+        Whether errors of the points tilt the normals that fits would start from so far that they
+        are to be smoothed first; see `starting_normals`.
     factor:
         Error over the standard error that independent residuals give, at least 1.
     clean:
@@ -77,8 +78,8 @@ class Scale:
     """
 
     neighbourhood: Neighbourhood
-    normals: np.ndarray
-    factor: float
+    tilted: bool = False
+    factor: float = 1.0
     clean: bool = False
 
 
@@ -95,11 +96,11 @@ def choose(
     focused = dataclasses.replace(neighbourhood, rings=2, focused=True, stretch=1.0)
     interior = np.flatnonzero(~surface.border)
     if not len(interior):
-        return Scale(focused, normals, 1.0)
+        return Scale(focused)
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     two = fit_jets(surface, normals, focused, progress, centres)
     if np.median(two.residual) <= ROUND_OFF * np.median(two.radius):
-        return Scale(focused, normals, 1.0, clean=True)
+        return Scale(focused, clean=True)
     stretch = min(_stretch(focused, centres), MOST_STRETCH)
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
@@ -121,7 +122,7 @@ def choose(
         changes = [np.square(_changes(*pair, axes)).mean() for _, pair in scales]
         grown = scales[int(np.argmin(changes))][0]
     if grown.neighbourhood.rings == 2:
-        return Scale(focused, normals, 1.0, grown.clean)
+        return Scale(focused, clean=grown.clean)
     return grown
 
 
@@ -139,7 +140,7 @@ def grow_while_it_falls(
     Parameters
     ----------
     normals:
-        (n, 3) float64 unit normals, smoothed as far as `starting_normals` does for the rings.
+        (n, 3) float64 unit vertex normals, or those of a field of shape operators.
     centres:
         (c,) vertices whose fits are compared.
     degree:
@@ -165,27 +166,26 @@ def _grown(
         return fit_jets(surface, start, around, progress, centres, degree)
 
     axes = normals[centres]
-    rings, smoothed = neighbourhood.rings, normals
-    smoothing: Smoothing | None = None
+    rings = neighbourhood.rings
     fits = [at(rings + more, normals) for more in range(3)]
-    rough = np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius)
+    rough = bool(np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius))
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
     changes = [float(np.median(_changes(*pair, axes))) for pair in pairwise(fits)]
+    start = normals
     while rings < most and (
         changes[1] < FALLING * changes[0]
         or (not rough and _pays(fits[0], fits[1], changes[0], degree))
     ):
         rings += 1
-        if rough:
-            # What `starting_normals` gives, from where the rings before have come to.
-            passes = 1 if rings > 3 else 3
-            smoothing = smoothing or Smoothing(surface)
-            smoothed = smoothing.smoothed(smoothed, passes, progress.quiet())
-        fits = [*fits[1:], at(rings + 2, smoothed)]
+        if rough and start is normals:
+            # Wide fits know better than the triangles around a vertex which way it faces.
+            start = normals.copy()
+            start[centres[fits[2].determined]] = fits[2].normal[fits[2].determined]
+        fits = [*fits[1:], at(rings + 2, start)]
         changes = [changes[1], float(np.median(_changes(fits[1], fits[2], axes)))]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0], MOST_CLEAN if clean else MOST_FACTOR)
-    return Scale(around, smoothed, factor, clean), (fits[0], fits[1])
+    return Scale(around, rough, factor, clean), (fits[0], fits[1])
 
 
 def starting_normals(

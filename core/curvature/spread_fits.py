@@ -16,6 +16,7 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import unit
 from ..mesh.cells import Cells
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.rings import spread
@@ -94,7 +95,7 @@ def worth_spreading(scale: Scale) -> bool:
 
 
 def fit_spread(
-    surface: Surface, normals: np.ndarray, neighbourhood: Neighbourhood, progress: Progress
+    surface: Surface, normals: np.ndarray, scale: Scale, progress: Progress
 ) -> Jets:
     """Jets at all n vertices as from `fit_jets`, fitted at some of them.
 
@@ -104,15 +105,18 @@ def fit_spread(
 
     Parameters
     ----------
-    normals, neighbourhood:
-        As for `fit_jets`.
+    normals:
+        (n, 3) unit vertex normals.
     """
+    neighbourhood = scale.neighbourhood
     fitting = progress.part("Fitting jets", 0.0, 0.7)
     graph = _open(neighbourhood)
     rounds, edges = 1, 1 if neighbourhood.rings <= NARROW else 2
     if neighbourhood.rings >= WIDE:
         rounds, edges = 2, 3
     centres, near = spread(graph, rounds, edges, progress.quiet())
+    if scale.tilted:
+        normals = _means(surface, normals, near)
     around = neighbourhood
     nearest = neighbourhood.stretch > 1.0 and neighbourhood.reach is None
     if nearest and rounds > 1 and graph is neighbourhood.graph:
@@ -126,6 +130,16 @@ def fit_spread(
         for name, values in vars(own).items():
             getattr(jets, name)[alone] = values
     return jets
+
+
+def _means(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> np.ndarray:
+    """(n, 3) unit normals without the errors of single ones: at each vertex the mean of the mean
+    normals, by area, around the fits that are `near` (n, c)."""
+    around = unit(near.T @ (surface.vertex_area[:, None] * normals))
+    mean = unit(near @ around)
+    alone = ~mean.any(axis=1)
+    mean[alone] = normals[alone]
+    return mean
 
 
 def _open(neighbourhood: Neighbourhood) -> sparse.csr_array:
