@@ -175,7 +175,7 @@ def _at_scale(
     what faces and normals say."""
     fitting = progress.part("Fitting jets", 0.1, 0.9)
     if centres is None and worth_spreading(scale):
-        jets = fit_spread(surface, normals, scale, fitting)
+        jets = fit_spread(surface, normals, scale.neighbourhood, fitting, scale.tilted)
     else:
         start = normals
         if scale.tilted:

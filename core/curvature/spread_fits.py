@@ -17,7 +17,7 @@ from scipy import sparse
 from ..base.parallel import run
 from ..base.progress import Progress
 from ..base.unit import unit
-from ..mesh.cells import Cells
+from ..mesh.cells import Patches
 from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.rings import spread
 from ..mesh.surface import Surface
@@ -95,7 +95,11 @@ def worth_spreading(scale: Scale) -> bool:
 
 
 def fit_spread(
-    surface: Surface, normals: np.ndarray, scale: Scale, progress: Progress
+    surface: Surface,
+    normals: np.ndarray,
+    neighbourhood: Neighbourhood,
+    progress: Progress,
+    tilted: bool = False,
 ) -> Jets:
     """Jets at all n vertices as from `fit_jets`, fitted at some of them.
 
@@ -105,22 +109,23 @@ def fit_spread(
 
     Parameters
     ----------
-    normals:
-        (n, 3) unit vertex normals.
+    normals, neighbourhood:
+        As for `fit_jets`.
+    tilted:
+        Whether errors of the points tilt the normals.
     """
-    neighbourhood = scale.neighbourhood
     fitting = progress.part("Fitting jets", 0.0, 0.7)
     graph = _open(neighbourhood)
     rounds, edges = 1, 1 if neighbourhood.rings <= NARROW else 2
     if neighbourhood.rings >= WIDE:
         rounds, edges = 2, 3
-    centres, near = spread(graph, rounds, edges, progress.quiet())
-    if scale.tilted:
+    over = spread(graph, rounds, edges, progress.quiet())
+    centres, near = over.nodes, over.near
+    if tilted:
         normals = _means(surface, normals, near)
     around = neighbourhood
-    nearest = neighbourhood.stretch > 1.0 and neighbourhood.reach is None
-    if nearest and rounds > 1 and graph is neighbourhood.graph:
-        around = dataclasses.replace(neighbourhood, windows=Cells(surface, centres, near))
+    if rounds > 1 and neighbourhood.reach is None and graph is neighbourhood.graph:
+        around = dataclasses.replace(neighbourhood, patches=Patches(surface, normals, over))
     fits = _fits_at(surface, normals, around, fitting, centres)
     blending = progress.part("Fitting jets", 0.7, 1.0)
     jets = blended(surface.vertices, normals, fits, near, blending)

@@ -21,7 +21,7 @@ from ..curvature.form import form_of
 from ..curvature.noise import field_noise
 from ..curvature.outliers import without_outliers
 from ..curvature.surface_types import surface_types, typical_curvature
-from ..curvature.tolerances import CURVE
+from ..curvature.tolerances import CURVE, CURVE_MISS
 from ..curvature.wider import WIDER, can_widen, wider_ratio
 from ..mesh.mending.repair import clean
 from ..mesh.normals import vertex_normals
@@ -272,7 +272,7 @@ def _curves(
         shape, radius = fitted.cubic
         noise = shape.noise
     low = low_vertices(surface, shape.gap)
-    return unresolved_sets(surface, shape, noise, radius, CURVE, low, progress)
+    return unresolved_sets(surface, shape, noise, radius, CURVE, low, progress, CURVE_MISS)
 
 
 def _scatter(fitted: Estimate, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:

@@ -72,6 +72,7 @@ def unresolved_sets(
     level: float,
     starts: np.ndarray,
     progress: Progress,
+    most_missed: float = np.inf,
 ) -> UnresolvedSets:
     """The connected sets of undecided edges around vertices.
 
@@ -92,24 +93,22 @@ def unresolved_sets(
     starts:
         Vertices from which the sets are followed: corners of triangles that hold umbilics, or
         the `low_vertices`.
+    most_missed:
+        Sets that miss zero by more of their errors on average are left out.
     """
     edges = _Edges(surface, field, noise, radius, level)
     tail, head, missed = _undecided_edges(edges, starts, progress)
-    if not len(tail):
+    vertices, graph, count, piece = _pieces(surface, tail, head)
+    own = piece[np.searchsorted(vertices, tail)]
+    number = np.bincount(own, minlength=count)
+    mean = np.bincount(own, weights=missed, minlength=count) / number
+    if (mean > most_missed).any():
+        some = mean[own] <= most_missed
+        tail, head, mean = tail[some], head[some], mean[mean <= most_missed]
+        vertices, graph, count, piece = _pieces(surface, tail, head)
+    if not count:
         none = np.zeros(0)
         return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none, none)
-    held = np.zeros(len(surface.vertices), bool)
-    held[tail] = held[head] = True
-    vertices = np.flatnonzero(held)
-    place = np.cumsum(held) - 1
-    one, two = place[tail], place[head]
-    size = np.linalg.norm(surface.vertices[tail] - surface.vertices[head], axis=1)
-    # A length of zero would be no edge to a sparse graph.
-    size = np.maximum(size, np.finfo(float).tiny)
-    graph = sparse.csr_array(
-        sparse.coo_array((size, (one, two)), shape=(len(vertices), len(vertices)))
-    )
-    count, piece = csgraph.connected_components(graph, directed=False)
     label = _labelled(surface, tail, head, vertices, piece)
     length = _lengths(graph, piece, count)
     inside = np.flatnonzero(label >= 0)
@@ -120,9 +119,27 @@ def unresolved_sets(
     # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
     diameter = 2.0 * np.sqrt(2.0) * total / np.maximum(number, 1)
     width = area / np.maximum(length, np.finfo(float).tiny)
-    total = np.bincount(piece[one], weights=missed, minlength=count)
-    mean = total / np.bincount(piece[one], minlength=count)
     return UnresolvedSets(label, length, width, diameter, mean)
+
+
+def _pieces(
+    surface: Surface, tail: np.ndarray, head: np.ndarray
+) -> tuple[np.ndarray, sparse.csr_array, int, np.ndarray]:
+    """Of edges (e,), (e,) their v vertices, ascending, the graph (v, v) of their lengths, how many
+    pieces it has, in the order of their lowest vertices, and the piece (v,) of each vertex."""
+    held = np.zeros(len(surface.vertices), bool)
+    held[tail] = held[head] = True
+    vertices = np.flatnonzero(held)
+    place = np.cumsum(held) - 1
+    square = np.zeros(len(tail))
+    for along in surface.coordinates:
+        square += np.square(along.take(tail) - along.take(head))
+    # A length of zero would be no edge to a sparse graph.
+    size = np.maximum(np.sqrt(square), np.finfo(float).tiny)
+    shape = (len(vertices), len(vertices))
+    graph = sparse.csr_array(sparse.coo_array((size, (place[tail], place[head])), shape=shape))
+    count, piece = csgraph.connected_components(graph, directed=False)
+    return vertices, graph, int(count), piece
 
 
 def low_vertices(surface: Surface, gap: np.ndarray) -> np.ndarray:
