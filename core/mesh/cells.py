@@ -14,7 +14,8 @@ from scipy import sparse
 
 from ..base.progress import Progress
 from ..base.subsets import spans
-from .rings import Spread, by_size, grow
+from ..base.unit import unit
+from .rings import by_size, grow, spread
 from .surface import Surface
 
 # Vertices of the cells that are looked at, over those that a window holds where triangles are as
@@ -22,9 +23,9 @@ from .surface import Surface
 AMPLE, MARGIN = 1.5, 1.35
 # Vertices in a window over those whose patches make it up: within a patch they tell nothing. On
 # noisy ellipsoids of 40,000 and 160,000 vertices errors are so what they are with the vertices.
-LOST = 1.06
-# Windows that are listed at once.
-LISTED = 1 << 12
+LOST = 1.05
+# Windows that are listed at once; edges from the middle of a cell to its farthest vertices.
+LISTED, REACH = 1 << 12, 3
 
 
 class Patches:
@@ -35,12 +36,16 @@ class Patches:
     surface:
         The surface; n vertices.
     normals:
-        (n, 3) unit normals, smooth from one vertex to the next.
-    over:
-        Vertices spread over it in two rounds, which cells and patches lie around.
+        (n, 3) unit vertex normals.
+    graph:
+        (n, n) bool, its one-ring graph.
 
     Attributes
     ----------
+    over:
+        Vertices spread over the surface in two rounds, which cells and patches lie around.
+    normals:
+        (n, 3) unit normals without the errors of single ones.
     coordinates:
         (3, p) mean places of the patches.
     size:
@@ -49,80 +54,81 @@ class Patches:
         (p,) summed squares of how far these lie from their plane.
     """
 
-    def __init__(self, surface: Surface, normals: np.ndarray, over: Spread) -> None:
-        assert over.finer is not None and over.beside is not None
-        finer, near = over.finer.nodes, over.finer.near
-        p, c = len(finer), len(over.nodes)
-        patch = _nearest(surface.coordinates, surface.coordinates[:, finer], near)
+    def __init__(
+        self, surface: Surface, normals: np.ndarray, graph: sparse.csr_array, progress: Progress
+    ) -> None:
+        self.over = spread(graph, 2, REACH, progress)
+        assert self.over.finer is not None and self.over.beside is not None
+        self.normals = smoothed(surface, normals, self.over.near)
+        self._points = surface.coordinates
+        finer, near = self.over.finer.nodes, self.over.finer.near
+        p, c = len(finer), len(self.over.nodes)
+        patch = _nearest(self._points, self._points[:, finer], near)
         size = np.bincount(patch, minlength=p)
-        sums = [np.bincount(patch, along, minlength=p) for along in surface.coordinates]
+        sums = [np.bincount(patch, along, minlength=p) for along in self._points]
         self.size, self.coordinates = size.astype(float), np.stack(sums) / size
         height = np.zeros(len(patch))
-        for here, middle, up in zip(
-            surface.coordinates, self.coordinates, normals[finer].T, strict=True
-        ):
+        upwards = self.normals[finer].T
+        for here, middle, up in zip(self._points, self.coordinates, upwards, strict=True):
             height += (here - middle.take(patch)) * up.take(patch)
         self.scatter = np.bincount(patch, np.square(height), minlength=p)
-        self.middles, self.places = over.nodes, surface.coordinates[:, over.nodes]
-        cell = _nearest(self.coordinates, self.places, over.near[finer])
-        self.order = np.argsort(cell, kind="stable")
-        self.held = np.bincount(cell, minlength=c)
-        self.start = np.cumsum(self.held) - self.held
-        one, other = (cell.take(end) for end in over.beside.tocoo().coords)
+        self._places = self._points[:, self.over.nodes]
+        cell = _nearest(self.coordinates, self._places, self.over.near[finer])
+        self._cell = cell[patch]
+        self._order = np.argsort(cell, kind="stable")
+        self._held = np.bincount(cell, minlength=c)
+        self._start = np.cumsum(self._held) - self._held
+        one, other = (cell.take(end) for end in self.over.beside.tocoo().coords)
         own = np.arange(c, dtype=one.dtype)
         ends = np.concatenate([one, own]), np.concatenate([other, own])
         # Which cells a cell is beside, itself among them.
-        self.graph = sparse.coo_array((np.ones(len(ends[0]), bool), ends), shape=(c, c)).tocsr()
+        self._graph = sparse.coo_array((np.ones(len(ends[0]), bool), ends), shape=(c, c)).tocsr()
 
     def windows(
         self,
-        middles: np.ndarray,
+        centres: np.ndarray,
         held: int,
         stretch: float,
         most: int,
         progress: Progress | None = None,
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """The patches nearest to each of the `middles` (r,) that hold so many vertices where they
-        are as large everywhere, in blocks as those of `Neighbourhood.blocks`; triangles are
-        `stretch` times as long as wide."""
-        rows = np.searchsorted(self.middles, middles)
+        """The patches nearest to each of the vertices `centres` (r,) that hold so many vertices
+        where they are as large everywhere, in blocks as those of `Neighbourhood.blocks`; triangles
+        are `stretch` times as long as wide."""
         mean = float(self.size.mean())
         count = max(round(LOST * held / mean), 1)
-        asked = int(np.ceil(MARGIN * held / (mean * self.held.mean())))
-        rings = _rings(AMPLE * stretch * held / (mean * self.held.mean()))
-        for low in range(0, len(rows), LISTED):
-            some = rows[low : low + LISTED]
-            for part, reach in grow(self.graph[some], self.graph, rings - 1, progress):
-                listed = self._listed(some[part], reach, asked)
-                yield from self._blocks(low + part, some[part], listed, count, most)
+        cells = held / (mean * self._held.mean())
+        rings = rings_of(AMPLE * stretch * cells)
+        for low in range(0, len(centres), LISTED):
+            some = centres[low : low + LISTED]
+            around = self._graph[self._cell[some]]
+            for part, reach in grow(around, self._graph, rings - 1, progress):
+                middles = self._points[:, some[part]]
+                listed = self._listed(middles, reach, int(np.ceil(MARGIN * cells)))
+                window = _nearest_of(self.coordinates, middles, listed, count)
+                for rows, members in by_size(window, most):
+                    yield low + part[rows], members
 
-    def _listed(self, rows: np.ndarray, reach: sparse.csr_array, asked: int) -> sparse.csr_array:
-        """(r, p) the patches of so many of the cells (r, c), those nearest to the cells `rows`."""
-        of = np.repeat(rows, np.diff(reach.indptr))
-        square = np.zeros(len(of))
-        for here in self.places:
-            square += np.square(here.take(reach.indices) - here.take(of))
-        _, cells, count = _least(square, reach, asked)
-        held = self.held[cells]
-        start = np.append(0, np.cumsum(held))
-        members = self.order.take(spans(self.start[cells], held))
-        indptr = start[np.append(0, np.cumsum(count))]
+    def _listed(
+        self, middles: np.ndarray, reach: sparse.csr_array, asked: int
+    ) -> sparse.csr_array:
+        """(r, p) the patches of so many of the cells (r, c), those nearest to places (3, r)."""
+        near = _nearest_of(self._places, middles, reach, asked)
+        held = self._held[near.indices]
+        members = self._order.take(spans(self._start[near.indices], held))
+        start = np.append(0, np.cumsum(held))[near.indptr]
         ones = np.ones(len(members), bool)
-        return sparse.csr_array((ones, members, indptr), shape=(len(rows), len(self.size)))
+        return sparse.csr_array((ones, members, start), shape=(len(near.indptr) - 1, len(self.size)))
 
-    def _blocks(
-        self, asked: np.ndarray, rows: np.ndarray, listed: sparse.csr_array, count: int, most: int
-    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Of the patches `listed` (r, p) the nearest to the cells `rows`, so many or all."""
-        of = np.repeat(rows, np.diff(listed.indptr))
-        square = np.zeros(len(of))
-        for here, middle in zip(self.coordinates, self.places, strict=True):
-            square += np.square(here.take(listed.indices) - middle.take(of))
-        start, members, held = _least(square, listed, count)
-        ones = np.ones(len(members), bool)
-        window = sparse.csr_array((ones, members, start), shape=listed.shape)
-        for part, some in by_size(window, most):
-            yield asked[part], some
+
+def smoothed(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> np.ndarray:
+    """(n, 3) unit normals without the errors of single ones: at each vertex the mean of the mean
+    normals, by area, of what is `near` (n, c) to some of them."""
+    around = unit(near.T @ (surface.vertex_area[:, None] * normals))
+    mean = unit(near @ around)
+    alone = ~mean.any(axis=1)
+    mean[alone] = normals[alone]
+    return mean
 
 
 def _nearest(points: np.ndarray, places: np.ndarray, near: sparse.csr_array) -> np.ndarray:
@@ -136,24 +142,26 @@ def _nearest(points: np.ndarray, places: np.ndarray, near: sparse.csr_array) -> 
     return np.maximum.reduceat(np.where(nearest, near.indices, -1), first)
 
 
-def _least(
-    values: np.ndarray, rows: sparse.csr_array, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of the entries of each row those with the least `values`, so many or all: where each row
-    begins, the columns, and how many each has."""
+def _nearest_of(
+    points: np.ndarray, middles: np.ndarray, rows: sparse.csr_array, count: int
+) -> sparse.csr_array:
+    """(r, p) of the points (3, p) in each of the rows (r, p) the nearest to the middles (3, r), so
+    many or all."""
     length = np.diff(rows.indptr)
-    taken = np.minimum(length, count)
-    place = rows.indptr[:-1, None] + np.arange(length.max(initial=0))
-    there = place < rows.indptr[1:, None]
-    if place.shape[1] > count:
-        row = np.where(there, values.take(place, mode="clip"), np.inf)
-        least = np.argpartition(row, count - 1, axis=1)[:, :count]
-        place = rows.indptr[:-1, None] + least
-        there = place < rows.indptr[1:, None]
-    return np.append(0, np.cumsum(taken)), rows.indices[place[there]], taken
+    if length.max(initial=0) <= count:
+        return rows
+    square = np.zeros(rows.nnz)
+    for here, middle in zip(points, middles, strict=True):
+        square += np.square(here.take(rows.indices) - np.repeat(middle, length))
+    place = rows.indptr[:-1, None] + np.arange(length.max())
+    away = np.where(place < rows.indptr[1:, None], square.take(place, mode="clip"), np.inf)
+    place = rows.indptr[:-1, None] + np.argpartition(away, count - 1, axis=1)[:, :count]
+    members = rows.indices[place[place < rows.indptr[1:, None]]]
+    start = np.append(0, np.cumsum(np.minimum(length, count)))
+    return sparse.csr_array((np.ones(len(members), bool), members, start), shape=rows.shape)
 
 
-def _rings(cells: float) -> int:
+def rings_of(cells: float) -> int:
     """Rings of cells that hold so many where six cells meet each."""
     rings = 1
     while 1 + 3 * rings * (rings + 1) < cells:

@@ -142,6 +142,8 @@ def fit_each(
     spaces = threading.local()
     ask = progress.quiet()
     determined = np.zeros(c, bool)
+    # Made once, before threads ask for them.
+    neighbourhood.patches  # noqa: B018
 
     def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
@@ -162,7 +164,7 @@ def fit_each(
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
         undetermined = np.flatnonzero(~determined)
-        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more, patches=None)
+        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more, patching=None)
         for first in range(0, len(undetermined), CHUNK):
             fit(undetermined[first : first + CHUNK], wider)
 
