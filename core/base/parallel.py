@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import Any
 
 from .progress import Progress
 
@@ -40,3 +41,14 @@ def run(work: Callable[[int], None], firsts: Sequence[int], progress: Progress) 
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def at_once(*works: Callable[[], Any]) -> list[Any]:
+    """What works that ask nothing of each other give, done in threads."""
+    results: list[Any] = [None] * len(works)
+
+    def one(number: int) -> None:
+        results[number] = works[number]()
+
+    run(one, range(len(works)), Progress())
+    return results

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.blas import one_blas_thread
 from ..base.options import AUTO
+from ..base.parallel import at_once
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.words import counted
@@ -122,20 +123,24 @@ def detect(
                     "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
-    shown: FormUmbilics | None = None
-    # Regions are what the surface's own fits do not tell apart: the form's errors hold its detail.
-    own = fitted
-    if _may_have_no_scale(settings, cad, fitted):
-        with clock.stage("form"):
-            form = form_of(surface, normals, fitted.field, part.quiet())
-            if form is not None:
-                shown = umbilics_of_form(surface, fitted, form, part.quiet())
-                fitted = shown.fitted
-                warnings.append(
-                    "The surface has detail at every size, as scans have: the umbilics shown are "
-                    "those of its form, and none of them is certain. Choose a scale to see those "
-                    "of finer detail."
-                )
+    with clock.stage("form"):
+        # Regions are what the surface's own fits do not tell apart: the form's errors hold its
+        # detail. The three ask nothing of each other.
+        own, part = fitted, part.quiet()
+        errors = _noise(surface, own)
+        rings = _rings(own)
+        shown, regions, sets = at_once(
+            lambda: _form(surface, normals, own, settings, cad, part),
+            lambda: _regions(surface, own, *errors, rings, settings, cad, part),
+            lambda: _curves(surface, own, *errors, settings, cad, part),
+        )
+        if shown is not None:
+            fitted = shown.fitted
+            warnings.append(
+                "The surface has detail at every size, as scans have: the umbilics shown are "
+                "those of its form, and none of them is certain. Choose a scale to see those "
+                "of finer detail."
+            )
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
@@ -144,11 +149,7 @@ def detect(
         warnings += found.raw.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        rings = _rings(fitted)
-        errors = (noise, radius) if shown is None else _noise(surface, own)
-        regions = _regions(surface, own, *errors, rings, settings, cad, progress.quiet())
-        if settings.regions and settings.certified and cad is None:
-            sets = _curves(surface, own, *errors, progress.quiet())
+        if sets is not None:
             regions = with_curves(surface, regions, sets, found.triangle_index)
             regions = without_shown(surface, fitted, found.raw, regions, progress.quiet())
             if regions.curves:
@@ -262,11 +263,34 @@ def _regions(
     return regions if cad is None else with_faces(cad, regions)
 
 
+def _form(
+    surface: Surface,
+    normals: np.ndarray,
+    fitted: Estimate,
+    settings: Settings,
+    cad: Tessellation | None,
+    progress: Progress,
+) -> FormUmbilics | None:
+    """What the form shows of a surface that has detail at every size; None of others."""
+    if not _may_have_no_scale(settings, cad, fitted):
+        return None
+    form = form_of(surface, normals, fitted.field, progress)
+    return None if form is None else umbilics_of_form(surface, fitted, form, progress)
+
+
 def _curves(
-    surface: Surface, fitted: Estimate, noise: np.ndarray, radius: np.ndarray, progress: Progress
-) -> UnresolvedSets:
+    surface: Surface,
+    fitted: Estimate,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    settings: Settings,
+    cad: Tessellation | None,
+    progress: Progress,
+) -> UnresolvedSets | None:
     """What could be curves of umbilics, in the field of one scale: a curve is as long and as narrow
-    everywhere, where windows of their own make its field patchy."""
+    everywhere, where windows of their own make its field patchy. None where none are asked for."""
+    if not settings.regions or not settings.certified or cad is not None:
+        return None
     shape = fitted.field
     if fitted.cubic is not None:
         shape, radius = fitted.cubic
