@@ -32,7 +32,7 @@ from .assembly import Analysed, InputMesh, Turning, assemble
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.by_form import FormUmbilics, paired_by_form, umbilics_of_form
-from .pairing.persistence import measure_persistence
+from .pairing.persistence import Tree, measure_persistence, meeting
 from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
@@ -167,9 +167,10 @@ def detect(
         raw = found.raw.select(outside)
     with clock.stage("persistence"):
         progress.part("Pairing umbilics", 0.85, 0.9)
-        of_form = None
+        of_form, tree = None, None
         if shown is None:
-            persistence, partner = _paired(surface, shape, settings, raw, regions)
+            tree = meeting(surface, shape.gap, raw.triangle, raw.index, regions.rows())
+            persistence, partner = _paired(surface, shape, settings, raw, tree)
         else:
             persistence, partner, of_form = paired_by_form(surface, shape.gap, raw, shown)
     with clock.stage("surface types"):
@@ -190,6 +191,7 @@ def detect(
                 partner,
                 of_form,
                 0.0 if shown is None else shown.radius,
+                tree,
             ),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
@@ -341,9 +343,9 @@ def _paired(
     shape: CurvatureField,
     settings: Settings,
     raw: RawUmbilics,
-    regions: RegionMap,
+    tree: Tree,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Persistence and partner, where the indices balance over the surface."""
     if not settings.certified:
         return np.full(len(raw), np.nan), np.full(len(raw), -1)
-    return measure_persistence(surface, shape.gap, raw.triangle, raw.index, regions.rows())
+    return measure_persistence(surface, shape.gap, raw.triangle, raw.index, tree=tree)
