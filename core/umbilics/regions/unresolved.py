@@ -173,15 +173,20 @@ class _Edges:
         """(n,) bool, vertices next to a border."""
         return self.surface.near_border(BORDER_RINGS)
 
+    @cached_property
+    def direction(self) -> np.ndarray:
+        """(3, n) complex128, the first principal direction and i times the second."""
+        return np.ascontiguousarray((self.field.d1 + 1j * self.field.d2).T)
+
     def missed(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
         """(e,) by how many of its errors the deviator misses zero along each edge; infinite
         next to a border."""
         start, end = self.field.gap.take(tail), self.field.gap.take(head)
-        d1, d2 = self.field.d1, self.field.d2
-        one, two = (np.hstack([d1.take(v, 0), d2.take(v, 0)]).T.copy() for v in (tail, head))
         # The deviator at the head is turned by twice the angle between the frames.
-        cosine = np.einsum("ce,ce->e", one, two)
-        sine = np.einsum("ce,ce->e", one[:3], two[3:]) - np.einsum("ce,ce->e", one[3:], two[:3])
+        turn = np.zeros(len(tail), np.complex128)
+        for along in self.direction:
+            turn += np.conj(along.take(tail)) * along.take(head)
+        cosine, sine = turn.real.copy(), turn.imag.copy()
         size = cosine * cosine + sine * sine
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.where(size > 0.0, (cosine * cosine - sine * sine) / size, 1.0) * end - start
