@@ -22,7 +22,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..fields.frames import frame
 from ..mesh.neighbourhoods import Neighbourhood
-from ..mesh.normals import smooth_normals
+from ..mesh.normals import Smoothing, smooth_normals
 from ..mesh.rings import Begun
 from ..mesh.surface import Surface
 from .fits.jets import DEGREE, SAMPLES_PER_BLOCK, Jets, fit_jets
@@ -112,7 +112,17 @@ def choose(
         shapes = [dataclasses.replace(wide, stretch=1.0), wide]
     begun = Begun()
     scales = [
-        _grown(surface, normals, shape, centres, progress, DEGREE, MOST_RINGS, begun)
+        _grown(
+            surface,
+            normals,
+            shape,
+            centres,
+            progress,
+            DEGREE,
+            MOST_RINGS,
+            begun,
+            _Smoothing(surface, normals, shape, centres, progress.quiet()),
+        )
         for shape in shapes
     ]
     grown = scales[0][0]
@@ -140,7 +150,7 @@ def grow_while_it_falls(
     Parameters
     ----------
     normals:
-        (n, 3) float64 unit vertex normals, or those of a field of shape operators.
+        (n, 3) float64 unit normals that errors of the points do not tilt: those of fits.
     centres:
         (c,) vertices whose fits are compared.
     degree:
@@ -158,8 +168,10 @@ def _grown(
     degree: int,
     most: int,
     begun: Begun,
+    smoothing: _Smoothing | None = None,
 ) -> tuple[Scale, tuple[Jets, Jets]]:
-    """As `grow_while_it_falls`, with the fits at the scale and at the next."""
+    """As `grow_while_it_falls`, with the fits at the scale and at the next; `smoothing` is of
+    normals that errors of the points may tilt."""
 
     def at(rings: int, start: np.ndarray) -> Jets:
         around = dataclasses.replace(neighbourhood, rings=rings, begun=begun)
@@ -177,15 +189,45 @@ def _grown(
         or (not rough and _pays(fits[0], fits[1], changes[0], degree))
     ):
         rings += 1
-        if rough and start is normals:
-            # Wide fits know better than the triangles around a vertex which way it faces.
-            start = normals.copy()
-            start[centres[fits[2].determined]] = fits[2].normal[fits[2].determined]
+        if rough and smoothing is not None:
+            start = smoothing.further(rings)
         fits = [*fits[1:], at(rings + 2, start)]
         changes = [changes[1], float(np.median(_changes(fits[1], fits[2], axes)))]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0], MOST_CLEAN if clean else MOST_FACTOR)
     return Scale(around, rough, factor, clean), (fits[0], fits[1])
+
+
+class _Smoothing:
+    """Normals smoothed further and further, as far as `starting_normals` does for the rings.
+
+    Around few of many vertices each is smoothed for itself, and from where patches stand for the
+    vertices their normals do.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        normals: np.ndarray,
+        neighbourhood: Neighbourhood,
+        centres: np.ndarray,
+        progress: Progress,
+    ) -> None:
+        self.surface, self.normals, self.passes = surface, normals, 0
+        self.neighbourhood, self.centres, self.progress = neighbourhood, centres, progress
+
+    def further(self, rings: int) -> np.ndarray:
+        """(n, 3) normals for scales of so many rings, right at the centres; their windows have two
+        more."""
+        patches = dataclasses.replace(self.neighbourhood, rings=rings + 2).patches
+        if patches is not None:
+            return patches.normals
+        smoothing = Smoothing(self.surface)
+        if self.neighbourhood.patching is not None:
+            return smoothing.smoothed_at(self.normals, rings, self.centres)
+        self.normals = smoothing.smoothed(self.normals, rings - self.passes, self.progress)
+        self.passes = rings
+        return self.normals
 
 
 def starting_normals(
