@@ -15,7 +15,7 @@ from scipy import sparse
 from ..base.progress import Progress
 from ..base.subsets import spans
 from ..base.unit import unit
-from .rings import by_size, grow, spread
+from .rings import Begun, by_size, grow, spread
 from .surface import Surface
 
 # Vertices of the cells that are looked at, over those that a window holds where triangles are as
@@ -26,6 +26,9 @@ AMPLE, MARGIN = 1.5, 1.35
 LOST = 1.05
 # Windows that are listed at once; edges from the middle of a cell to its farthest vertices.
 LISTED, REACH = 1 << 12, 3
+# Vertices that are listed where wider windows will be asked for, over those that are: fifteen rings
+# hold 3.3 times as many as eight.
+MORE = 3.4
 
 
 class Patches:
@@ -91,13 +94,27 @@ class Patches:
         stretch: float,
         most: int,
         progress: Progress | None = None,
+        begun: Begun | None = None,
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """The patches nearest to each of the vertices `centres` (r,) that hold so many vertices
         where they are as large everywhere, in blocks as those of `Neighbourhood.blocks`; triangles
-        are `stretch` times as long as wide."""
-        mean = float(self.size.mean())
-        count = max(round(LOST * held / mean), 1)
-        cells = held / (mean * self._held.mean())
+        are `stretch` times as long as wide. `begun` keeps more for the next scale."""
+        if begun is None:
+            found = self._near(centres, held, stretch, progress)
+        else:
+            found = self._ordered(centres, held, stretch, progress, begun)
+        for rows, window in found:
+            for some, members in by_size(window, most):
+                yield rows[some], members
+
+    def _count(self, held: int) -> int:
+        return max(round(LOST * held / float(self.size.mean())), 1)
+
+    def _near(
+        self, centres: np.ndarray, held: int, stretch: float, progress: Progress | None
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """Rows of centres (r,), and (r, p) the patches in the windows of `windows`."""
+        cells = held / (self.size.mean() * self._held.mean())
         rings = rings_of(AMPLE * stretch * cells)
         for low in range(0, len(centres), LISTED):
             some = centres[low : low + LISTED]
@@ -105,9 +122,34 @@ class Patches:
             for part, reach in grow(around, self._graph, rings - 1, progress):
                 middles = self._points[:, some[part]]
                 listed = self._listed(middles, reach, int(np.ceil(MARGIN * cells)))
-                window = _nearest_of(self.coordinates, middles, listed, count)
-                for rows, members in by_size(window, most):
-                    yield low + part[rows], members
+                yield low + part, _nearest_of(self.coordinates, middles, listed, self._count(held))
+
+    def _ordered(
+        self,
+        centres: np.ndarray,
+        held: int,
+        stretch: float,
+        progress: Progress | None,
+        begun: Begun,
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """As `_near`, from lists of more with the nearest first."""
+        key = centres.tobytes()
+        most, lists = begun.nearest.get(key, (0, []))
+        if most < held:
+            most, lists = MORE * held, []
+            for rows, window in self._near(centres, most, stretch, progress):
+                square = _squares(self.coordinates, self._points[:, centres[rows]], window)
+                place, there = _padded(window)
+                away = np.where(there, square.take(place, mode="clip"), np.inf)
+                place = window.indptr[:-1, None] + np.argsort(away, axis=1, kind="stable")
+                lists.append((rows, window.indices[place[there]], np.diff(window.indptr)))
+            begun.nearest[key] = most, lists
+        for rows, members, length in lists:
+            taken = np.minimum(length, self._count(held))
+            some = members[spans(np.cumsum(length) - length, taken)]
+            start = np.append(0, np.cumsum(taken))
+            shape = len(rows), len(self.size)
+            yield rows, sparse.csr_array((np.ones(len(some), bool), some, start), shape=shape)
 
     def _listed(
         self, middles: np.ndarray, reach: sparse.csr_array, asked: int
@@ -125,8 +167,10 @@ def smoothed(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> n
     """(n, 3) unit normals without the errors of single ones: at each vertex the mean of the mean
     normals, by area, of what is `near` (n, c) to some of them."""
     around = unit(near.T @ (surface.vertex_area[:, None] * normals))
-    mean = unit(near @ around)
-    alone = ~mean.any(axis=1)
+    mean = near @ around
+    length = np.sqrt(np.einsum("nc,nc->n", mean, mean))
+    alone = length == 0.0
+    mean /= np.where(alone, 1.0, length)[:, None]
     mean[alone] = normals[alone]
     return mean
 
@@ -150,15 +194,29 @@ def _nearest_of(
     length = np.diff(rows.indptr)
     if length.max(initial=0) <= count:
         return rows
-    square = np.zeros(rows.nnz)
-    for here, middle in zip(points, middles, strict=True):
-        square += np.square(here.take(rows.indices) - np.repeat(middle, length))
-    place = rows.indptr[:-1, None] + np.arange(length.max())
-    away = np.where(place < rows.indptr[1:, None], square.take(place, mode="clip"), np.inf)
+    place, there = _padded(rows)
+    square = _squares(points, middles, rows)
+    away = np.where(there, square.take(place, mode="clip"), np.inf)
     place = rows.indptr[:-1, None] + np.argpartition(away, count - 1, axis=1)[:, :count]
     members = rows.indices[place[place < rows.indptr[1:, None]]]
     start = np.append(0, np.cumsum(np.minimum(length, count)))
     return sparse.csr_array((np.ones(len(members), bool), members, start), shape=rows.shape)
+
+
+def _squares(points: np.ndarray, middles: np.ndarray, rows: sparse.csr_array) -> np.ndarray:
+    """(e,) squared distances of the points (3, p) in the rows (r, p) from the middles (3, r)."""
+    length = np.diff(rows.indptr)
+    square = np.zeros(rows.nnz)
+    for here, middle in zip(points, middles, strict=True):
+        square += np.square(here.take(rows.indices) - np.repeat(middle, length))
+    return square
+
+
+def _padded(rows: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """(r, s) the entries of each row side by side, and which of them are of the row: the shorter
+    are filled up."""
+    place = rows.indptr[:-1, None] + np.arange(np.diff(rows.indptr).max(initial=0))
+    return place, place < rows.indptr[1:, None]
 
 
 def rings_of(cells: float) -> int:

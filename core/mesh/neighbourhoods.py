@@ -185,7 +185,7 @@ class Neighbourhood:
         patches = self.patches
         if patches is not None:
             held = _even_count(self.rings)
-            yield from patches.windows(centres, held, self.stretch, most, progress)
+            yield from patches.windows(centres, held, self.stretch, most, progress, self.begun)
             return
         pending = np.arange(len(centres))
         count = self.rings

@@ -147,6 +147,8 @@ class Begun:
 
     def __init__(self) -> None:
         self._fronts: dict[bytes, list[sparse.csr_array]] = {}
+        # Of how many vertices the patches around the same ones are listed, and these, see `Patches`.
+        self.nearest: dict[bytes, tuple[float, list[tuple[np.ndarray, ...]]]] = {}
 
     def grow(
         self, nodes: np.ndarray, graph: sparse.csr_array, rings: int, progress: Progress | None

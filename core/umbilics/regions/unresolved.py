@@ -290,6 +290,7 @@ def _lengths(graph: sparse.csr_array, piece: np.ndarray, count: int) -> np.ndarr
     for _ in range(2):
         # One start in each piece: they do not reach each other.
         away = csgraph.dijkstra(graph, directed=False, indices=start, min_only=True)
-        order = np.lexsort((away, piece))
-        start = order[np.cumsum(np.bincount(piece, minlength=count)) - 1]
+        farthest = np.zeros(count)
+        np.maximum.at(farthest, piece, away)
+        start[piece[away == farthest[piece]]] = np.flatnonzero(away == farthest[piece])
     return away[start]
