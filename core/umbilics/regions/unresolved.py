@@ -97,19 +97,23 @@ def unresolved_sets(
         Sets that miss zero by more of their errors on average are left out.
     """
     edges = _Edges(surface, field, noise, radius, level)
-    tail, head, missed = _undecided_edges(edges, starts, progress)
+    tail, head, missed, apart = _undecided_edges(edges, starts, progress)
     vertices, graph, count, piece = _pieces(surface, tail, head)
-    own = piece[np.searchsorted(vertices, tail)]
+    of_vertex = np.full(len(surface.vertices), -1, np.int32)
+    of_vertex[vertices] = piece
+    own = of_vertex[tail]
     number = np.bincount(own, minlength=count)
     mean = np.bincount(own, weights=missed, minlength=count) / number
     if (mean > most_missed).any():
         some = mean[own] <= most_missed
         tail, head, mean = tail[some], head[some], mean[mean <= most_missed]
         vertices, graph, count, piece = _pieces(surface, tail, head)
+        of_vertex = np.full(len(surface.vertices), -1, np.int32)
+        of_vertex[vertices] = piece
     if not count:
         none = np.zeros(0)
         return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none, none)
-    label = _labelled(surface, tail, head, vertices, piece)
+    label = _labelled(surface, of_vertex, apart)
     length = _lengths(graph, piece, count)
     inside = np.flatnonzero(label >= 0)
     area = np.bincount(label[inside], weights=surface.face_normal_area[1][inside], minlength=count)
@@ -208,9 +212,9 @@ class _Edges:
 
 def _undecided_edges(
     edges: _Edges, starts: np.ndarray, progress: Progress
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`, and
-    by how many errors (e,) they miss zero.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`, by how
+    many errors (e,) they miss zero, and the `edge_keys` of all others between their ends, sorted.
 
     They are followed from vertex to vertex, each vertex once.
     """
@@ -219,6 +223,7 @@ def _undecided_edges(
     seen = np.zeros(len(surface.vertices), bool)
     front = np.unique(starts)
     tails, heads, misses = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+    apart = [np.zeros((2, 0), np.int64)]
     while len(front):
         progress.ask()
         count = begin[front + 1] - begin[front]
@@ -234,6 +239,7 @@ def _undecided_edges(
         tails.append(tail[linked])
         heads.append(head[linked])
         misses.append(missed[linked])
+        apart.append(np.stack([tail[~linked], head[~linked]]))
         reached = np.zeros(len(seen), bool)
         reached[heads[-1]] = True
         front = np.flatnonzero(reached & ~seen)
@@ -241,7 +247,10 @@ def _undecided_edges(
     ends = np.zeros(len(surface.vertices), bool)
     ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
     chosen = (missed <= 1.0) | ends[tail] & ends[head]
-    return tail[chosen], head[chosen], missed[chosen]
+    one, other = np.concatenate(apart, axis=1)
+    both = ends[one] & ends[other]
+    keys = np.sort(edge_keys(one[both], other[both], len(ends)))
+    return tail[chosen], head[chosen], missed[chosen], keys
 
 
 def _in_blocks(edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Progress) -> np.ndarray:
@@ -258,28 +267,23 @@ def _in_blocks(edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Prog
     return missed
 
 
-def _labelled(
-    surface: Surface,
-    tail: np.ndarray,
-    head: np.ndarray,
-    vertices: np.ndarray,
-    piece: np.ndarray,
-) -> np.ndarray:
-    """(m,) int32 the piece of the edges from tail to head that each triangle has one of, -1 for
-    none; `piece` (v,) is that of each of the `vertices`."""
-    count = len(surface.vertices)
-    keys = np.sort(edge_keys(tail, head, count))
-    of_vertex = np.full(count, -1, np.int32)
-    of_vertex[vertices] = piece
+def _labelled(surface: Surface, piece: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    """(m,) int32 the piece of the undecided edges that each triangle has one of, -1 for none.
+
+    `piece` (n,) is that of the vertices, -1 for none; between two that have one all edges are
+    undecided but for those whose keys are listed in `apart`, ascending.
+    """
     label = np.full(len(surface.triangles), -1, np.int32)
-    rows = surface.with_two_of(of_vertex >= 0)
-    corners = surface.triangles[rows].astype(np.int64)
+    rows = surface.with_two_of(piece >= 0)
+    pieces = [piece.take(corner) for corner in surface.triangles[rows].T]
     for one, two in ((0, 1), (1, 2), (2, 0)):
-        start, end = corners[:, one], corners[:, two]
-        key = edge_keys(start, end, count)
-        slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
-        there = keys[slot] == key
-        label[rows[there]] = of_vertex[start[there]]
+        there = (pieces[one] >= 0) & (pieces[two] >= 0)
+        if len(apart):
+            start, end = (surface.triangles[rows, corner] for corner in (one, two))
+            key = edge_keys(start, end, len(piece))
+            slot = np.minimum(np.searchsorted(apart, key), len(apart) - 1)
+            there &= apart[slot] != key
+        label[rows[there]] = pieces[one][there]
     return label
 
 
