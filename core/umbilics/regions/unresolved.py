@@ -177,20 +177,16 @@ class _Edges:
         """(n,) bool, vertices next to a border."""
         return self.surface.near_border(BORDER_RINGS)
 
-    @cached_property
-    def direction(self) -> np.ndarray:
-        """(3, n) complex128, the first principal direction and i times the second."""
-        return np.ascontiguousarray((self.field.d1 + 1j * self.field.d2).T)
-
     def missed(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
         """(e,) by how many of its errors the deviator misses zero along each edge; infinite
         next to a border."""
         start, end = self.field.gap.take(tail), self.field.gap.take(head)
         # The deviator at the head is turned by twice the angle between the frames.
-        turn = np.zeros(len(tail), np.complex128)
-        for along in self.direction:
-            turn += np.conj(along.take(tail)) * along.take(head)
-        cosine, sine = turn.real.copy(), turn.imag.copy()
+        (a, b), (c, d) = (
+            (self.field.d1.take(end, axis=0), self.field.d2.take(end, axis=0))
+            for end in (tail, head)
+        )
+        cosine, sine = (x + y + z for x, y, z in ((a * c + b * d).T, (a * d - b * c).T))
         size = cosine * cosine + sine * sine
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.where(size > 0.0, (cosine * cosine - sine * sine) / size, 1.0) * end - start
