@@ -28,6 +28,7 @@ from ..base.progress import Progress
 from ..base.unit import unit
 from ..fields.frames import frame
 from ..fields.transport import carried, doubled_angle, tangents
+from ..mesh.cells import Patches
 from ..mesh.rings import Begun
 from ..mesh.surface import BLOCK, Surface
 from .field import CurvatureField, field_from_deviators
@@ -116,48 +117,63 @@ class _Patches:
     side: float
 
     @classmethod
-    def of(cls, surface: Surface, normals: np.ndarray, side: float) -> _Patches:
-        """The parts that a grid of cubes of this side cuts the surface into."""
-        key = np.zeros(len(surface.vertices), np.int64)
-        for along in surface.coordinates:
+    def of(
+        cls, surface: Surface, normals: np.ndarray, side: float, fine: Patches | None
+    ) -> _Patches:
+        """The parts that a grid of cubes of this side cuts the surface into: its vertices, or the
+        `fine` patches that stand for these."""
+        points, start, heads = surface.coordinates, surface.neighbour_start, surface.neighbours
+        weight = surface.vertex_area / 3.0
+        moments = [weight * along for along in (*points, *normals.T)]
+        if fine is not None:
+            points, start, heads = fine.coordinates, fine.beside.indptr, fine.beside.indices
+            weight, *moments = (np.bincount(fine.patch, some) for some in (weight, *moments))
+        key = np.zeros(len(weight), np.int64)
+        for along in points:
             cube = np.floor(along / side).astype(np.int64)
             cube -= cube.min()
             key *= int(cube.max()) + 1
             key += cube
-        n = len(key)
-        tail, head = surface.owner, surface.neighbours
-        same = np.empty(len(tail), bool)
+        tails = np.repeat(np.arange(len(key), dtype=np.int32), np.diff(start))
+        same = np.empty(len(tails), bool)
 
         def compare(first: int) -> None:
             some = slice(first, first + BLOCK)
-            one, two = tail[some], head[some]
+            one, two = tails[some], heads[some]
             same[some] = (key.take(one) == key.take(two)) & (one < two)
 
-        run(compare, range(0, len(tail), BLOCK), Progress())
-        start = np.append(0, np.cumsum(same, dtype=np.int32))[surface.neighbour_start]
-        columns = head[same].astype(np.int32)
-        inside = sparse.csr_array((np.ones(len(columns)), columns, start), (n, n))
-        count, patch = csgraph.connected_components(inside, directed=False)
-        weight = surface.vertex_area / 3.0
-        area = np.bincount(patch, weight)
-        middle, normal = (
-            np.stack([np.bincount(patch, weight * axis) for axis in vectors], axis=1)
-            for vectors in (surface.coordinates, normals.T)
+        run(compare, range(0, len(tails), BLOCK), Progress())
+        inside = sparse.csr_array(
+            (
+                np.ones(int(same.sum())),
+                heads[same].astype(np.int32),
+                np.append(0, np.cumsum(same, dtype=np.int32))[start],
+            ),
+            (len(key), len(key)),
         )
+        count, patch = csgraph.connected_components(inside, directed=False)
+        area, *sums = (np.bincount(patch, some) for some in (weight, *moments))
+        middle, normal = np.stack(sums[:3], axis=1), np.stack(sums[3:], axis=1)
         middle = middle / np.maximum(area, np.finfo(float).tiny)[:, None]
-        tail, head = patch[tail], patch[head]
-        apart = np.flatnonzero(tail < head)
-        keys = np.unique(tail[apart].astype(np.int64) * count + head[apart])
+        tails, heads = patch[tails], patch[heads]
+        apart = np.flatnonzero(tails < heads)
+        keys = np.unique(tails[apart].astype(np.int64) * count + heads[apart])
         one, two = np.divmod(keys, count)
         own = np.arange(count)
         rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
         ones = np.ones(len(rows), bool)
         graph = sparse.coo_array((ones, (rows, columns)), (count, count)).tocsr()
+        if fine is not None:
+            patch = patch[fine.patch]
         return cls(patch, middle, unit(normal), area, graph, side)
 
 
 def form_of(
-    surface: Surface, normals: np.ndarray, field: CurvatureField, progress: Progress
+    surface: Surface,
+    normals: np.ndarray,
+    field: CurvatureField,
+    progress: Progress,
+    fine: Patches | None = None,
 ) -> Form | None:
     """The form of a surface that has detail at every size; None of one that has a size of its own.
 
@@ -167,10 +183,12 @@ def form_of(
         (n, 3) unit vertex normals.
     field:
         Shape operators of the surface itself.
+    fine:
+        What stands for its vertices in wide fits; None for these.
     """
     levels: list[_Level] = []
     for doubled in range(MOST_DOUBLED):
-        level = _Level.of(surface, normals, doubled, progress)
+        level = _Level.of(surface, normals, doubled, progress, fine)
         if level is None:
             break
         if not levels and level.turned:
@@ -209,7 +227,12 @@ class _Level:
 
     @classmethod
     def of(
-        cls, surface: Surface, normals: np.ndarray, doubled: int, progress: Progress
+        cls,
+        surface: Surface,
+        normals: np.ndarray,
+        doubled: int,
+        progress: Progress,
+        fine: Patches | None,
     ) -> _Level | None:
         """Of `FITS` side by side, so many times doubled; None where too few vertices are left."""
         count = FITS * 2**doubled
@@ -219,7 +242,7 @@ class _Level:
         # Weights (1 - d^2 / reach^2)^2 have a root mean square distance of half the reach; points
         # of a disc are 1 / sqrt(2) of its radius from its middle.
         radius = float(np.sqrt(area / (2.0 * np.pi * count)))
-        patches = _Patches.of(surface, normals, 2.0 * radius / PATCHES)
+        patches = _Patches.of(surface, normals, 2.0 * radius / PATCHES, fine)
         step = max(len(patches.area) // SAMPLED, 1)
         # Every so many along an axis: whatever number they have.
         some = np.argsort(patches.middle[:, 0], kind="stable")[::step]

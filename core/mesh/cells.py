@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import sparse
 
+from ..base.parallel import at_once
 from ..base.progress import Progress
 from ..base.subsets import spans
 from ..base.unit import unit
@@ -49,6 +50,8 @@ class Patches:
         Vertices spread over the surface in two rounds, which cells and patches lie around.
     normals:
         (n, 3) unit normals without the errors of single ones.
+    patch, beside:
+        (n,) that of each vertex, and (p, p) bool, which lie beside each other.
     coordinates:
         (3, p) mean places of the patches.
     size:
@@ -62,11 +65,15 @@ class Patches:
     ) -> None:
         self.over = spread(graph, 2, REACH, progress)
         assert self.over.finer is not None and self.over.beside is not None
-        self.normals = smoothed(surface, normals, self.over.near)
         self._points = surface.coordinates
         finer, near = self.over.finer.nodes, self.over.finer.near
         p, c = len(finer), len(self.over.nodes)
-        patch = _nearest(self._points, self._points[:, finer], near)
+        self.normals, self.patch = at_once(
+            lambda: smoothed(surface, normals, self.over.near),
+            lambda: _nearest(self._points, self._points[:, finer], near),
+        )
+        patch = self.patch
+        self.beside = self.over.beside
         size = np.bincount(patch, minlength=p)
         sums = [np.bincount(patch, along, minlength=p) for along in self._points]
         self.size, self.coordinates = size.astype(float), np.stack(sums) / size

@@ -125,14 +125,13 @@ class Smoothing:
     def smoothed_at(self, normals: np.ndarray, passes: int, vertices: np.ndarray) -> np.ndarray:
         """(n, 3) normals that are at some vertices (v,) what so many passes make of them, at the
         cost of what there is around these."""
+        normals = normals.copy()
         for left in reversed(range(passes)):
             rows = ring_around(self.surface, vertices, left)
             count = self.start[rows + 1] - self.start[rows]
             around = self.neighbours[spans(self.start[rows], count)]
             begin = np.append(0, np.cumsum(count))
-            after = normals.copy()
-            after[rows] = self._means(normals, rows, around, begin)
-            normals = after
+            normals[rows] = self._means(normals, rows, around, begin)
         return normals
 
     def _means(

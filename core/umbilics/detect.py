@@ -125,14 +125,16 @@ def detect(
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
     with clock.stage("form"):
         # Regions are what the surface's own fits do not tell apart: the form's errors hold its
-        # detail. The three ask nothing of each other.
+        # detail, and neither asks anything of the other.
         own, part = fitted, part.quiet()
         errors = _noise(surface, own)
         rings = _rings(own)
-        shown, regions, sets = at_once(
+        shown, (regions, sets) = at_once(
             lambda: _form(surface, normals, own, settings, cad, part),
-            lambda: _regions(surface, own, *errors, rings, settings, cad, part),
-            lambda: _curves(surface, own, *errors, settings, cad, part),
+            lambda: (
+                _regions(surface, own, *errors, rings, settings, cad, part),
+                _curves(surface, own, *errors, settings, cad, part),
+            ),
         )
         if shown is not None:
             fitted = shown.fitted
@@ -276,7 +278,9 @@ def _form(
     """What the form shows of a surface that has detail at every size; None of others."""
     if not _may_have_no_scale(settings, cad, fitted):
         return None
-    form = form_of(surface, normals, fitted.field, progress)
+    around = fitted.neighbourhood
+    fine = None if around is None else around.patches
+    form = form_of(surface, normals, fitted.field, progress, fine)
     return None if form is None else umbilics_of_form(surface, fitted, form, progress)
 
 
