@@ -10,7 +10,6 @@ from typing import Any
 
 from .progress import Progress
 
-
 # Whether a thread is one of those that works share: what these ask of more would be in their way.
 _busy = threading.local()
 

@@ -123,11 +123,13 @@ class _Patches:
         """The parts that a grid of cubes of this side cuts the surface into: its vertices, or the
         `fine` patches that stand for these."""
         points, start, heads = surface.coordinates, surface.neighbour_start, surface.neighbours
-        weight = surface.vertex_area / 3.0
+        weight: np.ndarray = surface.vertex_area / 3.0
         moments = [weight * along for along in (*points, *normals.T)]
         if fine is not None:
-            points, start, heads = fine.coordinates, fine.beside.indptr, fine.beside.indices
-            weight, *moments = (np.bincount(fine.patch, some) for some in (weight, *moments))
+            points = fine.coordinates
+            start, heads = fine.beside.indptr, fine.beside.indices
+            weight = np.bincount(fine.patch, weight)
+            moments = [np.bincount(fine.patch, some) for some in moments]
         key = np.zeros(len(weight), np.int64)
         for along in points:
             cube = np.floor(along / side).astype(np.int64)
@@ -152,7 +154,8 @@ class _Patches:
             (len(key), len(key)),
         )
         count, patch = csgraph.connected_components(inside, directed=False)
-        area, *sums = (np.bincount(patch, some) for some in (weight, *moments))
+        area = np.bincount(patch, weight)
+        sums = [np.bincount(patch, some) for some in moments]
         middle, normal = np.stack(sums[:3], axis=1), np.stack(sums[3:], axis=1)
         middle = middle / np.maximum(area, np.finfo(float).tiny)[:, None]
         tails, heads = patch[tails], patch[heads]
@@ -168,39 +171,34 @@ class _Patches:
         return cls(patch, middle, unit(normal), area, graph, side)
 
 
-def form_of(
-    surface: Surface,
-    normals: np.ndarray,
-    field: CurvatureField,
-    progress: Progress,
-    fine: Patches | None = None,
-) -> Form | None:
-    """The form of a surface that has detail at every size; None of one that has a size of its own.
+def levels_of(
+    surface: Surface, normals: np.ndarray, progress: Progress, fine: Patches | None = None
+) -> list[Level]:
+    """The radii at which a surface that has detail at every size has a form, the widest first;
+    none of one that has a size of its own.
 
     Parameters
     ----------
     normals:
         (n, 3) unit vertex normals.
-    field:
-        Shape operators of the surface itself.
     fine:
-        What stands for its vertices in wide fits; None for these.
+        What stands for the vertices in wide fits; None for these.
     """
-    levels: list[_Level] = []
+    levels: list[Level] = []
     for doubled in range(MOST_DOUBLED):
-        level = _Level.of(surface, normals, doubled, progress, fine)
+        level = Level.of(surface, normals, doubled, progress, fine)
         if level is None:
             break
         if not levels and level.turned:
             continue
         if not (level.falls if levels else level.sees_detail):
-            return None
+            return []
         levels.append(level)
-    return _form(surface, levels, field, progress) if levels else None
+    return levels
 
 
 @dataclass(frozen=True)
-class _Level:
+class Level:
     """Fits of one radius, and how they differ from those a step narrower and wider.
 
     Attributes
@@ -233,7 +231,7 @@ class _Level:
         doubled: int,
         progress: Progress,
         fine: Patches | None,
-    ) -> _Level | None:
+    ) -> Level | None:
         """Of `FITS` side by side, so many times doubled; None where too few vertices are left."""
         count = FITS * 2**doubled
         if LEAST * count > len(surface.vertices):
@@ -269,9 +267,11 @@ class _Level:
         return cls(patches, radius, False, falls, detail, factor)
 
 
-def _form(
-    surface: Surface, levels: list[_Level], field: CurvatureField, progress: Progress
+def form_of(
+    surface: Surface, levels: list[Level], field: CurvatureField, progress: Progress
 ) -> Form:
+    """The form at levels of `levels_of`, one at least, of a surface with the shape operators of
+    `field` of its own."""
     under = field.normal
     e1, e2 = tangents(under)
     rest = np.ones(len(under))
@@ -296,7 +296,7 @@ def _form(
     return Form(shape, 1.0 - rest, levels[0].radius)
 
 
-def _jets(surface: Surface, level: _Level, wanted: np.ndarray, progress: Progress) -> Jets:
+def _jets(surface: Surface, level: Level, wanted: np.ndarray, progress: Progress) -> Jets:
     """Jets at the vertices `wanted` (n,), the others not determined."""
     patches = level.patches
     near = patches.graph[patches.patch]

@@ -114,11 +114,11 @@ class Patches:
             for some, members in by_size(window, most):
                 yield rows[some], members
 
-    def _count(self, held: int) -> int:
+    def _count(self, held: float) -> int:
         return max(round(LOST * held / float(self.size.mean())), 1)
 
     def _near(
-        self, centres: np.ndarray, held: int, stretch: float, progress: Progress | None
+        self, centres: np.ndarray, held: float, stretch: float, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         """Rows of centres (r,), and (r, p) the patches in the windows of `windows`."""
         cells = held / (self.size.mean() * self._held.mean())
@@ -167,7 +167,8 @@ class Patches:
         members = self._order.take(spans(self._start[near.indices], held))
         start = np.append(0, np.cumsum(held))[near.indptr]
         ones = np.ones(len(members), bool)
-        return sparse.csr_array((ones, members, start), shape=(len(near.indptr) - 1, len(self.size)))
+        shape = len(near.indptr) - 1, len(self.size)
+        return sparse.csr_array((ones, members, start), shape=shape)
 
 
 def smoothed(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> np.ndarray:
@@ -183,7 +184,7 @@ def smoothed(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> n
 
 
 def _nearest(points: np.ndarray, places: np.ndarray, near: sparse.csr_array) -> np.ndarray:
-    """(n,) the nearest of the places (3, c) to each of the points (3, n), of those `near` (n, c)."""
+    """(n,) the nearest of the places (3, c) `near` (n, c) to each of the points (3, n)."""
     count, first = np.diff(near.indptr), near.indptr[:-1]
     square = np.zeros(near.nnz)
     for here, there in zip(points, places, strict=True):

@@ -147,7 +147,7 @@ class Begun:
 
     def __init__(self) -> None:
         self._fronts: dict[bytes, list[sparse.csr_array]] = {}
-        # Of how many vertices the patches around the same ones are listed, and these, see `Patches`.
+        # For how many vertices patches are listed around the same ones, and these; see `Patches`.
         self.nearest: dict[bytes, tuple[float, list[tuple[np.ndarray, ...]]]] = {}
 
     def grow(

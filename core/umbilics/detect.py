@@ -18,7 +18,7 @@ from ..base.words import counted
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
 from ..curvature.estimate import Estimate, estimate
 from ..curvature.field import CurvatureField
-from ..curvature.form import form_of
+from ..curvature.form import Level, form_of, levels_of
 from ..curvature.noise import field_noise
 from ..curvature.outliers import without_outliers
 from ..curvature.surface_types import surface_types, typical_curvature
@@ -129,14 +129,17 @@ def detect(
         own, part = fitted, part.quiet()
         errors = _noise(surface, own)
         rings = _rings(own)
-        shown, (regions, sets) = at_once(
-            lambda: _form(surface, normals, own, settings, cad, part),
+        levels, (regions, sets) = at_once(
+            lambda: _levels(surface, normals, own, settings, cad, part),
             lambda: (
                 _regions(surface, own, *errors, rings, settings, cad, part),
                 _curves(surface, own, *errors, settings, cad, part),
             ),
         )
-        if shown is not None:
+        shown: FormUmbilics | None = None
+        if levels:
+            form = form_of(surface, levels, own.field, part)
+            shown = umbilics_of_form(surface, own, form, part)
             fitted = shown.fitted
             warnings.append(
                 "The surface has detail at every size, as scans have: the umbilics shown are "
@@ -267,21 +270,18 @@ def _regions(
     return regions if cad is None else with_faces(cad, regions)
 
 
-def _form(
+def _levels(
     surface: Surface,
     normals: np.ndarray,
     fitted: Estimate,
     settings: Settings,
     cad: Tessellation | None,
     progress: Progress,
-) -> FormUmbilics | None:
-    """What the form shows of a surface that has detail at every size; None of others."""
-    if not _may_have_no_scale(settings, cad, fitted):
-        return None
-    around = fitted.neighbourhood
-    fine = None if around is None else around.patches
-    form = form_of(surface, normals, fitted.field, progress, fine)
-    return None if form is None else umbilics_of_form(surface, fitted, form, progress)
+) -> list[Level]:
+    """Where a surface that has detail at every size has a form; none of others."""
+    if not _may_have_no_scale(settings, cad, fitted) or fitted.neighbourhood is None:
+        return []
+    return levels_of(surface, normals, progress, fitted.neighbourhood.patches)
 
 
 def _curves(
