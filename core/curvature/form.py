@@ -28,7 +28,6 @@ from ..base.progress import Progress
 from ..base.unit import unit
 from ..fields.frames import frame
 from ..fields.transport import carried, doubled_angle, tangents
-from ..mesh.cells import Patches
 from ..mesh.rings import Begun
 from ..mesh.surface import BLOCK, Surface
 from .field import CurvatureField, field_from_deviators
@@ -117,63 +116,47 @@ class _Patches:
     side: float
 
     @classmethod
-    def of(
-        cls, surface: Surface, normals: np.ndarray, side: float, fine: Patches | None
-    ) -> _Patches:
-        """The parts that a grid of cubes of this side cuts the surface into: its vertices, or the
-        `fine` patches that stand for these."""
-        points, start, heads = surface.coordinates, surface.neighbour_start, surface.neighbours
-        weight: np.ndarray = surface.vertex_area / 3.0
-        moments = [weight * along for along in (*points, *normals.T)]
-        if fine is not None:
-            points = fine.coordinates
-            start, heads = fine.beside.indptr, fine.beside.indices
-            weight = np.bincount(fine.patch, weight)
-            moments = [np.bincount(fine.patch, some) for some in moments]
-        key = np.zeros(len(weight), np.int64)
-        for along in points:
+    def of(cls, surface: Surface, normals: np.ndarray, side: float) -> _Patches:
+        """The parts that a grid of cubes of this side cuts the surface into."""
+        key = np.zeros(len(surface.vertices), np.int64)
+        for along in surface.coordinates:
             cube = np.floor(along / side).astype(np.int64)
             cube -= cube.min()
             key *= int(cube.max()) + 1
             key += cube
-        tails = np.repeat(np.arange(len(key), dtype=np.int32), np.diff(start))
-        same = np.empty(len(tails), bool)
+        n = len(key)
+        tail, head = surface.owner, surface.neighbours
+        same = np.empty(len(tail), bool)
 
         def compare(first: int) -> None:
             some = slice(first, first + BLOCK)
-            one, two = tails[some], heads[some]
+            one, two = tail[some], head[some]
             same[some] = (key.take(one) == key.take(two)) & (one < two)
 
-        run(compare, range(0, len(tails), BLOCK), Progress())
-        inside = sparse.csr_array(
-            (
-                np.ones(int(same.sum())),
-                heads[same].astype(np.int32),
-                np.append(0, np.cumsum(same, dtype=np.int32))[start],
-            ),
-            (len(key), len(key)),
-        )
+        run(compare, range(0, len(tail), BLOCK), Progress())
+        start = np.append(0, np.cumsum(same, dtype=np.int32))[surface.neighbour_start]
+        columns = head[same].astype(np.int32)
+        inside = sparse.csr_array((np.ones(len(columns)), columns, start), (n, n))
         count, patch = csgraph.connected_components(inside, directed=False)
+        weight = surface.vertex_area / 3.0
         area = np.bincount(patch, weight)
-        sums = [np.bincount(patch, some) for some in moments]
-        middle, normal = np.stack(sums[:3], axis=1), np.stack(sums[3:], axis=1)
+        middle, normal = (
+            np.stack([np.bincount(patch, weight * axis) for axis in vectors], axis=1)
+            for vectors in (surface.coordinates, normals.T)
+        )
         middle = middle / np.maximum(area, np.finfo(float).tiny)[:, None]
-        tails, heads = patch[tails], patch[heads]
-        apart = np.flatnonzero(tails < heads)
-        keys = np.unique(tails[apart].astype(np.int64) * count + heads[apart])
+        tail, head = patch[tail], patch[head]
+        apart = np.flatnonzero(tail < head)
+        keys = np.unique(tail[apart].astype(np.int64) * count + head[apart])
         one, two = np.divmod(keys, count)
         own = np.arange(count)
         rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
         ones = np.ones(len(rows), bool)
         graph = sparse.coo_array((ones, (rows, columns)), (count, count)).tocsr()
-        if fine is not None:
-            patch = patch[fine.patch]
         return cls(patch, middle, unit(normal), area, graph, side)
 
 
-def levels_of(
-    surface: Surface, normals: np.ndarray, progress: Progress, fine: Patches | None = None
-) -> list[Level]:
+def levels_of(surface: Surface, normals: np.ndarray, progress: Progress) -> list[Level]:
     """The radii at which a surface that has detail at every size has a form, the widest first;
     none of one that has a size of its own.
 
@@ -181,12 +164,10 @@ def levels_of(
     ----------
     normals:
         (n, 3) unit vertex normals.
-    fine:
-        What stands for the vertices in wide fits; None for these.
     """
     levels: list[Level] = []
     for doubled in range(MOST_DOUBLED):
-        level = Level.of(surface, normals, doubled, progress, fine)
+        level = Level.of(surface, normals, doubled, progress)
         if level is None:
             break
         if not levels and level.turned:
@@ -225,12 +206,7 @@ class Level:
 
     @classmethod
     def of(
-        cls,
-        surface: Surface,
-        normals: np.ndarray,
-        doubled: int,
-        progress: Progress,
-        fine: Patches | None,
+        cls, surface: Surface, normals: np.ndarray, doubled: int, progress: Progress
     ) -> Level | None:
         """Of `FITS` side by side, so many times doubled; None where too few vertices are left."""
         count = FITS * 2**doubled
@@ -240,7 +216,7 @@ class Level:
         # Weights (1 - d^2 / reach^2)^2 have a root mean square distance of half the reach; points
         # of a disc are 1 / sqrt(2) of its radius from its middle.
         radius = float(np.sqrt(area / (2.0 * np.pi * count)))
-        patches = _Patches.of(surface, normals, 2.0 * radius / PATCHES, fine)
+        patches = _Patches.of(surface, normals, 2.0 * radius / PATCHES)
         step = max(len(patches.area) // SAMPLED, 1)
         # Every so many along an axis: whatever number they have.
         some = np.argsort(patches.middle[:, 0], kind="stable")[::step]

@@ -19,9 +19,6 @@ from ..base.unit import unit
 from .rings import Begun, by_size, grow, spread
 from .surface import Surface
 
-# Vertices of the cells that are looked at, over those that a window holds where triangles are as
-# long as wide; of the nearest cells so many that they hold more than the window by the margin.
-AMPLE, MARGIN = 1.5, 1.35
 # Vertices in a window over those whose patches make it up: within a patch they tell nothing. On
 # noisy ellipsoids of 40,000 and 160,000 vertices errors are so what they are with the vertices.
 LOST = 1.05
@@ -50,8 +47,8 @@ class Patches:
         Vertices spread over the surface in two rounds, which cells and patches lie around.
     normals:
         (n, 3) unit normals without the errors of single ones.
-    patch, beside:
-        (n,) that of each vertex, and (p, p) bool, which lie beside each other.
+    patch:
+        (n,) that of each vertex.
     coordinates:
         (3, p) mean places of the patches.
     size:
@@ -64,7 +61,7 @@ class Patches:
         self, surface: Surface, normals: np.ndarray, graph: sparse.csr_array, progress: Progress
     ) -> None:
         self.over = spread(graph, 2, REACH, progress)
-        assert self.over.finer is not None and self.over.beside is not None
+        assert self.over.finer is not None
         self._points = surface.coordinates
         finer, near = self.over.finer.nodes, self.over.finer.near
         p, c = len(finer), len(self.over.nodes)
@@ -73,7 +70,6 @@ class Patches:
             lambda: _nearest(self._points, self._points[:, finer], near),
         )
         patch = self.patch
-        self.beside = self.over.beside
         size = np.bincount(patch, minlength=p)
         sums = [np.bincount(patch, along, minlength=p) for along in self._points]
         self.size, self.coordinates = size.astype(float), np.stack(sums) / size
@@ -84,13 +80,15 @@ class Patches:
         self.scatter = np.bincount(patch, np.square(height), minlength=p)
         self._places = self._points[:, self.over.nodes]
         cell = _nearest(self.coordinates, self._places, self.over.near[finer])
-        self._cell = cell[patch]
+        self._cell = cell[patch].astype(np.int32)
         self._order = np.argsort(cell, kind="stable")
         self._held = np.bincount(cell, minlength=c)
         self._start = np.cumsum(self._held) - self._held
-        one, other = (cell.take(end) for end in self.over.beside.tocoo().coords)
+        one = np.repeat(self._cell, np.diff(surface.neighbour_start))
+        other = self._cell.take(surface.neighbours)
+        across = one != other
         own = np.arange(c, dtype=one.dtype)
-        ends = np.concatenate([one, own]), np.concatenate([other, own])
+        ends = np.concatenate([one[across], own]), np.concatenate([other[across], own])
         # Which cells a cell is beside, itself among them.
         self._graph = sparse.coo_array((np.ones(len(ends[0]), bool), ends), shape=(c, c)).tocsr()
 
@@ -121,14 +119,15 @@ class Patches:
         self, centres: np.ndarray, held: float, stretch: float, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         """Rows of centres (r,), and (r, p) the patches in the windows of `windows`."""
-        cells = held / (self.size.mean() * self._held.mean())
-        rings = rings_of(AMPLE * stretch * cells)
+        # As many as touch a disc of that many vertices: the disc, and a cell farther all around.
+        cells = (np.sqrt(held / (self.size.mean() * self._held.mean())) + 1.0) ** 2
+        rings = rings_of(stretch * cells)
         for low in range(0, len(centres), LISTED):
             some = centres[low : low + LISTED]
             around = self._graph[self._cell[some]]
             for part, reach in grow(around, self._graph, rings - 1, progress):
                 middles = self._points[:, some[part]]
-                listed = self._listed(middles, reach, int(np.ceil(MARGIN * cells)))
+                listed = self._listed(middles, reach, int(np.ceil(cells)))
                 yield low + part, _nearest_of(self.coordinates, middles, listed, self._count(held))
 
     def _ordered(

@@ -274,14 +274,11 @@ class Spread:
         (n, c) bool, whether a node of the graph is within so many edges of one of those.
     finer:
         The nodes that they are spread among, with what is one edge from them; None for all.
-    beside:
-        (f, f) bool, which of f finer ones some node is next to both of; None without.
     """
 
     nodes: np.ndarray
     near: sparse.csr_array
     finer: Spread | None = None
-    beside: sparse.csr_array | None = None
 
 
 def spread(graph: sparse.csr_array, rounds: int, edges: int, progress: Progress) -> Spread:
@@ -300,7 +297,7 @@ def spread(graph: sparse.csr_array, rounds: int, edges: int, progress: Progress)
     ones = np.ones(int(apart.sum()), bool)
     beside = sparse.csr_array((ones, (both.row[apart], both.col[apart])), both.shape)
     nodes = nodes[independent(beside, progress)]
-    return Spread(nodes, _near(graph, nodes, edges, progress), finer, beside)
+    return Spread(nodes, _near(graph, nodes, edges, progress), finer)
 
 
 def _near(

@@ -279,9 +279,8 @@ def _levels(
     progress: Progress,
 ) -> list[Level]:
     """Where a surface that has detail at every size has a form; none of others."""
-    if not _may_have_no_scale(settings, cad, fitted) or fitted.neighbourhood is None:
-        return []
-    return levels_of(surface, normals, progress, fitted.neighbourhood.patches)
+    asked = _may_have_no_scale(settings, cad, fitted)
+    return levels_of(surface, normals, progress) if asked else []
 
 
 def _curves(

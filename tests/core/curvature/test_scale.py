@@ -184,7 +184,8 @@ def test_normals_are_smoothed_where_noise_tilts_them(share, rough, large, monkey
 
     monkeypatch.setattr(module, "fit_jets", fits)
     grown = choose(surface, normals, begin, Progress())
-    assert grown.tilted == rough and max(starts) > 4
+    assert grown.tilted == rough
+    assert not rough or max(starts) > 5
     interior = np.flatnonzero(~surface.border)
     centres = interior[:: max(len(interior) // module.SAMPLED, 1)]
     for rings, start in starts.items():
