@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.unit import unit
 from ..fields.winding import Winding
+from ..mesh.cells import Patches
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import ends_of
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood
@@ -28,7 +30,7 @@ from .fits.jets import fit_jets
 from .fitted_normals import fitted_normals
 from .from_normals import curvature_from_normals
 from .scale import Scale, choose, starting_normals
-from .spread_fits import fit_spread, worth_spreading
+from .spread_fits import FEWEST, fit_spread, worth_spreading
 
 
 @dataclass(frozen=True)
@@ -137,15 +139,20 @@ def _from_jets(
             return Estimate(field, _edge_length(surface), known, None, float("nan"))
     crease_vertices = _crease_vertices(surface, settings, sharp, part)
     cells = thinned(surface, normals, crease_vertices, progress)
-    neighbourhood = Neighbourhood(surface, adjacency(surface), crease_vertices, thinned=cells)
+    graph = adjacency(surface)
+    patching = None
+    if crease_vertices is None and cells is None and len(normals) >= FEWEST:
+        patching = cache(lambda: Patches(surface, normals, graph, progress.quiet()))
+    neighbourhood = Neighbourhood(
+        surface, graph, crease_vertices, thinned=cells, patching=patching
+    )
     choosing = progress.part("Choosing the scale", 0, 0.1)
     automatic = settings.scale == AUTO
     if automatic:
         scale = choose(surface, normals, neighbourhood, choosing.quiet())
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
-        start = starting_normals(surface, normals, neighbourhood, choosing)
-        scale = Scale(neighbourhood, start, 1.0)
+        scale = Scale(neighbourhood, tilted=True)
     whole = _at_scale(surface, normals, scale, centres, part, progress)
     if not automatic:
         return whole
@@ -176,9 +183,12 @@ def _at_scale(
     what faces and normals say."""
     fitting = progress.part("Fitting jets", 0.1, 0.9)
     if centres is None and worth_spreading(scale):
-        jets = fit_spread(surface, scale.normals, scale.neighbourhood, fitting)
+        jets = fit_spread(surface, normals, scale.neighbourhood, fitting, scale.tilted)
     else:
-        jets = fit_jets(surface, scale.normals, scale.neighbourhood, fitting, centres)
+        start = normals
+        if scale.tilted:
+            start = starting_normals(surface, normals, scale.neighbourhood, fitting)
+        jets = fit_jets(surface, start, scale.neighbourhood, fitting, centres)
     noise = scale.factor * jets.noise
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
     radius, determined = jets.radius, jets.determined

@@ -57,7 +57,7 @@ WIDEST = 0.7
 ALIKE = 0.5
 # Patches that are fitted by one thread at once, at most, and of so many parts at least: whatever
 # number of threads there is, the same are summed together. And what is nothing beside one.
-CHUNK, PARTS, TINY = 512, 4, 1e-6
+CHUNK, PARTS, TINY = 512, 2, 1e-6
 # Windows that are summed together: many calls for few take longer, and more leave the cache.
 TOGETHER = 64
 # Patches that are fitted to see whether the surface has a size of its own.
@@ -118,10 +118,12 @@ class _Patches:
     @classmethod
     def of(cls, surface: Surface, normals: np.ndarray, side: float) -> _Patches:
         """The parts that a grid of cubes of this side cuts the surface into."""
-        cube = np.floor(surface.vertices / side).astype(np.int64)
-        cube -= cube.min(axis=0)
-        y, z = cube[:, 1:].max(axis=0) + 1
-        key = (cube[:, 0] * y + cube[:, 1]) * z + cube[:, 2]
+        key = np.zeros(len(surface.vertices), np.int64)
+        for along in surface.coordinates:
+            cube = np.floor(along / side).astype(np.int64)
+            cube -= cube.min()
+            key *= int(cube.max()) + 1
+            key += cube
         n = len(key)
         tail, head = surface.owner, surface.neighbours
         same = np.empty(len(tail), bool)
@@ -139,8 +141,8 @@ class _Patches:
         weight = surface.vertex_area / 3.0
         area = np.bincount(patch, weight)
         middle, normal = (
-            np.stack([np.bincount(patch, weight * axis) for axis in vectors.T], axis=1)
-            for vectors in (surface.vertices, normals)
+            np.stack([np.bincount(patch, weight * axis) for axis in vectors], axis=1)
+            for vectors in (surface.coordinates, normals.T)
         )
         middle = middle / np.maximum(area, np.finfo(float).tiny)[:, None]
         tail, head = patch[tail], patch[head]
@@ -154,33 +156,30 @@ class _Patches:
         return cls(patch, middle, unit(normal), area, graph, side)
 
 
-def form_of(
-    surface: Surface, normals: np.ndarray, field: CurvatureField, progress: Progress
-) -> Form | None:
-    """The form of a surface that has detail at every size; None of one that has a size of its own.
+def levels_of(surface: Surface, normals: np.ndarray, progress: Progress) -> list[Level]:
+    """The radii at which a surface that has detail at every size has a form, the widest first;
+    none of one that has a size of its own.
 
     Parameters
     ----------
     normals:
         (n, 3) unit vertex normals.
-    field:
-        Shape operators of the surface itself.
     """
-    levels: list[_Level] = []
+    levels: list[Level] = []
     for doubled in range(MOST_DOUBLED):
-        level = _Level.of(surface, normals, doubled, progress)
+        level = Level.of(surface, normals, doubled, progress)
         if level is None:
             break
         if not levels and level.turned:
             continue
         if not (level.falls if levels else level.sees_detail):
-            return None
+            return []
         levels.append(level)
-    return _form(surface, levels, field, progress) if levels else None
+    return levels
 
 
 @dataclass(frozen=True)
-class _Level:
+class Level:
     """Fits of one radius, and how they differ from those a step narrower and wider.
 
     Attributes
@@ -208,7 +207,7 @@ class _Level:
     @classmethod
     def of(
         cls, surface: Surface, normals: np.ndarray, doubled: int, progress: Progress
-    ) -> _Level | None:
+    ) -> Level | None:
         """Of `FITS` side by side, so many times doubled; None where too few vertices are left."""
         count = FITS * 2**doubled
         if LEAST * count > len(surface.vertices):
@@ -244,9 +243,11 @@ class _Level:
         return cls(patches, radius, False, falls, detail, factor)
 
 
-def _form(
-    surface: Surface, levels: list[_Level], field: CurvatureField, progress: Progress
+def form_of(
+    surface: Surface, levels: list[Level], field: CurvatureField, progress: Progress
 ) -> Form:
+    """The form at levels of `levels_of`, one at least, of a surface with the shape operators of
+    `field` of its own."""
     under = field.normal
     e1, e2 = tangents(under)
     rest = np.ones(len(under))
@@ -271,7 +272,7 @@ def _form(
     return Form(shape, 1.0 - rest, levels[0].radius)
 
 
-def _jets(surface: Surface, level: _Level, wanted: np.ndarray, progress: Progress) -> Jets:
+def _jets(surface: Surface, level: Level, wanted: np.ndarray, progress: Progress) -> Jets:
     """Jets at the vertices `wanted` (n,), the others not determined."""
     patches = level.patches
     near = patches.graph[patches.patch]
@@ -314,19 +315,25 @@ def _fits(
             for some, around in begun.grow(centres[rows], patches.graph, rings, progress):
                 own = rows[some]
                 for at, members, there in _windows(coordinates, centres, own, around, reach):
-                    offset = coordinates[:, members] - coordinates[:, None, centres[at]]
+                    offset, lines, facing = np.empty((3, 3, *members.shape))
+                    for k, middle in enumerate(coordinates[:, centres[at]]):
+                        np.subtract(coordinates[k].take(members), middle, out=offset[k])
+                        np.multiply(normals[k].take(members), along[k, at], out=facing[k])
                     square = np.einsum("csb,csb->sb", offset, offset)
-                    weight = np.maximum(1.0 - square / reach**2, TINY) ** 2 * patches.area[members]
+                    weight = np.maximum(1.0 - square / reach**2, TINY) ** 2
+                    weight *= patches.area.take(members)
                     # Area as the plane sees it: the other side of a thin sheet is none of it.
-                    facing = np.einsum("csb,cb->sb", normals[:, members], along[:, at])
-                    weight *= np.maximum(facing, TINY)
+                    weight *= np.maximum(facing.sum(axis=0), TINY)
                     weight *= there
                     total = weight.sum(axis=0)
                     mean = np.einsum("sb,sb->b", weight, square) / total
                     mean = np.maximum(np.sqrt(mean), TINY * reach)
                     size[scale, at] = mean
                     count[scale, at] = total**2 / np.einsum("sb,sb->b", weight, weight)
-                    x, y, z = np.einsum("csb,kcb->ksb", offset, axes[:, :, at] / mean)
+                    # Axis by axis: NumPy takes three times as long for one contraction with all.
+                    for axis, line in zip(axes[:, :, at] / mean, lines, strict=True):
+                        np.einsum("csb,cb->sb", offset, axis, out=line)
+                    x, y, z = lines
                     some_sums = np.empty((sums.shape[1], len(at)))
                     sum_samples(x, y, z, weight, DEGREE, some_sums, workspace)
                     sums[scale][:, at] = some_sums

@@ -76,8 +76,9 @@ class Scale:
     ----------
     neighbourhood:
         What each jet is fitted to.
-    normals:
-        (n, 3) float64 unit normals to start the fits from.
+    tilted:
+        Whether errors of the points tilt the normals that fits would start from so far that they
+        are to be smoothed first; see `starting_normals`.
     factor:
         Error over the standard error that independent residuals give, at least 1.
     clean:
@@ -88,8 +89,8 @@ class Scale:
     """
 
     neighbourhood: Neighbourhood
-    normals: np.ndarray
-    factor: float
+    tilted: bool = False
+    factor: float = 1.0
     clean: bool = False
     shared: bool = False
 
@@ -107,11 +108,11 @@ def choose(
     focused = dataclasses.replace(neighbourhood, rings=2, focused=True, stretch=1.0)
     interior = np.flatnonzero(~surface.border)
     if not len(interior):
-        return Scale(focused, normals, 1.0)
+        return Scale(focused)
     centres = interior[:: max(len(interior) // SAMPLED, 1)]
     two = fit_jets(surface, normals, focused, progress, centres)
     if np.median(two.residual) <= ROUND_OFF * np.median(two.radius):
-        return Scale(focused, normals, 1.0, clean=True)
+        return Scale(focused, clean=True)
     stretch = min(_stretch(focused, centres), MOST_STRETCH)
     wide = dataclasses.replace(
         focused, focused=False, stretch=stretch if stretch >= STRETCHED else 1.0
@@ -123,7 +124,17 @@ def choose(
         shapes = [dataclasses.replace(wide, stretch=1.0), wide]
     begun = Begun()
     scales = [
-        _grown(surface, normals, shape, centres, progress, DEGREE, MOST_RINGS, begun)
+        _grown(
+            surface,
+            normals,
+            shape,
+            centres,
+            progress,
+            DEGREE,
+            MOST_RINGS,
+            begun,
+            _Smoothing(surface, normals, shape, centres, progress.quiet()),
+        )
         for shape in shapes
     ]
     grown = scales[0][0]
@@ -133,7 +144,7 @@ def choose(
         changes = [np.square(_changes(*pair, axes)).mean() for _, pair in scales]
         grown = scales[int(np.argmin(changes))][0]
     if grown.neighbourhood.rings == 2:
-        return Scale(focused, normals, 1.0, grown.clean)
+        return Scale(focused, clean=grown.clean)
     return grown
 
 
@@ -151,7 +162,7 @@ def grow_while_it_falls(
     Parameters
     ----------
     normals:
-        (n, 3) float64 unit normals, smoothed as far as `starting_normals` does for the rings.
+        (n, 3) float64 unit normals that errors of the points do not tilt: those of fits.
     centres:
         (c,) vertices whose fits are compared.
     degree:
@@ -169,38 +180,69 @@ def _grown(
     degree: int,
     most: int,
     begun: Begun,
+    smoothing: _Smoothing | None = None,
 ) -> tuple[Scale, tuple[Jets, Jets]]:
-    """As `grow_while_it_falls`, with the fits at the scale and at the next."""
+    """As `grow_while_it_falls`, with the fits at the scale and at the next; `smoothing` is of
+    normals that errors of the points may tilt."""
 
     def at(rings: int, start: np.ndarray) -> Jets:
         around = dataclasses.replace(neighbourhood, rings=rings, begun=begun)
         return fit_jets(surface, start, around, progress, centres, degree)
 
     axes = normals[centres]
-    rings, smoothed = neighbourhood.rings, normals
-    smoothing: Smoothing | None = None
+    rings = neighbourhood.rings
     fits = [at(rings + more, normals) for more in range(3)]
-    rough = np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius)
+    rough = bool(np.median(fits[0].residual) > LEVEL * np.median(fits[0].radius))
     clean = bool(np.median(fits[1].noise) >= np.median(fits[0].noise))
     changes = [float(np.median(_changes(*pair, axes))) for pair in pairwise(fits)]
+    start = normals
     while rings < most and (
         changes[1] < FALLING * changes[0]
         or (not rough and _pays(fits[0], fits[1], changes[0], degree))
     ):
         rings += 1
-        if rough:
-            # What `starting_normals` gives, from where the rings before have come to.
-            passes = 1 if rings > 3 else 3
-            smoothing = smoothing or Smoothing(surface)
-            smoothed = smoothing.smoothed(smoothed, passes, progress.quiet())
-        fits = [*fits[1:], at(rings + 2, smoothed)]
+        if rough and smoothing is not None:
+            start = smoothing.further(rings)
+        fits = [*fits[1:], at(rings + 2, start)]
         changes = [changes[1], float(np.median(_changes(fits[1], fits[2], axes)))]
     around = dataclasses.replace(neighbourhood, rings=rings)
     factor = _factor(fits[0], fits[1], changes[0], MOST_CLEAN if clean else MOST_FACTOR)
     # Detail as fine as noise is shared as well, and hides in residuals.
     shared = factor > MOST_CLEAN
     shared |= bool(np.median(fits[1].residual) > SHARED * np.median(fits[0].residual))
-    return Scale(around, smoothed, factor, clean, shared), (fits[0], fits[1])
+    return Scale(around, rough, factor, clean, shared), (fits[0], fits[1])
+
+
+class _Smoothing:
+    """Normals smoothed further and further, as far as `starting_normals` does for the rings.
+
+    Around few of many vertices each is smoothed for itself, and from where patches stand for the
+    vertices their normals do.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        normals: np.ndarray,
+        neighbourhood: Neighbourhood,
+        centres: np.ndarray,
+        progress: Progress,
+    ) -> None:
+        self.surface, self.normals, self.passes = surface, normals, 0
+        self.neighbourhood, self.centres, self.progress = neighbourhood, centres, progress
+
+    def further(self, rings: int) -> np.ndarray:
+        """(n, 3) normals for scales of so many rings, right at the centres; their windows have two
+        more."""
+        patches = dataclasses.replace(self.neighbourhood, rings=rings + 2).patches
+        if patches is not None:
+            return patches.normals
+        smoothing = Smoothing(self.surface)
+        if self.neighbourhood.patching is not None:
+            return smoothing.smoothed_at(self.normals, rings, self.centres)
+        self.normals = smoothing.smoothed(self.normals, rings - self.passes, self.progress)
+        self.passes = rings
+        return self.normals
 
 
 def starting_normals(

@@ -8,7 +8,6 @@ partition of unity implicits", https://doi.org/10.1145/882262.882293).
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +15,8 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
-from ..mesh.cells import Cells
-from ..mesh.neighbourhoods import Neighbourhood
+from ..mesh.cells import REACH, smoothed
+from ..mesh.neighbourhoods import WIDE, Neighbourhood
 from ..mesh.rings import spread
 from ..mesh.surface import Surface
 from .fits.height_fit import HeightFit
@@ -33,9 +32,6 @@ from .fits.implicit import (
 from .fits.jets import DEGREE, Jets, fit_each, fit_jets
 from .scale import Scale
 
-# Rings from which on fits at a twelfth of the vertices suffice instead of at a quarter: on noisy
-# ellipsoids both leave less error than fits at all vertices do.
-WIDE = 6
 # Rings up to which fits are taken one edge away at most: what is farther has little weight, 15 %
 # together at three rings. Directions of the ellipsoid of docs/speed.md in single precision are so
 # wrong by .0077 instead of .0070 degrees, those of five other surfaces (two of harmonics, a field,
@@ -94,7 +90,11 @@ def worth_spreading(scale: Scale) -> bool:
 
 
 def fit_spread(
-    surface: Surface, normals: np.ndarray, neighbourhood: Neighbourhood, progress: Progress
+    surface: Surface,
+    normals: np.ndarray,
+    neighbourhood: Neighbourhood,
+    progress: Progress,
+    tilted: bool = False,
 ) -> Jets:
     """Jets at all n vertices as from `fit_jets`, fitted at some of them.
 
@@ -106,20 +106,23 @@ def fit_spread(
     ----------
     normals, neighbourhood:
         As for `fit_jets`.
+    tilted:
+        Whether errors of the points tilt the normals.
     """
     fitting = progress.part("Fitting jets", 0.0, 0.7)
-    graph = _open(neighbourhood)
-    rounds, edges = 1, 1 if neighbourhood.rings <= NARROW else 2
-    if neighbourhood.rings >= WIDE:
-        rounds, edges = 2, 3
-    centres, near = spread(graph, rounds, edges, progress.quiet())
-    around = neighbourhood
-    nearest = neighbourhood.stretch > 1.0 and neighbourhood.reach is None
-    if nearest and rounds > 1 and graph is neighbourhood.graph:
-        around = dataclasses.replace(neighbourhood, windows=Cells(surface, centres, near))
-    fits = _fits_at(surface, normals, around, fitting, centres)
+    patches = neighbourhood.patches
+    if patches is not None:
+        over = patches.over
+    else:
+        rounds, edges = 1, 1 if neighbourhood.rings <= NARROW else 2
+        if neighbourhood.rings >= WIDE:
+            rounds, edges = 2, REACH
+        over = spread(_open(neighbourhood), rounds, edges, progress.quiet())
+    if tilted:
+        normals = smoothed(surface, normals, over.near) if patches is None else patches.normals
+    fits = _fits_at(surface, normals, neighbourhood, fitting, over.nodes)
     blending = progress.part("Fitting jets", 0.7, 1.0)
-    jets = blended(surface.vertices, normals, fits, near, blending)
+    jets = blended(surface.vertices, normals, fits, over.near, blending)
     alone = np.flatnonzero(~jets.determined)
     if len(alone):
         own = fit_jets(surface, normals, neighbourhood, progress.quiet(), alone)

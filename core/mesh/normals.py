@@ -7,6 +7,8 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.subsets import spans
+from .rings import ring_around
 from .surface import BLOCK, Surface
 
 # Parts of a large surface that threads sum on their own, few since each has sums of all vertices.
@@ -99,12 +101,8 @@ class Smoothing:
     """The filter of `smooth_normals` over a surface, for passes with something between them."""
 
     def __init__(self, surface: Surface) -> None:
-        self.area = surface.vertex_area
+        self.surface, self.area = surface, surface.vertex_area
         self.start, self.neighbours = surface.neighbour_start, surface.neighbours
-        self.weights = self.area.take(self.neighbours, mode="clip")
-        # No ring is empty.
-        around = np.add.reduceat(self.weights, self.start[:-1])
-        self.floor = 1e-9 * (self.area + around)
 
     def smoothed(
         self, normals: np.ndarray, passes: int, progress: Progress | None = None
@@ -117,18 +115,37 @@ class Smoothing:
             def block(first: int, before: np.ndarray = normals, after: np.ndarray = after) -> None:
                 rows = slice(first, first + BLOCK)
                 begin = self.start[first : first + BLOCK + 1]
-                some = slice(begin[0], begin[-1])
-                ring = sparse.csr_array(
-                    (self.weights[some], self.neighbours[some], begin - begin[0]),
-                    shape=(len(begin) - 1, n),
-                )
-                mean = ring @ before + self.area[rows, None] * before[rows]
-                length = np.sqrt(np.einsum("rc,rc->r", mean, mean))
-                kept = ~(length > self.floor[rows])
-                if kept.any():
-                    mean[kept], length[kept] = before[rows][kept], 1.0
-                np.divide(mean, length[:, None], out=after[rows])
+                around = self.neighbours[begin[0] : begin[-1]]
+                after[rows] = self._means(before, rows, around, begin - begin[0])
 
             run(block, range(0, n, BLOCK), progress.quiet() if progress else Progress())
             normals = after
         return normals
+
+    def smoothed_at(self, normals: np.ndarray, passes: int, vertices: np.ndarray) -> np.ndarray:
+        """(n, 3) normals that are at some vertices (v,) what so many passes make of them, at the
+        cost of what there is around these."""
+        normals = normals.copy()
+        for left in reversed(range(passes)):
+            rows = ring_around(self.surface, vertices, left)
+            count = self.start[rows + 1] - self.start[rows]
+            around = self.neighbours[spans(self.start[rows], count)]
+            begin = np.append(0, np.cumsum(count))
+            normals[rows] = self._means(normals, rows, around, begin)
+        return normals
+
+    def _means(
+        self, before: np.ndarray, rows: np.ndarray | slice, around: np.ndarray, begin: np.ndarray
+    ) -> np.ndarray:
+        """(r, 3) unit means of normals (n, 3) over vertices and what is `around` each of them,
+        from `begin` (r + 1,) on."""
+        weights = self.area.take(around, mode="clip")
+        ring = sparse.csr_array((weights, around, begin), shape=(len(begin) - 1, len(before)))
+        own = self.area[rows]
+        mean = ring @ before + own[:, None] * before[rows]
+        length = np.sqrt(np.einsum("rc,rc->r", mean, mean))
+        # No ring is empty.
+        kept = ~(length > 1e-9 * (own + np.add.reduceat(weights, begin[:-1])))
+        if kept.any():
+            mean[kept], length[kept] = before[rows][kept], 1.0
+        return mean / length[:, None]

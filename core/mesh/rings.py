@@ -4,6 +4,7 @@ rings of some hold all."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
@@ -20,8 +21,8 @@ from .surface import Surface
 MOST_GATHERED = 1 << 25
 # Rings from which on only the outermost leads further; with fewer that takes longer than it saves.
 BY_FRONTS = 5
-# Nodes whose surroundings are gathered by one thread.
-NEAR_BLOCK = 1 << 15
+# Nodes that one thread looks around at once, and such that it gathers all within some edges of.
+NEAR_BLOCK, GATHERED_BLOCK = 1 << 15, 1 << 12
 
 
 def adjacency(links: Surface | HalfEdges, values: np.ndarray | None = None) -> sparse.csr_array:
@@ -146,6 +147,8 @@ class Begun:
 
     def __init__(self) -> None:
         self._fronts: dict[bytes, list[sparse.csr_array]] = {}
+        # For how many vertices patches are listed around the same ones, and these; see `Patches`.
+        self.nearest: dict[bytes, tuple[float, list[tuple[np.ndarray, ...]]]] = {}
 
     def grow(
         self, nodes: np.ndarray, graph: sparse.csr_array, rings: int, progress: Progress | None
@@ -259,31 +262,42 @@ def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
     return np.flatnonzero(taken)
 
 
-def spread(
-    graph: sparse.csr_array, rounds: int, edges: int, progress: Progress
-) -> tuple[np.ndarray, sparse.csr_array]:
-    """Nodes spread over a symmetric graph (n, n), and which of them are near to each node.
+@dataclass(frozen=True)
+class Spread:
+    """Nodes spread over a symmetric graph of n.
 
-    The first round leaves about a quarter of the nodes, a second one a third of these.
-
-    Returns
-    -------
+    Attributes
+    ----------
     nodes:
-        (c,) ascending.
+        (c,) ascending, about a quarter of those that they are spread among.
     near:
-        (n, c) bool, whether a node of the graph is within so many `edges` of one of those. No row
-        is empty from one edge on after one round, from three on after two.
+        (n, c) bool, whether a node of the graph is within so many edges of one of those.
+    finer:
+        The nodes that they are spread among, with what is one edge from them; None for all.
+    """
+
+    nodes: np.ndarray
+    near: sparse.csr_array
+    finer: Spread | None = None
+
+
+def spread(graph: sparse.csr_array, rounds: int, edges: int, progress: Progress) -> Spread:
+    """Nodes spread over a symmetric graph, and which of them are within `edges` of each node.
+
+    The first round leaves about a quarter of the nodes, a second one a third of these. No row of
+    `near` is empty from one edge on after one round, from three on after two.
     """
     nodes = independent(graph, progress)
-    if rounds > 1:
-        # Two nodes are neighbours that some node is next to.
-        near = _near(graph, nodes, 1, progress)
-        beside = (near.T @ near).tocoo()
-        apart = beside.row != beside.col
-        ones = np.ones(int(apart.sum()), bool)
-        pairs = beside.row[apart], beside.col[apart]
-        nodes = nodes[independent(sparse.csr_array((ones, pairs), beside.shape), progress)]
-    return nodes, _near(graph, nodes, edges, progress)
+    if rounds == 1:
+        return Spread(nodes, _near(graph, nodes, edges, progress))
+    finer = Spread(nodes, _near(graph, nodes, 1, progress))
+    # Two nodes are neighbours that some node is next to.
+    both = (finer.near.T @ finer.near).tocoo()
+    apart = both.row != both.col
+    ones = np.ones(int(apart.sum()), bool)
+    beside = sparse.csr_array((ones, (both.row[apart], both.col[apart])), both.shape)
+    nodes = nodes[independent(beside, progress)]
+    return Spread(nodes, _near(graph, nodes, edges, progress), finer)
 
 
 def _near(
@@ -294,11 +308,11 @@ def _near(
 
     def block(first: int) -> None:
         # From the few nodes, which as many edges lead back to, and not from all others.
-        reach = selection(nodes[first : first + NEAR_BLOCK, None], graph.shape[0])
+        reach = selection(nodes[first : first + GATHERED_BLOCK, None], graph.shape[0])
         for _ in range(edges):
             reach = (reach + reach @ graph).tocsr()
             reach.data[:] = True
         parts[first] = reach
 
-    run(block, range(0, len(nodes), NEAR_BLOCK), progress)
+    run(block, range(0, len(nodes), GATHERED_BLOCK), progress)
     return sparse.vstack([parts[first] for first in sorted(parts)], format="csr").T.tocsr()

@@ -18,7 +18,7 @@ from .filters import filtered
 from .judged import Evidence, judge
 from .located import bias_of, locate, standard_errors
 from .methods.raw import RawUmbilics
-from .pairing.persistence import importance, trust_ratio
+from .pairing.persistence import Tree, importance, trust_ratio
 from .regions.region_map import RegionMap
 from .regions.report import describe_regions
 from .regions.waves import words_on_waves
@@ -66,6 +66,8 @@ class Turning:
     of_form, form_radius:
         (k,) bool, those that the form of a surface with detail at every size has, and the radius of
         its widest fits; None and 0 of others.
+    tree:
+        Where the raw meet; None to find out.
     """
 
     raw: RawUmbilics
@@ -75,6 +77,7 @@ class Turning:
     partner: np.ndarray
     of_form: np.ndarray | None = None
     form_radius: float = 0.0
+    tree: Tree | None = None
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,7 @@ def _umbilics(
         certified=settings.certified,
         exact=settings.curvature == "given",
         form_radius=turning.form_radius,
+        tree=turning.tree,
     )
     found = locate(
         surface,

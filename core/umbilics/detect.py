@@ -11,17 +11,18 @@ import numpy as np
 
 from ..base.blas import one_blas_thread
 from ..base.options import AUTO
+from ..base.parallel import at_once
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.words import counted
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
 from ..curvature.estimate import Estimate, estimate
 from ..curvature.field import CurvatureField
-from ..curvature.form import form_of
+from ..curvature.form import Level, form_of, levels_of
 from ..curvature.noise import field_noise
 from ..curvature.outliers import without_outliers
 from ..curvature.surface_types import surface_types, typical_curvature
-from ..curvature.tolerances import CURVE
+from ..curvature.tolerances import CURVE, CURVE_MISS
 from ..curvature.wider import WIDER, can_widen, wider_ratio
 from ..mesh.mending.repair import clean
 from ..mesh.normals import vertex_normals
@@ -31,7 +32,7 @@ from .assembly import Analysed, InputMesh, Turning, assemble
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.by_form import FormUmbilics, paired_by_form, umbilics_of_form
-from .pairing.persistence import measure_persistence
+from .pairing.persistence import Tree, measure_persistence, meeting
 from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
@@ -122,20 +123,29 @@ def detect(
                     "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
-    shown: FormUmbilics | None = None
-    # Regions are what the surface's own fits do not tell apart: the form's errors hold its detail.
-    own = fitted
-    if _may_have_no_scale(settings, cad, fitted):
-        with clock.stage("form"):
-            form = form_of(surface, normals, fitted.field, part.quiet())
-            if form is not None:
-                shown = umbilics_of_form(surface, fitted, form, part.quiet())
-                fitted = shown.fitted
-                warnings.append(
-                    "The surface has detail at every size, as scans have: the umbilics shown are "
-                    "those of its form, and none of them is certain. Choose a scale to see those "
-                    "of finer detail."
-                )
+    with clock.stage("form"):
+        # Regions are what the surface's own fits do not tell apart: the form's errors hold its
+        # detail, and neither asks anything of the other.
+        own, part = fitted, part.quiet()
+        errors = _noise(surface, own)
+        rings = _rings(own)
+        levels, (regions, sets) = at_once(
+            lambda: _levels(surface, normals, own, settings, cad, part),
+            lambda: (
+                _regions(surface, own, *errors, rings, settings, cad, part),
+                _curves(surface, own, *errors, settings, cad, part),
+            ),
+        )
+        shown: FormUmbilics | None = None
+        if levels:
+            form = form_of(surface, levels, own.field, part)
+            shown = umbilics_of_form(surface, own, form, part)
+            fitted = shown.fitted
+            warnings.append(
+                "The surface has detail at every size, as scans have: the umbilics shown are "
+                "those of its form, and none of them is certain. Choose a scale to see those "
+                "of finer detail."
+            )
     shape = fitted.field
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
@@ -144,11 +154,7 @@ def detect(
         warnings += found.raw.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
-        rings = _rings(fitted)
-        errors = (noise, radius) if shown is None else _noise(surface, own)
-        regions = _regions(surface, own, *errors, rings, settings, cad, progress.quiet())
-        if settings.regions and settings.certified and cad is None:
-            sets = _curves(surface, own, *errors, progress.quiet())
+        if sets is not None:
             regions = with_curves(surface, regions, sets, found.triangle_index)
             regions = without_shown(surface, fitted, found.raw, regions, progress.quiet())
             if regions.curves:
@@ -166,9 +172,10 @@ def detect(
         raw = found.raw.select(outside)
     with clock.stage("persistence"):
         progress.part("Pairing umbilics", 0.85, 0.9)
-        of_form = None
+        of_form, tree = None, None
         if shown is None:
-            persistence, partner = _paired(surface, shape, settings, raw, regions)
+            tree = meeting(surface, shape.gap, raw.triangle, raw.index, regions.rows())
+            persistence, partner = _paired(surface, shape, settings, raw, tree)
         else:
             persistence, partner, of_form = paired_by_form(surface, shape.gap, raw, shown)
     with clock.stage("surface types"):
@@ -189,6 +196,7 @@ def detect(
                 partner,
                 of_form,
                 0.0 if shown is None else shown.radius,
+                tree,
             ),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),
             settings,
@@ -262,17 +270,38 @@ def _regions(
     return regions if cad is None else with_faces(cad, regions)
 
 
+def _levels(
+    surface: Surface,
+    normals: np.ndarray,
+    fitted: Estimate,
+    settings: Settings,
+    cad: Tessellation | None,
+    progress: Progress,
+) -> list[Level]:
+    """Where a surface that has detail at every size has a form; none of others."""
+    asked = _may_have_no_scale(settings, cad, fitted)
+    return levels_of(surface, normals, progress) if asked else []
+
+
 def _curves(
-    surface: Surface, fitted: Estimate, noise: np.ndarray, radius: np.ndarray, progress: Progress
-) -> UnresolvedSets:
+    surface: Surface,
+    fitted: Estimate,
+    noise: np.ndarray,
+    radius: np.ndarray,
+    settings: Settings,
+    cad: Tessellation | None,
+    progress: Progress,
+) -> UnresolvedSets | None:
     """What could be curves of umbilics, in the field of one scale: a curve is as long and as narrow
-    everywhere, where windows of their own make its field patchy."""
+    everywhere, where windows of their own make its field patchy. None where none are asked for."""
+    if not settings.regions or not settings.certified or cad is not None:
+        return None
     shape = fitted.field
     if fitted.cubic is not None:
         shape, radius = fitted.cubic
         noise = shape.noise
     low = low_vertices(surface, shape.gap)
-    return unresolved_sets(surface, shape, noise, radius, CURVE, low, progress)
+    return unresolved_sets(surface, shape, noise, radius, CURVE, low, progress, CURVE_MISS)
 
 
 def _scatter(fitted: Estimate, noise: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -317,9 +346,9 @@ def _paired(
     shape: CurvatureField,
     settings: Settings,
     raw: RawUmbilics,
-    regions: RegionMap,
+    tree: Tree,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Persistence and partner, where the indices balance over the surface."""
     if not settings.certified:
         return np.full(len(raw), np.nan), np.full(len(raw), -1)
-    return measure_persistence(surface, shape.gap, raw.triangle, raw.index, regions.rows())
+    return measure_persistence(surface, shape.gap, raw.triangle, raw.index, tree=tree)

@@ -9,7 +9,7 @@ import numpy as np
 from ..mesh.borders import distance_to_border
 from ..mesh.surface import Surface
 from .located import Located
-from .pairing.persistence import made_by_noise, measure_persistence, significant
+from .pairing.persistence import Tree, made_by_noise, measure_persistence, significant
 
 # Standard error of a place, in radii of the fit, above which a border may have made it: the
 # spurious ones along the border of the test patch have 0.1 and more, most true ones 0.05.
@@ -53,6 +53,8 @@ class Evidence:
         operators have no error.
     form_radius:
         That of the widest fits of a surface with detail at every size; 0 of others.
+    tree:
+        Where the umbilics meet; None to find out.
     """
 
     gap: np.ndarray
@@ -64,6 +66,7 @@ class Evidence:
     certified: bool
     exact: bool
     form_radius: float = 0.0
+    tree: Tree | None = None
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,13 @@ def judge(
     if of_form is None and evidence.certified and evidence.jets and vague[found.asked].any():
         # Of two that could cancel a third, the one that the finer fit shows stays.
         persistence, partner = measure_persistence(
-            surface, evidence.gap, found.singular, found.index, evidence.regions, ~vague
+            surface,
+            evidence.gap,
+            found.singular,
+            found.index,
+            evidence.regions,
+            ~vague,
+            evidence.tree,
         )
     fits = _independent_fits(surface, evidence.radius)
     present = found.clarity >= significant(fits, PRESENT)

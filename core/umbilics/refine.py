@@ -13,7 +13,7 @@ import numpy as np
 from ..base.parallel import run
 from ..base.progress import Progress
 from ..curvature.estimate import Estimate
-from ..curvature.fits.flattened import fit_flattened, round_operator
+from ..curvature.fits.flattened import FlatFit, fit_flattened, round_operator
 from ..fields.frames import frame
 from ..mesh.surface import Surface
 from .fitted_zero import clear_of_zero, slope_change, slopes, zero
@@ -147,11 +147,16 @@ def refine(
             same = rows[(window == windows[:, rows].T).all(axis=1)]
             corners = surface.triangles[triangle[same]]
             so_many, degree = map(int, window)
+            # Each has samples of its own number, and all are looked for at once.
+            fits: dict[int, list[_Fit]] = {}
             around = neighbourhood.around_triangles(corners, so_many, 1 << 15, ask)
             for some, members in around:
                 ask.ask()
-                own = same[some]
-                _refine_block(surface, normals, own, members, degree, focused, factor, walk, places)
+                fit = _fitted(surface, normals, same[some], members, degree, focused, places)
+                fits.setdefault(fit.degree, []).append(fit)
+            for own, found in fits.items():
+                exact = focused and own == CLEAN[0]
+                _look_for_zeros(surface, _Fit.joined(found), exact, factor, walk, places)
 
     run(block, range(0, k, BLOCK), progress)
     return places
@@ -169,17 +174,41 @@ def _windows(surface: Surface, triangle: np.ndarray, fitted: Estimate) -> np.nda
     return np.where(known[0] > 0, known, others)
 
 
-def _refine_block(
+@dataclass(frozen=True)
+class _Fit:
+    """Fits around umbilics, the `rows` (r,) of all: places (r, 3) in the middle of them, axes
+    (3, 3, r) there, how many samples each has (r,), and what was fitted to these."""
+
+    rows: np.ndarray
+    centre: np.ndarray
+    axes: np.ndarray
+    samples: np.ndarray
+    flat: FlatFit
+    degree: int
+
+    @classmethod
+    def joined(cls, fits: list[_Fit]) -> _Fit:
+        """All of one degree as one."""
+        return cls(
+            np.concatenate([fit.rows for fit in fits]),
+            np.concatenate([fit.centre for fit in fits]),
+            np.concatenate([fit.axes for fit in fits], axis=2),
+            np.concatenate([fit.samples for fit in fits]),
+            FlatFit.joined([fit.flat for fit in fits]),
+            fits[0].degree,
+        )
+
+
+def _fitted(
     surface: Surface,
     normals: np.ndarray,
     rows: np.ndarray,
     members: np.ndarray,
     degree: int,
     focused: bool,
-    factor: float,
-    walk: int,
     places: Refined,
-) -> None:
+) -> _Fit:
+    """Fits of a degree, or of what they can hold, to samples (s, r) around the umbilics `rows`."""
     corners = surface.triangles[places.triangle[rows]]
     weights = places.barycentric[rows]
     centre = np.einsum("rk,rkc->rc", weights, surface.vertices[corners])
@@ -188,20 +217,27 @@ def _refine_block(
     normal = np.where(
         length[:, None] > 1e-3, normal / np.maximum(length, 1e-300)[:, None], normals[corners[:, 0]]
     )
-    e1, e2 = (axis.T for axis in frame(normal.T))
+    axes = np.stack([*frame(normal.T), normal.T])
     offset = surface.vertices[members] - centre
-    x, y, z = (np.einsum("sbc,bc->sb", offset, axis) for axis in (e1, e2, normal))
+    x, y, z = (np.einsum("sbc,cb->sb", offset, axis) for axis in axes)
     # Where a small piece or a border leaves few samples, the degree that they can hold.
     while degree > 3 and len(members) < SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2:
         degree -= 1
-    focused &= degree == CLEAN[0]
-    (flat,) = fit_flattened(x, y, z, [degree], FOCUS if focused else None)
-    fit, radius = flat.heights, flat.radius
+    focus = FOCUS if focused and degree == CLEAN[0] else None
+    (flat,) = fit_flattened(x, y, z, [degree], focus)
+    return _Fit(rows, centre, axes, np.full(len(rows), len(members)), flat, degree)
 
+
+def _look_for_zeros(
+    surface: Surface, found: _Fit, focused: bool, factor: float, walk: int, places: Refined
+) -> None:
+    """Refine the places that fits were made around to where these have their zeros."""
+    rows, axes, flat, degree = found.rows, found.axes, found.flat, found.degree
+    fit, radius = flat.heights, flat.radius
     edge = surface.mean_sides(places.triangle[rows])
     # Edges of the triangle itself or, where that is a small one, of as many vertices spread
     # evenly over the disc of the samples.
-    spread = np.sqrt(4 * np.pi / (np.sqrt(3) * len(members)))
+    spread = np.sqrt(4 * np.pi / (np.sqrt(3) * found.samples))
     u, v, settled = zero(fit, FARTHEST * np.maximum(edge / radius, spread))
     operator = round_operator(fit.coefficients, radius, flat.bend, u, v)
     along_u, along_v = slopes(fit, u, v)
@@ -213,24 +249,24 @@ def _refine_block(
 
     target = operator.place[:2].T
     start = places.triangle[rows]
-    around, inside, landed = _landing(surface, start, target, centre, e1, e2, walk)
-    found = settled & fit.determined & landed
-    chosen = rows[found]
-    places.triangle[chosen], places.barycentric[chosen] = around[found], inside[found]
-    axes = np.stack([e1.T, e2.T, normal.T])
-    places.normal[chosen] = operator.normal(axes)[found]
-    places.x[chosen] = operator.tangent(1.0, 0.0, axes)[found]
-    places.y[chosen] = operator.tangent(0.0, 1.0, axes)[found]
-    places.curvature[chosen] = operator.mean[found]
-    places.p[chosen], places.q[chosen] = (p / unit**2)[found], (q / unit**2)[found]
-    places.error[chosen] = (factor * fit.gap_error / unit)[found]
+    e1, e2, _ = np.ascontiguousarray(axes.transpose(0, 2, 1))
+    around, inside, landed = _landing(surface, start, target, found.centre, e1, e2, walk)
+    kept = settled & fit.determined & landed
+    chosen = rows[kept]
+    places.triangle[chosen], places.barycentric[chosen] = around[kept], inside[kept]
+    places.normal[chosen] = operator.normal(axes)[kept]
+    places.x[chosen] = operator.tangent(1.0, 0.0, axes)[kept]
+    places.y[chosen] = operator.tangent(0.0, 1.0, axes)[kept]
+    places.curvature[chosen] = operator.mean[kept]
+    places.p[chosen], places.q[chosen] = (p / unit**2)[kept], (q / unit**2)[kept]
+    places.error[chosen] = (factor * fit.gap_error / unit)[kept]
     error = np.maximum(factor * fit.gap_error, np.finfo(float).tiny)
     slope_error = (SMOOTH_ERROR if focused else SLOPE_ERROR[degree]) * error
     if not focused:
         # On clean meshes the error is bias, which moves the place and the form read there alike.
         slope_error = np.hypot(slope_error, slope_change(fit, u, v, error))
-    places.slope_error[chosen] = (slope_error / unit**2)[found]
-    places.clarity[chosen] = (clear_of_zero(fit, u, v, p, q) / error)[found]
+    places.slope_error[chosen] = (slope_error / unit**2)[kept]
+    places.clarity[chosen] = (clear_of_zero(fit, u, v, p, q) / error)[kept]
     places.found[chosen] = True
 
 

@@ -108,7 +108,8 @@ def look_closer(
         if len(triangles) == 0 or fits > most:
             break
         seen[surface.triangles[triangles].ravel()] = True
-        blend.add(surface, best_fits(surface, scale, triangles, progress.quiet()), exact)
+        fitted = best_fits(surface, field.normal, scale, triangles, progress.quiet())
+        blend.add(surface, fitted, exact)
         now = blend.field()
         winding = winding.after(surface, np.flatnonzero(blend.weight), now.d1, now.d2)
     if not blend.rings.any():
@@ -137,7 +138,7 @@ def _at_one_scale(
         if closer is None:
             if len(vertices) == 0:
                 break
-            closer = _closer_scale(surface, scale, vertices, ask)
+            closer = _closer_scale(surface, field.normal, scale, vertices, ask)
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
             vertices = vertices[~seen[vertices]]
@@ -145,7 +146,7 @@ def _at_one_scale(
         if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        jets = fit_jets(surface, closer.normals, closer.neighbourhood, ask, vertices, degree)
+        jets = fit_jets(surface, field.normal, closer.neighbourhood, ask, vertices, degree)
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]
@@ -158,14 +159,18 @@ def _at_one_scale(
 
 
 def _closer_scale(
-    surface: Surface, scale: Scale, vertices: np.ndarray, progress: Progress
+    surface: Surface,
+    normals: np.ndarray,
+    scale: Scale,
+    vertices: np.ndarray,
+    progress: Progress,
 ) -> Scale:
     around = scale.neighbourhood
     if around.focused:
-        return Scale(dataclasses.replace(around, rings=CLEAN[1]), scale.normals, 1.0)
+        return Scale(dataclasses.replace(around, rings=CLEAN[1]))
     some = vertices[:: max(len(vertices) // SAMPLED, 1)]
     around = dataclasses.replace(around, rings=max(around.rings, 3))
-    return grow_while_it_falls(surface, scale.normals, around, some, progress, NOISY, MOST_RINGS)
+    return grow_while_it_falls(surface, normals, around, some, progress, NOISY, MOST_RINGS)
 
 
 def _around_umbilics(surface: Surface, winding: Winding, seen: np.ndarray) -> np.ndarray:

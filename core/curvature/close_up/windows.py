@@ -78,11 +78,18 @@ def ladder(rings: int) -> list[int]:
     return sorted({min(max(round(rings * STEP**k), 3), MOST_RINGS) for k in range(STEPS)})
 
 
-def best_fits(surface: Surface, scale: Scale, triangles: np.ndarray, progress: Progress) -> Fits:
-    """The best of the ladder's fits around the middles of triangles (k,)."""
+def best_fits(
+    surface: Surface,
+    normals: np.ndarray,
+    scale: Scale,
+    triangles: np.ndarray,
+    progress: Progress,
+) -> Fits:
+    """The best of the ladder's fits around the middles of triangles (k,), over planes across the
+    normals (n, 3) of vertices."""
     corners = surface.triangles[triangles]
     centre = surface.vertices[corners].mean(axis=1)
-    normal = unit(scale.normals[corners].sum(axis=1))
+    normal = unit(normals[corners].sum(axis=1))
     axes = np.stack([*frame(normal.T), normal.T])
     *others, widest = ladder(scale.neighbourhood.rings)
     # Whether the surface is nearer to a sphere or to a plane shows the most in the widest window.

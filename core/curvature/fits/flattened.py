@@ -47,6 +47,24 @@ class FlatFit:
     radius: np.ndarray
     heights: HeightFit
 
+    @classmethod
+    def joined(cls, fits: Sequence[FlatFit]) -> FlatFit:
+        """All fits, of the same terms, beside each other."""
+        heights = [fit.heights for fit in fits]
+        return cls(
+            np.concatenate([fit.bend for fit in fits]),
+            np.concatenate([fit.radius for fit in fits]),
+            HeightFit(
+                {
+                    term: np.concatenate([height.coefficients[term] for height in heights])
+                    for term in heights[0].coefficients
+                },
+                np.concatenate([height.residual for height in heights]),
+                np.concatenate([height.covariance for height in heights], axis=-1),
+                np.concatenate([height.determined for height in heights]),
+            ),
+        )
+
     @property
     def residual(self) -> np.ndarray:
         """(b,) standard deviation of the samples about the fit, in the unit of the samples."""

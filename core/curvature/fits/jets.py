@@ -139,17 +139,18 @@ def fit_each(
     The other parameters are those of `fit_jets`.
     """
     c = len(centres)
-    coordinates = surface.coordinates
     spaces = threading.local()
     ask = progress.quiet()
     determined = np.zeros(c, bool)
+    # Made once, before threads ask for them.
+    neighbourhood.patches  # noqa: B018
 
     def fit(slots: np.ndarray, around: Neighbourhood) -> None:
         if not hasattr(spaces, "workspace"):
             spaces.workspace = Workspace()
         some = centres[slots]
         fits, radius, axes, order = _fit_some(
-            coordinates, normals, some, around, degree, spaces.workspace, ask
+            surface.coordinates, normals, some, around, degree, spaces.workspace, ask
         )
         determined[slots[order]] = fits.determined
         store(fits, radius, axes, slots[order])
@@ -163,7 +164,7 @@ def fit_each(
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.
     for more in range(1, RETRIES + 1):
         undetermined = np.flatnonzero(~determined)
-        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more, windows=None)
+        wider = dataclasses.replace(neighbourhood, rings=neighbourhood.rings + more, patching=None)
         for first in range(0, len(undetermined), CHUNK):
             fit(undetermined[first : first + CHUNK], wider)
 
@@ -187,6 +188,8 @@ def _fit_some(
     axes = np.stack([*frame(n0), n0])
     sums = workspace.array("sums", sum_count(degree), len(centres))
     radius, count = np.empty((2, len(centres)))
+    patches = around.patches
+    seen = coordinates if patches is None else patches.coordinates
     blocks, end = [np.zeros(0, int)], 0
     for some, members in around.blocks(centres, SAMPLES_PER_BLOCK, progress):
         block = slice(end, end := end + len(some))
@@ -195,10 +198,16 @@ def _fit_some(
         # `take` gives arrays that run along b; indexed with [..., some] they would not.
         origin = coordinates.take(centres[some], axis=1)
         along = axes.take(some, axis=2)
-        samples, radius[block] = samples_about(coordinates, members, origin, along, workspace)
+        samples, radius[block] = samples_about(seen, members, origin, along, workspace)
         weights = near_weights(samples[:2], FOCUS[degree], workspace) if around.focused else None
+        if patches is not None:
+            weights = patches.size.take(members)
+            count[block] = weights.sum(axis=0)
         x, y, height = samples
         sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
+        if patches is not None:
+            # Squares of all heights, not of their means alone.
+            sums[-1, block] += patches.scatter.take(members).sum(axis=0) / radius[block] ** 2
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace)
     return fit, radius[:end], axes.take(order, axis=2), order

@@ -9,7 +9,8 @@ of the indices is therefore the same at every level.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 from scipy import sparse
@@ -20,6 +21,9 @@ from ...mesh.surface import Surface
 from .cancelling import cancel
 from .merge_tree import merge_tree
 
+# Gives what `merge_tree` gives.
+Tree = Callable[[], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
 
 def measure_persistence(
     surface: Surface,
@@ -28,6 +32,7 @@ def measure_persistence(
     index: np.ndarray,
     regions: Sequence[np.ndarray] = (),
     firm: np.ndarray | None = None,
+    tree: Tree | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The gap at which each umbilic cancels, and with which other one.
 
@@ -48,6 +53,8 @@ def measure_persistence(
     firm:
         (k,) bool, umbilics that stay where others could cancel in their place: those that a
         finer fit shows. None for no difference.
+    tree:
+        Where these umbilics meet, as from `meeting`; None to find out.
 
     Returns
     -------
@@ -65,8 +72,7 @@ def measure_persistence(
     if not (units > 0).any() or not (units < 0).any():
         return persistence, partner
 
-    gap = _finite(gap)
-    low, high, saddle = merge_tree(surface, gap, np.asarray(triangle), units != 0, regions)
+    low, high, saddle = (tree or meeting(surface, gap, triangle, index, regions))()
     centres = sum(surface.vertices[corner] for corner in surface.triangles[triangle].T) / 3.0
     first, second, level = cancel(units, centres, low, high, saddle, firm)
     if len(first) == 0:
@@ -76,6 +82,21 @@ def measure_persistence(
         partner[first], partner[second] = second, first
         return persistence, partner
     return _group(units, first, second, level)
+
+
+def meeting(
+    surface: Surface,
+    gap: np.ndarray,
+    triangle: np.ndarray,
+    index: np.ndarray,
+    regions: Sequence[np.ndarray] = (),
+) -> Tree:
+    """Where umbilics meet, found when it is first asked for; parameters as those of
+    `measure_persistence`."""
+    charged = np.rint(2.0 * np.asarray(index, dtype=float)) != 0.0
+    return cache(
+        lambda: merge_tree(surface, _finite(gap), np.asarray(triangle), charged, regions)
+    )
 
 
 def survivors(persistence: np.ndarray, level: float) -> np.ndarray:

@@ -71,11 +71,13 @@ def largest_disc(
 ) -> np.ndarray:
     """(count,) area of the disc that one fit sees, on average over each labelled set."""
     inside = np.flatnonzero(label >= 0)
-    corners = radius[surface.triangles[inside]]
-    known = np.isfinite(corners)
-    square = np.where(known, corners, 0.0) ** 2
-    total = np.bincount(label[inside], weights=square.sum(axis=1), minlength=count)
-    number = np.bincount(label[inside], weights=known.sum(axis=1), minlength=count)
+    known = np.isfinite(radius)
+    square = np.where(known, radius, 0.0) ** 2
+    own, corners = label[inside], surface.triangles[inside].T
+    total, number = (
+        np.bincount(own, weights=sum(values.take(corner) for corner in corners), minlength=count)
+        for values in (square, known.astype(float))
+    )
     return np.pi * total / np.maximum(number, 1)
 
 

@@ -72,6 +72,7 @@ def unresolved_sets(
     level: float,
     starts: np.ndarray,
     progress: Progress,
+    most_missed: float = np.inf,
 ) -> UnresolvedSets:
     """The connected sets of undecided edges around vertices.
 
@@ -92,25 +93,27 @@ def unresolved_sets(
     starts:
         Vertices from which the sets are followed: corners of triangles that hold umbilics, or
         the `low_vertices`.
+    most_missed:
+        Sets that miss zero by more of their errors on average are left out.
     """
     edges = _Edges(surface, field, noise, radius, level)
-    tail, head, missed = _undecided_edges(edges, starts, progress)
-    if not len(tail):
+    tail, head, missed, apart = _undecided_edges(edges, starts, progress)
+    vertices, graph, count, piece = _pieces(surface, tail, head)
+    of_vertex = np.full(len(surface.vertices), -1, np.int32)
+    of_vertex[vertices] = piece
+    own = of_vertex[tail]
+    number = np.bincount(own, minlength=count)
+    mean = np.bincount(own, weights=missed, minlength=count) / number
+    if (mean > most_missed).any():
+        some = mean[own] <= most_missed
+        tail, head, mean = tail[some], head[some], mean[mean <= most_missed]
+        vertices, graph, count, piece = _pieces(surface, tail, head)
+        of_vertex = np.full(len(surface.vertices), -1, np.int32)
+        of_vertex[vertices] = piece
+    if not count:
         none = np.zeros(0)
         return UnresolvedSets(np.full(len(surface.triangles), -1, np.int32), none, none, none, none)
-    held = np.zeros(len(surface.vertices), bool)
-    held[tail] = held[head] = True
-    vertices = np.flatnonzero(held)
-    place = np.cumsum(held) - 1
-    one, two = place[tail], place[head]
-    size = np.linalg.norm(surface.vertices[tail] - surface.vertices[head], axis=1)
-    # A length of zero would be no edge to a sparse graph.
-    size = np.maximum(size, np.finfo(float).tiny)
-    graph = sparse.csr_array(
-        sparse.coo_array((size, (one, two)), shape=(len(vertices), len(vertices)))
-    )
-    count, piece = csgraph.connected_components(graph, directed=False)
-    label = _labelled(surface, tail, head, vertices, piece)
+    label = _labelled(surface, of_vertex, apart)
     length = _lengths(graph, piece, count)
     inside = np.flatnonzero(label >= 0)
     area = np.bincount(label[inside], weights=surface.face_normal_area[1][inside], minlength=count)
@@ -120,9 +123,27 @@ def unresolved_sets(
     # Points spread over a disc are 1 / sqrt(2) of its radius away from its middle.
     diameter = 2.0 * np.sqrt(2.0) * total / np.maximum(number, 1)
     width = area / np.maximum(length, np.finfo(float).tiny)
-    total = np.bincount(piece[one], weights=missed, minlength=count)
-    mean = total / np.bincount(piece[one], minlength=count)
     return UnresolvedSets(label, length, width, diameter, mean)
+
+
+def _pieces(
+    surface: Surface, tail: np.ndarray, head: np.ndarray
+) -> tuple[np.ndarray, sparse.csr_array, int, np.ndarray]:
+    """Of edges (e,), (e,) their v vertices, ascending, the graph (v, v) of their lengths, how many
+    pieces it has, in the order of their lowest vertices, and the piece (v,) of each vertex."""
+    held = np.zeros(len(surface.vertices), bool)
+    held[tail] = held[head] = True
+    vertices = np.flatnonzero(held)
+    place = np.cumsum(held) - 1
+    square = np.zeros(len(tail))
+    for along in surface.coordinates:
+        square += np.square(along.take(tail) - along.take(head))
+    # A length of zero would be no edge to a sparse graph.
+    size = np.maximum(np.sqrt(square), np.finfo(float).tiny)
+    shape = (len(vertices), len(vertices))
+    graph = sparse.csr_array(sparse.coo_array((size, (place[tail], place[head])), shape=shape))
+    count, piece = csgraph.connected_components(graph, directed=False)
+    return vertices, graph, int(count), piece
 
 
 def low_vertices(surface: Surface, gap: np.ndarray) -> np.ndarray:
@@ -160,11 +181,12 @@ class _Edges:
         """(e,) by how many of its errors the deviator misses zero along each edge; infinite
         next to a border."""
         start, end = self.field.gap.take(tail), self.field.gap.take(head)
-        d1, d2 = self.field.d1, self.field.d2
-        one, two = (np.hstack([d1.take(v, 0), d2.take(v, 0)]).T.copy() for v in (tail, head))
         # The deviator at the head is turned by twice the angle between the frames.
-        cosine = np.einsum("ce,ce->e", one, two)
-        sine = np.einsum("ce,ce->e", one[:3], two[3:]) - np.einsum("ce,ce->e", one[3:], two[:3])
+        (a, b), (c, d) = (
+            (self.field.d1.take(end, axis=0), self.field.d2.take(end, axis=0))
+            for end in (tail, head)
+        )
+        cosine, sine = (x + y + z for x, y, z in ((a * c + b * d).T, (a * d - b * c).T))
         size = cosine * cosine + sine * sine
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.where(size > 0.0, (cosine * cosine - sine * sine) / size, 1.0) * end - start
@@ -186,9 +208,9 @@ class _Edges:
 
 def _undecided_edges(
     edges: _Edges, starts: np.ndarray, progress: Progress
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`, and
-    by how many errors (e,) they miss zero.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`, by how
+    many errors (e,) they miss zero, and the `edge_keys` of all others between their ends, sorted.
 
     They are followed from vertex to vertex, each vertex once.
     """
@@ -197,6 +219,7 @@ def _undecided_edges(
     seen = np.zeros(len(surface.vertices), bool)
     front = np.unique(starts)
     tails, heads, misses = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+    apart = [np.zeros((2, 0), np.int64)]
     while len(front):
         progress.ask()
         count = begin[front + 1] - begin[front]
@@ -212,6 +235,7 @@ def _undecided_edges(
         tails.append(tail[linked])
         heads.append(head[linked])
         misses.append(missed[linked])
+        apart.append(np.stack([tail[~linked], head[~linked]]))
         reached = np.zeros(len(seen), bool)
         reached[heads[-1]] = True
         front = np.flatnonzero(reached & ~seen)
@@ -219,7 +243,10 @@ def _undecided_edges(
     ends = np.zeros(len(surface.vertices), bool)
     ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
     chosen = (missed <= 1.0) | ends[tail] & ends[head]
-    return tail[chosen], head[chosen], missed[chosen]
+    one, other = np.concatenate(apart, axis=1)
+    both = ends[one] & ends[other]
+    keys = np.sort(edge_keys(one[both], other[both], len(ends)))
+    return tail[chosen], head[chosen], missed[chosen], keys
 
 
 def _in_blocks(edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Progress) -> np.ndarray:
@@ -236,28 +263,23 @@ def _in_blocks(edges: _Edges, tail: np.ndarray, head: np.ndarray, progress: Prog
     return missed
 
 
-def _labelled(
-    surface: Surface,
-    tail: np.ndarray,
-    head: np.ndarray,
-    vertices: np.ndarray,
-    piece: np.ndarray,
-) -> np.ndarray:
-    """(m,) int32 the piece of the edges from tail to head that each triangle has one of, -1 for
-    none; `piece` (v,) is that of each of the `vertices`."""
-    count = len(surface.vertices)
-    keys = np.sort(edge_keys(tail, head, count))
-    of_vertex = np.full(count, -1, np.int32)
-    of_vertex[vertices] = piece
+def _labelled(surface: Surface, piece: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    """(m,) int32 the piece of the undecided edges that each triangle has one of, -1 for none.
+
+    `piece` (n,) is that of the vertices, -1 for none; between two that have one all edges are
+    undecided but for those whose keys are listed in `apart`, ascending.
+    """
     label = np.full(len(surface.triangles), -1, np.int32)
-    rows = surface.with_two_of(of_vertex >= 0)
-    corners = surface.triangles[rows].astype(np.int64)
+    rows = surface.with_two_of(piece >= 0)
+    pieces = [piece.take(corner) for corner in surface.triangles[rows].T]
     for one, two in ((0, 1), (1, 2), (2, 0)):
-        start, end = corners[:, one], corners[:, two]
-        key = edge_keys(start, end, count)
-        slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
-        there = keys[slot] == key
-        label[rows[there]] = of_vertex[start[there]]
+        there = (pieces[one] >= 0) & (pieces[two] >= 0)
+        if len(apart):
+            start, end = (surface.triangles[rows, corner] for corner in (one, two))
+            key = edge_keys(start, end, len(piece))
+            slot = np.minimum(np.searchsorted(apart, key), len(apart) - 1)
+            there &= apart[slot] != key
+        label[rows[there]] = pieces[one][there]
     return label
 
 
@@ -268,6 +290,7 @@ def _lengths(graph: sparse.csr_array, piece: np.ndarray, count: int) -> np.ndarr
     for _ in range(2):
         # One start in each piece: they do not reach each other.
         away = csgraph.dijkstra(graph, directed=False, indices=start, min_only=True)
-        order = np.lexsort((away, piece))
-        start = order[np.cumsum(np.bincount(piece, minlength=count)) - 1]
+        farthest = np.zeros(count)
+        np.maximum.at(farthest, piece, away)
+        start[piece[away == farthest[piece]]] = np.flatnonzero(away == farthest[piece])
     return away[start]

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from core.base.parallel import run
+from core.base.parallel import at_once, run
 from core.base.progress import Progress
 
 
@@ -38,3 +38,22 @@ def test_one_block_is_done_where_it_is_asked_for():
 
     run(lambda _: where.append(threading.current_thread()), [7], Progress(report))
     assert where == [threading.current_thread()] and told == [1.0]
+
+
+def test_works_at_once_give_what_each_does_and_ask_for_no_more_threads():
+    def one():
+        where = []
+        run(lambda _: where.append(threading.current_thread()), range(9), Progress())
+        assert set(where) == {threading.current_thread()}
+        return "one"
+
+    def fails():
+        raise ValueError("two")
+
+    assert at_once(one, one) == ["one", "one"]
+    with pytest.raises(ValueError, match="two"):
+        at_once(one, fails)
+    # Afterwards all is as before.
+    where = []
+    run(lambda _: where.append(threading.current_thread()), range(9), Progress())
+    assert threading.current_thread() not in where

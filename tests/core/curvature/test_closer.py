@@ -11,7 +11,7 @@ from core.curvature.close_up.closer import look_closer
 from core.curvature.close_up.windows import best_fits, ladder
 from core.curvature.field import CurvatureField
 from core.curvature.fits.jets import fit_jets
-from core.curvature.scale import choose
+from core.curvature.scale import choose, starting_normals
 from core.fields.transport import doubled_angle, tangents
 from core.fields.winding import certified_index
 from core.mesh.neighbourhoods import Neighbourhood
@@ -43,9 +43,9 @@ def inner(surface) -> np.ndarray:
 
 def test_windows_are_wide_under_noise_and_narrow_on_detail():
     plain, scale = scale_of(*waves(100.0, 0.05))
-    wide = best_fits(plain, scale, inner(plain), Progress())
+    wide = best_fits(plain, vertex_normals(plain), scale, inner(plain), Progress())
     wavy, scale = scale_of(*waves(0.5, 0.01))
-    narrow = best_fits(wavy, scale, inner(wavy), Progress())
+    narrow = best_fits(wavy, vertex_normals(wavy), scale, inner(wavy), Progress())
     assert np.median(wide.rings) >= 2 * np.median(narrow.rings)
     # What is chosen knows its error: the deviator at the middle of the bowl is 2 * (0.6 - 0.3).
     assert np.median(wide.error) * plain.unit**-1 < 0.05
@@ -64,9 +64,11 @@ def test_the_field_is_better_around_umbilics_and_untouched_elsewhere(noise):
     noisy = surfaces.noisy(exact, noise, seed=3)
     surface = surface_of(noisy)
     around = Neighbourhood(surface, adjacency(surface))
-    scale = choose(surface, vertex_normals(surface), around, Progress())
-    assert not scale.neighbourhood.focused
-    jets = fit_jets(surface, scale.normals, scale.neighbourhood, Progress())
+    normals = vertex_normals(surface)
+    scale = choose(surface, normals, around, Progress())
+    assert not scale.neighbourhood.focused and scale.tilted
+    start = starting_normals(surface, normals, scale.neighbourhood, Progress())
+    jets = fit_jets(surface, start, scale.neighbourhood, Progress())
     noise_of = scale.factor * jets.noise
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise_of)
     closer = look_closer(surface, field, jets.radius, scale, Progress())

@@ -7,7 +7,7 @@ from surfaces import ellipsoid
 import core
 from core.base.progress import Progress
 from core.curvature.field import CurvatureField
-from core.curvature.form import form_of
+from core.curvature.form import form_of, levels_of
 from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
 
@@ -37,7 +37,8 @@ def found(vertices, triangles):
         name: value * (surface.unit if value.ndim == 1 else 1.0)
         for name, value in vars(curvature).items()
     }
-    return form_of(surface, vertex_normals(surface), CurvatureField(**values), Progress())
+    levels = levels_of(surface, vertex_normals(surface), Progress())
+    return form_of(surface, levels, CurvatureField(**values), Progress()) if levels else None
 
 
 def test_a_surface_with_a_size_of_its_own_has_no_form():

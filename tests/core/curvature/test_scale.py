@@ -19,6 +19,7 @@ from core.curvature.scale import (
     starting_normals,
 )
 from core.mesh import neighbourhoods
+from core.mesh.cells import Patches
 from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
@@ -46,7 +47,7 @@ def test_a_clean_surface_stays_at_two_focused_rings():
     chosen = choose(surface, normals, around(surface), Progress())
     assert chosen.neighbourhood.rings == 2 and chosen.neighbourhood.focused
     assert chosen.neighbourhood.stretch == 1.0 and chosen.factor == 1.0
-    assert chosen.normals is normals
+    assert not chosen.tilted
 
 
 def test_a_plane_has_nothing_to_average_out():
@@ -98,7 +99,7 @@ def test_rings_stay_long_where_the_surface_is_straight_along_them(stretch, disc,
 
 def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
     def grown(surface, normals, neighbourhood, *others):
-        return module.Scale(dataclasses.replace(neighbourhood, rings=3), normals, 1.0), None
+        return module.Scale(dataclasses.replace(neighbourhood, rings=3)), None
 
     monkeypatch.setattr(module, "_grown", grown)
     assert chosen_for(stretched(60.0, 0.02)).neighbourhood.stretch == 16.0
@@ -135,12 +136,8 @@ def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0, undetermine
     normals = surfaces.sphere(subdivisions=1).normal[: len(surface.vertices)]
     monkeypatch.setattr(module, "frame", lambda _: (np.eye(3)[[0]].T, np.eye(3)[[1]].T))
     grown = grow_while_it_falls(surface, normals, begin, np.arange(5), Progress())
-    # As far as `starting_normals` smooths for so many rings, only by steps.
-    rings = grown.neighbourhood.rings
-    smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
-    if np.max(residual) > 1e-4:
-        np.testing.assert_allclose(grown.normals, smoothed, atol=1e-12)
-    return rings, grown.factor, grown.clean, grown.shared
+    assert grown.tilted == (np.max(residual) > 1e-4)
+    return grown.neighbourhood.rings, grown.factor, grown.clean, grown.shared
 
 
 @pytest.mark.parametrize(
@@ -170,15 +167,34 @@ def test_rings_grow_while_rounding_makes_more_than_the_shape(monkeypatch, share,
 
 
 @pytest.mark.parametrize("share, rough", [(0.05, True), (5e-5, False)])
-def test_normals_are_smoothed_where_noise_tilts_them(share, rough):
+@pytest.mark.parametrize("large", [False, True])
+def test_normals_are_smoothed_where_noise_tilts_them(share, rough, large, monkeypatch):
+    """As far as `starting_normals` does for the rings before the two that look ahead; of a large
+    mesh those of the vertices that are fitted, and from six rings on by patches."""
     surface = surface_of(surfaces.noisy(surfaces.sphere(subdivisions=4), share))
     normals = vertex_normals(surface)
-    begin = dataclasses.replace(around(surface), rings=2)
-    grown = grow_while_it_falls(surface, normals, begin, np.arange(0, 2000, 5), Progress(), most=4)
-    assert grown.neighbourhood.rings > 2
-    smoothed = starting_normals(surface, normals, grown.neighbourhood, Progress())
-    assert np.array_equal(grown.normals, normals) == (not rough)
-    assert rough == np.allclose(grown.normals, smoothed, atol=1e-12)
+    graph = adjacency(surface)
+    patches = Patches(surface, normals, graph, Progress())
+    begin = Neighbourhood(surface, graph, patching=(lambda: patches) if large else None)
+    starts, fit = {}, module.fit_jets
+
+    def fits(surface, start, neighbourhood, progress, centres, degree=3):
+        starts[neighbourhood.rings] = start[centres]
+        return fit(surface, start, neighbourhood, progress, centres, degree)
+
+    monkeypatch.setattr(module, "fit_jets", fits)
+    grown = choose(surface, normals, begin, Progress())
+    assert grown.tilted == rough
+    assert not rough or max(starts) > 5
+    interior = np.flatnonzero(~surface.border)
+    centres = interior[:: max(len(interior) // module.SAMPLED, 1)]
+    for rings, start in starts.items():
+        expected = normals
+        if rough and rings >= 6 and large:
+            expected = patches.normals
+        elif rough and rings > 4:
+            expected = smooth_normals(surface, normals, rings - 2)
+        np.testing.assert_allclose(start, expected[centres], atol=1e-12)
 
 
 def test_the_error_is_what_the_change_says_within_bounds(monkeypatch):

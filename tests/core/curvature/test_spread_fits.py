@@ -65,7 +65,8 @@ def test_independent_nodes_are_apart_and_beside_all_others(dense):
 @settings(max_examples=60, deadline=None)
 @given(graphs(), st.sampled_from([(1, 1), (1, 2), (2, 3)]))
 def test_every_node_is_near_one_of_those_spread(dense, how):
-    nodes, near = spread(sparse.csr_array(dense), *how, Progress())
+    over = spread(sparse.csr_array(dense), *how, Progress())
+    nodes, near = over.nodes, over.near
     step = (dense + np.eye(len(dense), dtype=int) > 0).astype(int)
     within = np.linalg.matrix_power(step, how[1])[:, nodes] > 0
     assert np.array_equal(near.toarray() > 0, within)
@@ -74,7 +75,7 @@ def test_every_node_is_near_one_of_those_spread(dense, how):
 
 def test_a_second_round_leaves_fewer_nodes():
     graph = adjacency(surface_of(surfaces.ellipsoid(subdivisions=4)))
-    one, two = (len(spread(graph, rounds, 3, Progress())[0]) for rounds in (1, 2))
+    one, two = (len(spread(graph, rounds, 3, Progress()).nodes) for rounds in (1, 2))
     assert 0.2 < one / graph.shape[0] < 0.3 and two < 0.4 * one
 
 

@@ -9,7 +9,8 @@ import core
 from core.curvature.fitted_normals import _intercepts, fitted_normals
 from core.mesh import normals as normals_module
 from core.mesh.mending.repair import clean
-from core.mesh.normals import smooth_normals, vertex_normals
+from core.mesh.normals import Smoothing, smooth_normals, vertex_normals
+from core.mesh.rings import ring_around
 
 
 def test_exact_on_a_sphere() -> None:
@@ -126,3 +127,13 @@ def test_the_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(normals_module, "BLOCK", 50)
     np.testing.assert_allclose(vertex_normals(surface), normals, atol=1e-14)
     np.testing.assert_array_equal(smooth_normals(surface, normals, 3), smoothed)
+
+
+@pytest.mark.parametrize("passes", [1, 3])
+def test_smoothing_around_some_gives_them_what_smoothing_all_does(passes: int) -> None:
+    surface = surface_of(noisy(ellipsoid(subdivisions=3), 0.1))
+    normals, some = vertex_normals(surface), np.array([3, 70, 71, 500])
+    around = Smoothing(surface).smoothed_at(normals, passes, some)
+    np.testing.assert_array_equal(around[some], smooth_normals(surface, normals, passes)[some])
+    far = np.setdiff1d(np.arange(len(normals)), ring_around(surface, some, passes))
+    np.testing.assert_array_equal(around[far], normals[far])

@@ -110,7 +110,7 @@ def test_errors_grow_with_the_roughness_and_clarity_falls():
 
 def test_errors_of_neighbours_that_are_shared_count():
     surface, fit = fitted(*graph(LEMON, 0.002), scale=3.0)
-    scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4), fit.field.normal, 1.0)
+    scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4))
     one, three = (
         places(surface, dataclasses.replace(fit, closer=each, degree=4))
         for each in (scale, dataclasses.replace(scale, factor=3.0))
@@ -129,7 +129,7 @@ def test_slopes_are_as_uncertain_as_the_place_that_they_are_read_at():
         x, y = vertices[:, :2].T
         vertices[:, 2] += fourth * (x**4 - 6.0 * x * x * y * y + y**4) / 24.0
         surface, fit = fitted(vertices, triangles, scale=3.0)
-        scale = Scale(dataclasses.replace(fit.neighbourhood, rings=6), fit.field.normal, 1.0)
+        scale = Scale(dataclasses.replace(fit.neighbourhood, rings=6))
         found = places(surface, dataclasses.replace(fit, closer=scale, degree=4))
         assert found.found.all()
         errors.append(found.slope_error[0] / found.error[0])
@@ -171,7 +171,7 @@ def test_a_unit_of_length_is_a_unit_of_length():
 def looked(vertices, triangles, exact=None, rings=2, focused=True):
     surface, fit = fitted(vertices, triangles)
     around = dataclasses.replace(fit.neighbourhood, rings=rings, focused=focused)
-    scale = Scale(around, fit.field.normal, 1.0)
+    scale = Scale(around)
     return surface, fit, look_closer(surface, fit.field, fit.radius, scale, Progress(), exact)
 
 
@@ -239,7 +239,7 @@ def test_windows_are_compared_where_noise_is_even(monkeypatch, change, shared, a
     monkeypatch.setattr(closer, "_at_one_scale", lambda *_: "one scale")
     surface, fit = fitted(*graph(LEMON, 0.05))
     around = dataclasses.replace(fit.neighbourhood, **{"rings": 3, "focused": False} | change)
-    scale = Scale(around, fit.field.normal, 3.0, shared=shared)
+    scale = Scale(around, factor=3.0, shared=shared)
     found = look_closer(surface, fit.field, fit.radius, scale, Progress())
     assert (found == "one scale") == at_one
 
@@ -250,7 +250,7 @@ def test_a_place_is_refined_over_the_narrowest_window_around_it():
     surface, fit = fitted(*graph(LEMON, 0.05))
     triangle, _ = beginning(surface, (0.0, 0.0))
     rings = np.zeros(len(surface.vertices), np.int64)
-    scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4), fit.field.normal, 1.0)
+    scale = Scale(dataclasses.replace(fit.neighbourhood, rings=4))
     degrees = rings.copy()
     fit = dataclasses.replace(fit, closer=scale, degree=4, rings=rings, degrees=degrees)
     assert refining._windows(surface, triangle, fit).tolist() == [[4 + refining.NOISY[1]], [4]]
