@@ -78,6 +78,7 @@ def settle(
     stiffness: np.ndarray,
     progress: Progress,
     exact: bool = True,
+    again: bool = False,
 ) -> Settled:
     """Turn a field so that charges leave it.
 
@@ -93,6 +94,9 @@ def settle(
         (n,) float64 by which a direction resists to turning, beside the weights of the edges.
     exact:
         Whether turns that least squares leave too large are made sure of.
+    again:
+        Whether what cannot leave may be left as other charges, for another try; else charges stay
+        where they were, so that the others leave.
     """
     usable = ~(held[turns.tail] & held[turns.head])
     joined = joined_places(turns, usable)
@@ -105,7 +109,14 @@ def settle(
         too_far = np.flatnonzero(np.abs(turn) > np.pi)
         if not len(too_far):
             return Settled(angle, left)
-        # Such a turn is a smaller one, and charges on both sides: rather those stay that were there.
+        # Such a turn is a smaller one, and charges on both sides.
+        if again:
+            over = np.rint(turn / (2.0 * np.pi)).astype(np.int64)
+            left = np.append(left, 0)
+            np.subtract.at(left, turns.left, over)
+            np.add.at(left, turns.right, over)
+            return Settled(angle, left[:-1])
+        # Rather those stay that were there.
         stay = staying(paths, charge, _nearest(turns, paths, too_far))
         left, charge = left + stay, charge - stay
     return Settled(np.zeros(turns.directions), left)
