@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 from surfaces.revolution import revolved, vase
 
 import core
+from core.base.unit import unit
 from core.retopology.lines.polylines import Lines
 from core.retopology.lines.separatrices import BUNDLED, ENDS, RUN
 from core.retopology.lines.streamlines import spacing_of
@@ -38,8 +39,6 @@ SHAPES = (
 )  # fmt: skip
 # Degrees by which no last chord of a separatrix, and no line of curvature at a point, should turn.
 LAST, TURN = 60.0, 80.0
-# Part of a chord's length that it may stand out of the plane of its triangle.
-FLAT = 0.02
 ARRIVED = ("umbilic", "region", "border", "feature")
 
 PAGE = """# Lines
@@ -73,8 +72,8 @@ def turns(lines: Lines) -> np.ndarray:
     """(l,) the largest turn of each line from one chord to the next, in degrees between planes laid
     side by side.
 
-    A chord that does not lie in its triangle, since points were left out, has no plane: it counts
-    with the next one that has.
+    The plane of a chord is that of its triangle; where it does not lie in it, since points were
+    left out, that plane turned about the chord's foot until it does.
     """
     found = np.zeros(len(lines))
     for number in range(len(lines)):
@@ -84,8 +83,8 @@ def turns(lines: Lines) -> np.ndarray:
             points, across = np.vstack([points, points[:2]]), np.vstack([across, across[:2]])
         chord, across = np.diff(points, axis=0), across[1:]
         size = np.linalg.norm(chord, axis=1)
-        inside = np.abs(np.einsum("qc,qc->q", chord, across)) <= FLAT * size
-        chord, across = chord[inside & (size > 0.0)], across[inside & (size > 0.0)]
+        chord, across = chord[size > 0.0] / size[size > 0.0, None], across[size > 0.0]
+        across = unit(across - np.einsum("qc,qc->q", chord, across)[:, None] * chord)
         one, two, here, there = chord[:-1], chord[1:], across[:-1], across[1:]
         axis, cosine = np.cross(there, here), np.einsum("qc,qc->q", there, here)
         along = np.einsum("qc,qc->q", axis, two) / np.maximum(1.0 + cosine, 1e-9)

@@ -31,6 +31,17 @@ def test_turns_are_those_between_planes_laid_side_by_side():
     assert page.turns(drawn(over, normals=[up, up, side, side])) == pytest.approx([0.0])
 
 
+def test_a_bow_of_chords_through_the_surface_turns_from_chord_to_chord():
+    """As around the tip of a finger, where points were left out; not by all of them together."""
+    angle = np.radians(25.0 * np.arange(5))
+    chord = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    bow = np.concatenate([np.zeros((1, 3)), np.cumsum(chord, axis=0)])
+    normals = np.tile([0.0, 0.0, 1.0], (6, 1))
+    normals[2:5] += 0.1 * chord[1:4]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    assert page.turns(drawn(bow, normals=normals)) == pytest.approx([25.0], abs=0.2)
+
+
 def test_lines_that_run_beside_each_other_are_seen_and_common_pieces_are_not():
     one = [(x, 0, 0) for x in range(11)]
     near, far = ([(x, y, 0) for x in range(11)] for y in (0.1, 3.0))

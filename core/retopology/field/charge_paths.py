@@ -27,14 +27,21 @@ class Paths:
     ----------
     flow:
         (e,) int64 charge that goes over each edge of the turns from left to right.
-    edge, reach, amount:
-        (p,) the edges of the paths, one path after the other; how many edges the path has and how
-        many charges go along it.
+    edge, path:
+        (p,) the edges of the paths, and which path each belongs to.
+    reach:
+        (q,) how many edges each path has.
+    begin, end, amount:
+        (q,) places that each path leads from and to, and how many charges go along it, at least
+        one. The outside comes after all other places.
     """
 
     flow: np.ndarray
     edge: np.ndarray
+    path: np.ndarray
     reach: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
     amount: np.ndarray
 
 
@@ -99,7 +106,42 @@ def charge_paths(turns: Turns, usable: np.ndarray, charge: np.ndarray) -> Paths:
             passed.append(number)
             at = before[at]
     path = np.concatenate(walked)
-    return Paths(flow, np.concatenate(passed), hops[path], np.abs(moved)[path])
+    ends = source[first[bridge]], source[second[bridge]]
+    begin, end = (np.where(moved > 0, *way) for way in (ends, ends[::-1]))
+    return Paths(flow, np.concatenate(passed), path, hops, begin, end, np.abs(moved))
+
+
+def staying(paths: Paths, charge: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """(places,) the charges that stay where they are if some paths are not to be: of each such path
+    one charge, and another one that it would cancel with, where the paths before and after lead.
+
+    Parameters
+    ----------
+    charge:
+        (places,) int that the paths are for.
+    wanted:
+        (w,) rows of the paths not to be.
+    """
+    outside = len(charge)
+    amount = paths.amount.copy()
+    rest = np.append(charge, 0)
+    into, out = (
+        {place: np.flatnonzero(ends == place) for place in np.unique(ends).tolist()}
+        for ends in (paths.end, paths.begin)
+    )
+    for path in wanted.tolist():
+        if not amount[path]:
+            continue
+        amount[path] -= 1
+        for sign, ends, others in ((1, paths.begin, into), (-1, paths.end, out)):
+            place = int(ends[path])
+            while place != outside and sign * rest[place] <= 0:
+                rows = others[place]
+                on = rows[amount[rows] > 0][0]
+                amount[on] -= 1
+                place = int(ends[on])
+            rest[place] -= sign
+    return charge - rest[:outside]
 
 
 def _ends(turns: Turns, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

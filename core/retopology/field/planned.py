@@ -189,7 +189,9 @@ def _faces(
         held |= keeps[patch.triangles]
         stiffness = np.where(beside, STIFF, sure)[patch.triangles]
         mine = patch.vertices
-        settled = settle(turns, charge[mine], none[mine], held, stiffness, progress, exact)
+        settled = settle(
+            turns, charge[mine], none[mine], held, stiffness, progress, exact, again=True
+        )
         if np.count_nonzero(settled.left) < len(changing):
             angle = np.zeros(len(direction))
             angle[patch.triangles] = settled.angle / 4.0

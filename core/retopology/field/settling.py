@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import csgraph
 
 from ...base.progress import Progress
 from ...base.subsets import places_in, spans
 from ...fields.multigrid import solve_diagonal, solve_part
-from .charge_paths import Paths, charge_paths, joined_places
+from .charge_paths import Paths, charge_paths, joined_places, staying
 from .least_excess import with_least_excess
 from .turns import Turns
 
@@ -77,6 +78,7 @@ def settle(
     stiffness: np.ndarray,
     progress: Progress,
     exact: bool = True,
+    again: bool = False,
 ) -> Settled:
     """Turn a field so that charges leave it.
 
@@ -92,22 +94,32 @@ def settle(
         (n,) float64 by which a direction resists to turning, beside the weights of the edges.
     exact:
         Whether turns that least squares leave too large are made sure of.
+    again:
+        Whether what cannot leave may be left as other charges, for another try; else charges stay
+        where they were, so that the others leave.
     """
     usable = ~(held[turns.tail] & held[turns.head])
     joined = joined_places(turns, usable)
-    surplus = _surplus(charge, priority, joined)
-    charge = charge - surplus
-    if not charge.any():
-        return Settled(np.zeros(turns.directions), surplus)
-    paths = charge_paths(turns, usable, charge)
-    angle = _turned(turns, paths, held, stiffness, progress, exact)
-    turn = turns.turn - 2.0 * np.pi * paths.flow + angle[turns.head] - angle[turns.tail]
-    # A turn that is too large still is a smaller one, and charges on both sides.
-    over = np.rint(turn / (2.0 * np.pi)).astype(np.int64)
-    left = np.append(surplus, 0)
-    np.subtract.at(left, turns.left, over)
-    np.add.at(left, turns.right, over)
-    return Settled(angle, left[:-1])
+    left = _surplus(charge, priority, joined)
+    charge = charge - left
+    while charge.any():
+        paths = charge_paths(turns, usable, charge)
+        angle = _turned(turns, paths, held, stiffness, progress, exact)
+        turn = turns.turn - 2.0 * np.pi * paths.flow + angle[turns.head] - angle[turns.tail]
+        too_far = np.flatnonzero(np.abs(turn) > np.pi)
+        if not len(too_far):
+            return Settled(angle, left)
+        # Such a turn is a smaller one, and charges on both sides.
+        if again:
+            over = np.rint(turn / (2.0 * np.pi)).astype(np.int64)
+            left = np.append(left, 0)
+            np.subtract.at(left, turns.left, over)
+            np.add.at(left, turns.right, over)
+            return Settled(angle, left[:-1])
+        # Rather those stay that were there.
+        stay = staying(paths, charge, _nearest(turns, paths, too_far))
+        left, charge = left + stay, charge - stay
+    return Settled(np.zeros(turns.directions), left)
 
 
 def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np.ndarray:
@@ -126,6 +138,26 @@ def _surplus(charge: np.ndarray, priority: np.ndarray, joined: np.ndarray) -> np
     over = np.abs(total[group]).astype(np.int64) - (before - before[first])
     surplus[mine] = np.sign(charge[mine]) * np.clip(over, 0, size)
     return surplus
+
+
+def _nearest(turns: Turns, paths: Paths, edge: np.ndarray) -> np.ndarray:
+    """Rows of the paths that are nearest to some edges, one for those that touch each other."""
+    on = np.concatenate([turns.tail[paths.edge], turns.head[paths.edge]])
+    path = np.zeros(turns.directions, np.int64)
+    path[on] = np.tile(paths.path, 2)
+    shape = turns.directions, turns.directions
+    graph = sparse.coo_array((np.ones(len(turns.tail)), (turns.tail, turns.head)), shape)
+    away, _, near = csgraph.dijkstra(
+        graph.tocsr(), directed=False, indices=np.unique(on), unweighted=True, min_only=True,
+        return_predecessors=True,
+    )  # fmt: skip
+    joined = sparse.coo_array((np.ones(len(edge)), (turns.tail[edge], turns.head[edge])), shape)
+    group = csgraph.connected_components(joined, directed=False)[1]
+    ends = np.unique([turns.tail[edge], turns.head[edge]])
+    ends = ends[np.argsort(away[ends], kind="stable")]
+    _, first = np.unique(group[ends], return_index=True)
+    # What turns with a path is joined to it.
+    return np.unique(path[near[ends[first]]])
 
 
 def _turned(
@@ -243,7 +275,7 @@ class _Beside:
 def _zones(ring: sparse.csr_array, turns: Turns, paths: Paths, held: np.ndarray) -> np.ndarray:
     """(n,) int how many rings beyond each direction turn with the paths, -1 where it stays."""
     budget = np.full(turns.directions, -1)
-    rings = np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS) * paths.amount
+    rings = (np.minimum(LEAST_RINGS + paths.reach, MOST_RINGS) * paths.amount)[paths.path]
     for ends in (turns.tail, turns.head):
         np.maximum.at(budget, ends[paths.edge], rings)
     _spread(ring, budget, held)

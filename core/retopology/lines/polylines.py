@@ -88,7 +88,8 @@ def sparse_rows(
     traces: Traces, spacing: float, surface: Surface | None = None
 ) -> np.ndarray:
     """Rows of a trace's points that lie about `spacing` apart, of a `surface` also those between
-    which it bends by more than `MOST_BEND`; the ends are kept."""
+    which it bends by more than `MOST_BEND` and those beside an edge that does so alone: a chord on
+    either side of a fold lies in its triangle. The ends are kept."""
     if not len(traces.triangle):
         return np.zeros(0, np.int64)
     line = np.repeat(np.arange(len(traces.end)), np.diff(traces.start))
@@ -98,9 +99,11 @@ def sparse_rows(
     if surface is not None:
         normal = surface.face_normal_area[0][traces.triangle]
         cosine = np.einsum("qc,qc->q", normal[1:], normal[:-1])
-        bend = np.floor(np.cumsum(np.arccos(cosine.clip(-1.0, 1.0))) / MOST_BEND)
+        bend = np.arccos(cosine.clip(-1.0, 1.0))
         # Each chord lies in the triangle of its second point: it bends at the point before.
-        new[:-1] |= np.diff(bend, prepend=0.0) > 0.0
+        new[:-1] |= np.diff(np.floor(np.cumsum(bend) / MOST_BEND), prepend=0.0) > 0.0
+        fold = np.flatnonzero(bend > MOST_BEND)
+        new[np.maximum(fold - 1, 0)] = new[fold + 1] = True
     new[traces.start[1:] - 1] = True
     return np.flatnonzero(new)
 

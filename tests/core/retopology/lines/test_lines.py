@@ -603,6 +603,28 @@ def test_points_are_left_out_only_where_the_surface_does_not_bend():
     assert len(rows) < 0.5 * len(line)
 
 
+def test_chords_beside_a_fold_lie_in_their_triangles():
+    """Over the edge of a flattened tube: points left out beside it made chords that lay in neither
+    plane, and lines that went straight on seemed to turn."""
+    mesh = cylinder()
+    vertices = mesh.vertices * [1.0, 0.001, 1.0]
+    surface = surface_of(dataclasses.replace(mesh, vertices=vertices))
+    planes = lay_out(surface, mesh.curvature_on(surface).lines, Progress())
+    start, none = np.arange(0, len(surface.triangles), 97), np.full(len(surface.triangles), -1)
+    z = planes.corner[start].mean(axis=1)
+    starts = Starts.plain(start, z, np.ones(len(start), complex), np.zeros(len(start)), np.inf)
+    walk = trace(surface, planes, starts, np.full(len(start), 4.0), none, Progress())
+    normal = surface.face_normal_area[0][walk.triangle]
+    bend = np.arccos(np.einsum("qc,qc->q", normal[1:], normal[:-1]).clip(-1.0, 1.0))
+    bend[walk.start[1:-1] - 1] = 0.0
+    fold = np.flatnonzero(bend > MOST_BEND)
+    assert len(fold) > 10
+    rows = sparse_rows(walk, 1e9, surface)
+    # The chord before each fold, from one point to the next, and the one after it.
+    assert np.isin(np.concatenate([fold - 1, fold, fold + 1]), rows).all()
+    assert len(rows) < 0.5 * len(normal)
+
+
 def test_lines_that_meet_go_on_as_one():
     """Three from the left, two of which come together; one back from where they end."""
     x = np.linspace(0.0, 1.0, 101)
