@@ -16,7 +16,7 @@ from ..by_hand import Strokes, WantedPoles, planned_by_hand
 from ..planner import Guide
 from ..settings import GuidanceSettings
 from .field.wishes import Wishes
-from .finishing.mirroring import ON, Plane, halved, wanted_plane
+from .finishing.mirroring import ON, Plane, halved, lost, wanted_plane
 from .finishing.unlaid import Unlaid
 from .layout.effort import Effort
 from .layout.laying_out import LaidOut, laid_out
@@ -96,7 +96,13 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     if plane is not None:
         asked = max(1, asked // 2)
         offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
+        beyond = lost(mesh, plane.normal, offset, size / whole.unit)
         mesh = halved(mesh, plane.normal, offset)
+        if beyond:
+            warnings.append(
+                f"{counted(beyond, 'piece')} left out: beyond the plane of symmetry, with nothing "
+                "alike on its other side. Choose no symmetry to keep them."
+            )
     undirected = np.zeros(len(given.triangles), bool)
     undirected[whole.source_triangle] = guide.undirected
     poles = None if given.wanted is None else _reachable(whole, given.wanted, plane, size)

@@ -27,7 +27,8 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
-# Below this scaled Jacobian quads are evened out the way for thin parts too, where that may help.
+# Below this scaled Jacobian quads are evened out anew, where that may help, with those that face
+# away from the nearest surface taken for folded even where another is as near.
 POOR = 0.5
 # With more than this share of its quads folded a piece has no room for them: others would be too.
 HOPELESS = 0.05
@@ -81,12 +82,12 @@ def finished(
         placed = place(laid.map_, laid.layout, grid)
         if not _joins_up(placed, laid):
             break
-        one, quality, poor = _evened(laid, grid, placed, steps, False, progress)
+        one, quality, poor = _evened(laid, grid, placed, steps, True, progress)
         size = len(laid.working.surface.triangles)
         effort.spend(EVENING * size if attempt else 0)
         if poor and effort.left:
             effort.spend(EVENING * size)
-            other, also, _ = _evened(laid, grid, placed, steps, True, progress)
+            other, also, _ = _evened(laid, grid, placed, steps, False, progress)
             if (*_worth(other), -also.min()) < (*_worth(one), -quality.min()):
                 one, quality = other, also
         tries.append(one)

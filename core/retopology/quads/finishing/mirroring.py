@@ -15,7 +15,7 @@ from ....mesh.surface import Surface
 from ....umbilics.result import Detection, Umbilics
 from ..conformity import conformity
 from ..result import QuadMesh
-from ..surface.subdivision import Triangles, chosen, split_edges
+from ..surface.subdivision import Triangles, chosen, pieces, split_edges, taken_apart
 
 # Vertices nearer to the plane than this part of a typical edge are put on it.
 NEAR = 0.02
@@ -96,11 +96,31 @@ def halved(mesh: Triangles, normal: np.ndarray, offset: float) -> Triangles:
             "Nothing of the mesh lies on the positive side of the symmetry plane. Move its "
             "origin, or choose another plane."
         )
-    half = chosen(mesh, kept)
+    # What touches the plane in a vertex only may be two fans there, or two pieces.
+    half = taken_apart(chosen(mesh, kept))
     # Where the plane was a crease it is a border now.
     tail, head = half.ends
     inside = np.abs(half.vertices @ normal - offset) < 1e-12
     return replace(half, feature=np.where(inside[tail] & inside[head], np.int8(0), half.feature))
+
+
+def lost(mesh: Triangles, normal: np.ndarray, offset: float, size: float) -> int:
+    """How many pieces of a mesh lie beyond the plane, where normal . x <= offset, and have no image
+    on the side that is kept: none that reaches as far everywhere, but for the length of a quad."""
+    here, beyond = [], []
+    for piece in pieces(mesh):
+        place = piece.vertices[np.unique(piece.triangles)]
+        height = place @ normal - offset
+        # What crosses the plane is no image of a piece that does not.
+        if height.max() <= 0.0:
+            image = place - 2.0 * height[:, None] * normal
+            beyond.append([image.min(axis=0), image.max(axis=0)])
+        elif height.min() >= 0.0:
+            here.append([place.min(axis=0), place.max(axis=0)])
+    if not here or not beyond:
+        return len(beyond)
+    off, _ = cKDTree(np.reshape(here, (-1, 6))).query(np.reshape(beyond, (-1, 6)), p=np.inf)
+    return int(np.count_nonzero(off > size))
 
 
 def mirrored(half: QuadMesh, plane: Plane, umbilics: Umbilics, size: float) -> QuadMesh:

@@ -22,16 +22,22 @@ from .faults.mending import STAGES, mend, move_axes, oriented_quality
 from .guides import Guides, moved_along, own_planes, vertex_normals
 from .opening import Squaring
 
-# How much vertices stay where they are, beside what one quad wants.
+# How much vertices stay where they are, beside what one quad wants: the angle of wave 1 of the
+# benchmark is 4.1 degrees with 0.01, 4.4 with 0.03 and 5.7 with 0.1, its worst quad 0.68, 0.73 and
+# 0.74; Suzanne, the bunny and the fandisk differ by 0.3 degrees and 0.001 of the mean at most.
 STAY = 0.03
-# A vertex on a curve goes this far towards what is wanted in a step.
+# A vertex on a curve goes this far towards what is wanted in a step. With 0.4 or 1 the same four
+# come out as with 0.7, to 0.001 of the mean and 0.1 degrees.
 RATE = 0.7
 # Quads want to turn to the directions by so many degrees at most, beyond the first angle by less
 # and beyond the second not at all. A pull that does not grow with the angle makes the sum of the
 # angles least, and not that of their squares: where whole numbers of quads leave no other way a
 # few are off rather than all sheared. Chosen on waves 1 and 3 of the benchmark, Spot and the bunny.
 TURN, TURNED, LEFT = 3.5, 30.0, 40.0
-# How far sides are evened to the median, and the least part of it that a side may want.
+# How far sides are evened to the median, and the least part of it that a side may want. Without the
+# first the worst quads of wave 1 and the fandisk lose 0.02 and 0.03, with four times it their worst
+# lose 0.04 and 0.09 and the wave's angle is 6.3 degrees for 4.4; with 0.05 or 0.35 for the second
+# means and angles of the same four differ by 0.001 and 0.2 degrees at most.
 EVEN, LEAST_SIDE = 0.02, 0.175
 # Steps for which what is under the quads is looked up once.
 BETWEEN = 2

@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ....mesh.half_edges import edge_keys, ends_of
+from ....mesh.mending.repair import clean
 
 # What a half-edge may be, as bits: along a crease that was found, along an edge that a user marked.
 CREASE_BIT, MARK_BIT = 1, 2
@@ -189,6 +190,18 @@ def chosen(mesh: Triangles, rows: np.ndarray) -> Triangles:
         mesh.values[used],
         mesh.source[rows],
         mesh.feature.reshape(-1, 3)[rows].ravel(),
+    )
+
+
+def taken_apart(mesh: Triangles) -> Triangles:
+    """The mesh with vertices that several fans of triangles meet in, and nothing else, parted."""
+    surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
+    return Triangles(
+        mesh.vertices[surface.source_vertex],
+        surface.triangles.astype(np.int64),
+        mesh.values[surface.source_vertex],
+        mesh.source[surface.source_triangle],
+        mesh.feature.reshape(-1, 3)[surface.source_triangle].ravel(),
     )
 
 

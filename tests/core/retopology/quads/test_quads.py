@@ -404,6 +404,47 @@ def bowl(thickness, segments=48, rows=24, opening=2.2):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("quads", [100, 400])
+def test_what_touches_the_plane_of_symmetry_in_a_vertex_is_parted_there(quads):
+    """Above the plane through its middle a saddle is two pieces that share a vertex."""
+    x, y = np.meshgrid(*[np.linspace(-1.0, 1.0, 41)] * 2)
+    vertices = np.stack([x, y, 0.6 * (x**2 - y**2)], axis=-1).reshape(-1, 3)
+    row = np.arange(len(vertices)).reshape(41, 41)
+    a, b, c, d = (part.ravel() for part in (row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]))
+    triangles = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=quads, symmetry="z"))
+    found = conformity(made.quads, len(made.vertices))
+    # Each of them with its image is a disk.
+    assert found.manifold and found.characteristic == 2 and found.border.any()
+
+
+def beside_each_other(*places):
+    """Spheres of a fifth of the size around a large one, as one mesh."""
+    one = sphere(subdivisions=3)
+    all_ = [one.vertices] + [0.2 * one.vertices + place for place in places]
+    rows = [one.triangles + number * len(one.vertices) for number in range(len(all_))]
+    return np.concatenate(all_), np.concatenate(rows)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("places", "left_out"),
+    [
+        ([[-2.0, 0.0, 0.0]], "1 piece left out"),
+        ([[-2.0, 0.0, 0.0], [-2.0, 0.5, 0.0]], "2 pieces left out"),
+        ([[-2.0, 0.0, 0.0], [2.0, 0.6, 0.0]], "1 piece left out"),
+        ([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]], None),
+        ([[2.0, 0.0, 0.0]], None),
+    ],
+)
+def test_no_piece_beyond_the_plane_of_symmetry_is_lost_in_silence(places, left_out):
+    vertices, triangles = beside_each_other(*places)
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=400, symmetry="x"))
+    said = [one for one in made.warnings if "plane of symmetry" in one]
+    assert [one.split(":")[0] for one in said] == ([] if left_out is None else [left_out])
+
+
+@pytest.mark.slow
 def test_quads_of_thin_sheets_do_not_cross():
     """Sheets nearer together than their quads bend: these go apart, by no more than they bend."""
     vertices, triangles = bowl(0.008)
