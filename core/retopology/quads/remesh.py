@@ -17,12 +17,11 @@ from ...base.blas import one_blas_thread
 from ...base.errors import RemeshError
 from ...base.progress import Progress
 from ...base.words import counted
-from ...mesh.surface import Surface
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
 from ..by_hand import Strokes, WantedPoles
 from ..planner import Guide
-from .finishing.faults.crossings import crossings
+from .finishing.faults.crossings import OwnCrossings, crossings
 from .finishing.faults.last_check import checked
 from .finishing.finished import filled
 from .finishing.mirroring import mirrored
@@ -121,8 +120,9 @@ def remesh(
     pieces += cut
     clock.lap("report")
     progress.step(1.0)
-    made = _parted(_joined(pieces, [], clock.seconds), guide.surface, progress)
-    made, folded = checked(made, guide.surface, progress)
+    own = OwnCrossings(guide.surface)
+    made = _parted(_joined(pieces, [], clock.seconds), own, progress)
+    made, folded = checked(made, guide.surface, progress, own)
     left = sum(one.left for one in done)
     farthest = max((one.farthest for one in done), default=0.0)
     warnings += words_of_folds(left, farthest, folded)
@@ -217,9 +217,9 @@ class _Clock:
         self._last = now
 
 
-def _parted(made: QuadMesh, whole: Surface, progress: Progress) -> QuadMesh:
+def _parted(made: QuadMesh, own: OwnCrossings, progress: Progress) -> QuadMesh:
     """Without quads that pass through each other, as far as the surface does not."""
-    place = parted(made.vertices, made.quads, made.border, whole, progress)
+    place = parted(made.vertices, made.quads, made.border, own, progress)
     said = []
     moved = np.linalg.norm(place - made.vertices, axis=1)
     if moved.any():

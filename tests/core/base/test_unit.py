@@ -7,10 +7,17 @@ from exact_fields import surface_of
 
 from core.base.median import weighted_median
 from core.base.plane import corner_angles, doubled_areas
-from core.base.unit import angles_between, phase, unit
+from core.base.unit import angles_between, cross, phase, unit
 from core.fields.frames import frame
 from core.fields.transport import carried, rotation
 from core.mesh.rings import ring_around, with_rings
+
+
+def test_what_is_across_is_what_numpy_says():
+    random = np.random.default_rng(0)
+    for one, other in (((40, 3), (40, 3)), ((40, 4, 3), (40, 1, 3)), ((40, 1, 3), (40, 4, 3))):
+        a, b = random.normal(size=one), random.normal(size=other)
+        np.testing.assert_array_equal(cross(a, b), np.cross(a, b))
 
 
 def test_length_becomes_one_and_nothing_stays_nothing_or_no_turn():

@@ -12,6 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ....base.unit import cross
+
 # Sides are not left shorter than this part of the mean, and that counts so much.
 LEAST_SIDE, SIDE_WEIGHT = 0.2, 4.0
 # Lengths count as if this part of the mean lay across them: beside sides of no length sines would
@@ -33,6 +35,8 @@ LOW_WEIGHT = 8.0
 # won, with eighth powers it is the same. Chosen on Suzanne, the skull and wave 1 of the benchmark;
 # confirmed on wave 3, Spot and the bunny.
 NOTHING = 1e-3
+# The corners after and before each of a quad.
+NEXT, LAST = (1, 2, 3, 0), (3, 0, 1, 2)
 # Middle lines of a quad as sums of its corners, and the sine below which a pull on them fades.
 LINES = 0.5 * np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
 NEARLY = 0.1
@@ -70,8 +74,9 @@ class Opening:
         self._wanted = wanted
         side = np.linalg.norm(np.roll(base, -1, axis=1) - base, axis=2)
         self._side = max(float(side.mean()), TINY)
-        self._moves = local >= 0
-        self._local = local[self._moves]
+        # The corners that move, among all of them, and the rows of these.
+        self._moves = np.flatnonzero(local >= 0)
+        self._local = local.ravel()[self._moves]
 
     def step(self) -> np.ndarray:
         """(r, 3) the move of each vertex."""
@@ -86,15 +91,11 @@ class Opening:
     def _value(self, unknown: np.ndarray) -> tuple[float, np.ndarray]:
         """The sum that is minimized, and its gradient."""
         at = self._base.copy()
-        at[self._moves] += self._moved(unknown)[self._local]
+        at.reshape(-1, 3)[self._moves] += self._moved(unknown)[self._local]
         value, force = self._corners(at)
-        total = np.stack(
-            [
-                np.bincount(self._local, force[..., k][self._moves], minlength=len(self._axes))
-                for k in range(3)
-            ],
-            axis=1,
-        )
+        pull = force.reshape(-1, 3)[self._moves]
+        count = len(self._axes)
+        total = np.stack([np.bincount(self._local, pull[:, k], count) for k in range(3)], axis=1)
         slope = self._side * np.einsum("rc,rkc->rk", total, self._axes)
         value += self._stay * float((unknown**2).sum())
         return value, slope.ravel() + 2.0 * self._stay * unknown
@@ -102,11 +103,11 @@ class Opening:
     def _corners(self, at: np.ndarray) -> tuple[float, np.ndarray]:
         """What the corners (q, 4, 3) of the quads lack, and its slopes."""
         up, side = self._up, self._side
-        out = np.roll(at, -1, axis=1) - at
-        back = np.roll(at, 1, axis=1) - at
+        out = at.take(NEXT, axis=1) - at
+        back = at.take(LAST, axis=1) - at
         length = np.sqrt((out**2).sum(axis=2) + (SOFT * side) ** 2)
-        before = np.roll(length, 1, axis=1)
-        sine = np.einsum("qkc,qkc->qk", np.cross(out, back), np.broadcast_to(up, out.shape))
+        before = length.take(LAST, axis=1)
+        sine = np.einsum("qkc,qkc->qk", cross(out, back), np.broadcast_to(up, out.shape))
         sine /= length * before
         value, steep = self._lack(sine)
         short = np.maximum(LEAST_SIDE - length / side, 0.0)
@@ -114,10 +115,10 @@ class Opening:
         # By the two sides at each corner, the one that leaves and the one back.
         by_sine = (-steep / (length * before))[:, :, None]
         turn = (steep * sine)[:, :, None]
-        by_out = by_sine * np.cross(back, up) + turn * out / (length**2)[:, :, None]
-        by_back = by_sine * np.cross(up, out) + turn * back / (before**2)[:, :, None]
+        by_out = by_sine * cross(back, up) + turn * out / (length**2)[:, :, None]
+        by_back = by_sine * cross(up, out) + turn * back / (before**2)[:, :, None]
         by_out -= (2.0 * SIDE_WEIGHT / side * short / length)[:, :, None] * out
-        return value, np.roll(by_out, 1, axis=1) + np.roll(by_back, -1, axis=1) - by_out - by_back
+        return value, by_out.take(LAST, axis=1) + by_back.take(NEXT, axis=1) - by_out - by_back
 
     def _lack(self, sine: np.ndarray) -> tuple[float, np.ndarray]:
         """What sines (q, 4) lack together, and by how much less it is for more of each."""
@@ -193,18 +194,18 @@ def least_in_box(
     """
     x = np.zeros(count)
     value, slope = function(x)
-    steps: list[np.ndarray] = []
-    changes: list[np.ndarray] = []
+    # Steps, changes of the slope by them, and what one is along the other.
+    past: list[tuple[np.ndarray, np.ndarray, float]] = []
     for _ in range(STEPS):
         free = (np.abs(x) < bound) | (slope * x > 0.0)
-        way = np.where(free, -_curved(slope * free, steps, changes), 0.0)
+        way = np.where(free, -_curved(slope * free, past), 0.0)
         promised = _dot(slope, way)
         if promised >= 0.0:
             way, promised = -slope * free, -_dot(slope * free, slope)
         if promised >= 0.0:
             break
         # Without any memory a step is by a tenth of the box at most.
-        length = 1.0 if steps else min(1.0, 0.1 * bound / max(float(np.abs(way).max()), TINY))
+        length = 1.0 if past else min(1.0, 0.1 * bound / max(float(np.abs(way).max()), TINY))
         for _ in range(HALVINGS):
             trial = np.clip(x + length * way, -bound, bound)
             found, steeper = function(trial)
@@ -214,26 +215,30 @@ def least_in_box(
         else:
             break
         step, change = trial - x, steeper - slope
-        if _dot(step, change) > 1e-12 * _dot(change, change):
-            steps, changes = [*steps, step][-MEMORY:], [*changes, change][-MEMORY:]
+        along = _dot(step, change)
+        if along > 1e-12 * _dot(change, change):
+            past = [*past, (step, change, along)][-MEMORY:]
         won, x, value, slope = value - found, trial, found, steeper
         if won <= LITTLE * max(abs(value), TINY):
             break
     return x
 
 
-def _curved(slope: np.ndarray, steps: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:
+def _curved(
+    slope: np.ndarray, past: list[tuple[np.ndarray, np.ndarray, float]]
+) -> np.ndarray:
     """The slope times the inverse of the Hessian that steps and changes of slopes let expect."""
     way = slope.copy()
     shares = []
-    for step, change in zip(reversed(steps), reversed(changes), strict=True):
-        share = _dot(step, way) / _dot(step, change)
+    for step, change, along in reversed(past):
+        share = _dot(step, way) / along
         shares.append(share)
         way -= share * change
-    if steps:
-        way *= _dot(steps[-1], changes[-1]) / _dot(changes[-1], changes[-1])
-    for step, change, share in zip(steps, changes, reversed(shares), strict=True):
-        way += step * (share - _dot(change, way) / _dot(step, change))
+    if past:
+        _, change, along = past[-1]
+        way *= along / _dot(change, change)
+    for (step, change, along), share in zip(past, reversed(shares), strict=True):
+        way += step * (share - _dot(change, way) / along)
     return way
 
 

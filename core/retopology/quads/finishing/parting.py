@@ -8,12 +8,10 @@ that; the quads go apart along the normals, by about as much as they dip.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ....base.progress import Progress
 from ....base.unit import unit
-from ....mesh.surface import Surface
-from .faults.crossings import crossings
+from .faults.crossings import OwnCrossings, crossings
 from .faults.mending import against
 from .faults.unfolding import own_quality, to_stop
 from .guides import vertex_normals
@@ -24,7 +22,7 @@ ROUNDS, STEP = 16, 0.02
 
 
 def parted(
-    position: np.ndarray, quads: np.ndarray, held: np.ndarray, whole: Surface, progress: Progress
+    position: np.ndarray, quads: np.ndarray, held: np.ndarray, own: OwnCrossings, progress: Progress
 ) -> np.ndarray:
     """Positions (n, 3) of quads (q, 4) with fewer crossings, none where that can be.
 
@@ -34,12 +32,13 @@ def parted(
         In the coordinates of the input.
     held:
         (n,) bool vertices that stay.
-    whole:
-        The input; where it crosses itself nothing is parted.
+    own:
+        Those of the input; where it crosses itself nothing is parted.
     """
-    pairs = made_crossings(position, quads, whole)
+    pairs = made_crossings(position, quads, own)
     if not len(pairs):
         return position
+    whole = own.surface
     vertices = whole.vertices * whole.unit + whole.origin
     closest = ClosestPoints(vertices, whole.triangles, whole.twin)
     best, least = position, len(pairs)
@@ -47,7 +46,7 @@ def parted(
         progress.step(number / ROUNDS)
         moved = _apart(position, quads, held, pairs, closest)
         position = without_folds(moved, position, quads, closest)
-        pairs = made_crossings(position, quads, whole)
+        pairs = made_crossings(position, quads, own)
         if len(pairs) < least:
             best, least = position, len(pairs)
         if not len(pairs):
@@ -101,22 +100,15 @@ def _apart(
     return position + move[:, None] * normal
 
 
-def made_crossings(position: np.ndarray, quads: np.ndarray, whole: Surface) -> np.ndarray:
-    """(p, 2) int64 pairs of quads that cross where the triangles of `whole` do not.
+def made_crossings(position: np.ndarray, quads: np.ndarray, own: OwnCrossings) -> np.ndarray:
+    """(p, 2) int64 pairs of quads that cross where the triangles of the input do not.
 
     `position` (n, 3) is in the coordinates of the input.
     """
     pairs = crossings(position, quads)
     if not len(pairs):
         return pairs
-    corner = (whole.vertices * whole.unit + whole.origin)[whole.triangles]
-    middle, at = corner.mean(axis=1), position[quads[pairs]].reshape(len(pairs), 8, 3)
+    at = position[quads[pairs]].reshape(len(pairs), 8, 3)
     centre = at.mean(axis=1)
     reach = np.linalg.norm(at - centre[:, None], axis=2).max(axis=1)
-    reach += float(np.linalg.norm(corner - middle[:, None], axis=2).max())
-    near = [np.array(rows, np.int64) for rows in cKDTree(middle).query_ball_point(centre, reach)]
-    some = np.unique(np.concatenate(near))
-    crossed = np.zeros(len(middle), bool)
-    own = crossings(whole.vertices, whole.triangles[some])
-    crossed[some[own.ravel()]] = True
-    return pairs[[not crossed[rows].any() for rows in near]]
+    return pairs[~own.beside(centre, reach)]

@@ -38,12 +38,13 @@ def next_wishes(
     attempt: int,
 ) -> Wishes:
     """What is wished for after an attempt that failed: places give way, and every second time
-    after that all is begun anew. Opposite poles cancel that are ever farther apart."""
+    after that all is begun anew. Opposite poles cancel that are ever farther apart. The same
+    wishes where nothing changes."""
     number, between = divmod(attempt - LAST_LOCAL, 2)
     if attempt >= LAST_LOCAL and not between:
         return replace(_bare(working, asked, number), reach=FARTHER ** (2 * number))
-    farther = wishes.reach * FARTHER if attempt >= ONE_EACH else wishes.reach
-    return replace(gentler(working, wishes, faults, residual, attempt), reach=farther)
+    fewer = gentler(working, wishes, faults, residual, attempt) if faults.any() else wishes
+    return fewer if attempt < ONE_EACH else replace(fewer, reach=wishes.reach * FARTHER)
 
 
 def gentler(

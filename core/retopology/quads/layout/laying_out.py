@@ -68,14 +68,21 @@ def laid_out(
     anyway; None where none was found."""
     asked = wishes
     size = len(working.surface.triangles)
+    none = np.zeros(len(working.surface.vertices), bool)
+    tried = None
     for attempt in range(attempts):
         if attempt and not effort.left:
             return None
+        if wishes is tried:
+            # A map without a fault has no layout, and nothing has given way: it has none again.
+            wishes = next_wishes(working, asked, wishes, none, None, attempt)
+            continue
         part = progress.part("Mapping the surface", attempt / attempts, (attempt + 1) / attempts)
         found = _affordable(working, wishes, part, effort)
         if found is None:
             return None
         planned, crossed, wishes = found
+        tried = wishes
         effort.spend(size if attempt else 0)
         # Moves of poles can take too much from the end of a crease.
         shut = shut_corners(crossed) | (crossed.singular & (crossed.quarter_turns < 2))

@@ -16,6 +16,7 @@ from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles
 from core.retopology.quads.field.sectors import sector_turns
 from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.quads.layout import laying_out
 from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
 from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
@@ -88,6 +89,47 @@ def test_layout_covers_the_surface(crossed):
     assert gone
     kept = whole_lengths(layout, 0.2, {gone}, 0, core.Progress())
     assert kept[sorted(gone)].sum() >= 1
+
+
+def flat_torus(seed, count=6):
+    """A square whose sides are joined, with places in the plane that no line meets twice."""
+    random = np.random.default_rng(seed)
+    i, j = (part.ravel() for part in np.meshgrid(np.arange(count), np.arange(count)))
+    lower = np.stack([[i, j], [i + 1, j], [i + 1, j + 1]])
+    upper = np.stack([[i, j], [i + 1, j + 1], [i, j + 1]])
+    corner = np.concatenate([lower, upper], axis=2).transpose(2, 0, 1)
+    triangles = corner[..., 0] % count * count + corner[..., 1] % count
+    off = 0.2 * random.random((count * count, 2))
+    place = corner + off[triangles]
+    turn = np.zeros((count * count, 2))
+    turn[triangles] = 2.0 * np.pi / count * (corner % count + off[triangles])
+    ring = 3.0 + np.cos(turn[:, 1])
+    vertices = ring * np.cos(turn[:, 0]), ring * np.sin(turn[:, 0]), np.sin(turn[:, 1])
+    return np.column_stack(vertices), triangles, place[..., 0] + 1j * place[..., 1]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_tracks_that_come_back_along_their_own_line_meet_themselves(seed):
+    vertices, triangles, place = flat_torus(seed)
+    middle = vertices[triangles].mean(axis=1)
+    along = np.column_stack([-middle[:, 1], middle[:, 0], 0.0 * middle[:, 0]])
+    twin = link(triangles, len(vertices)).twin
+    none, even = np.zeros(len(twin), bool), np.ones(len(triangles))
+    crossed = crosses(vertices, triangles, twin, along, even, none)
+    layout = motorcycle_graph(SeamlessMap(crossed, seams(crossed), place), core.Progress())
+    # One square, whose sides are two lines around: round-off decides nothing.
+    assert len(layout.rectangles) == 1
+    assert layout.length.min() > 2.0
+
+
+def test_what_has_failed_is_not_tried_again_unchanged(monkeypatch):
+    mesh = ellipsoid(subdivisions=3)
+    maps = []
+    pose_ = laying_out.pose
+    monkeypatch.setattr(laying_out, "pose", lambda crossed: maps.append(crossed) or pose_(crossed))
+    monkeypatch.setattr(laying_out, "motorcycle_graph", lambda *_: None)
+    core.quad_layout(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
+    assert 1 < len(maps) < laying_out.ATTEMPTS - 1
 
 
 def test_double_poles_part_and_opposite_ones_cancel(crossed):

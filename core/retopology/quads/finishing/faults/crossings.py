@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.spatial import cKDTree
+
+from .....mesh.surface import Surface
 
 # Faces are looked for among those at most as large, in classes of sizes a factor two apart.
 CLASSES = 24
@@ -11,6 +15,9 @@ CLASSES = 24
 TOUCHING = 1e-9
 # Pairs tested at once.
 BLOCK = 1 << 17
+# Crossings of a surface are sought within so many times the distance that is asked for, so that
+# they are not sought again for what has moved a little.
+WIDER = 2.0
 
 
 def crossings(position: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -29,6 +36,65 @@ def crossings(position: np.ndarray, faces: np.ndarray) -> np.ndarray:
                 crossing |= _pierced(one[:, a], two[:, b]) | _pierced(two[:, b], one[:, a])
         found.append(some[crossing])
     return np.concatenate([np.zeros((0, 2), np.int64), *found])
+
+
+class OwnCrossings:
+    """Where a surface passes through itself, sought beside what is asked for and then kept.
+
+    Parameters
+    ----------
+    surface:
+        What is asked for lies in the coordinates of its input.
+    """
+
+    def __init__(self, surface: Surface) -> None:
+        self.surface = surface
+        # Within so far of these places all pairs are known.
+        self._places, self._far = np.zeros((0, 3)), 0.0
+        self._pairs = np.zeros((0, 2), np.int64)
+
+    @cached_property
+    def _corner(self) -> np.ndarray:
+        surface = self.surface
+        return np.asarray((surface.vertices * surface.unit + surface.origin)[surface.triangles])
+
+    @cached_property
+    def _middle(self) -> np.ndarray:
+        return np.asarray(self._corner.mean(axis=1))
+
+    @cached_property
+    def _widest(self) -> float:
+        """How far a corner is from the middle of its triangle at most."""
+        return float(np.linalg.norm(self._corner - self._middle[:, None], axis=2).max())
+
+    def beside(self, centre: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """(p,) bool whether a triangle that reaches into a ball (its centre of (p, 3), its radius
+        of (p,)) crosses another one that reaches into any of them."""
+        reach = reach + self._widest
+        self._seek(centre, reach)
+        ends, pair = np.unique(self._pairs, return_inverse=True)
+        pair = pair.reshape(-1, 2)
+        near = cKDTree(self._middle[ends]).query_ball_point(centre, reach)
+        inside = np.zeros(len(ends), bool)
+        for rows in near:
+            inside[rows] = True
+        crossing = np.zeros(len(ends), bool)
+        crossing[pair[inside[pair].all(axis=1)]] = True
+        return np.array([crossing[rows].any() for rows in near])
+
+    def _seek(self, centre: np.ndarray, reach: np.ndarray) -> None:
+        """Know all pairs within these balls."""
+        if len(self._places):
+            new = cKDTree(self._places).query(centre)[0] + reach > self._far
+        else:
+            new = np.ones(len(centre), bool)
+        if not new.any():
+            return
+        self._places = np.concatenate([self._places, centre[new]])
+        self._far = max(self._far, WIDER * float(reach.max()))
+        away, _ = cKDTree(self._places).query(self._middle, distance_upper_bound=self._far)
+        some = np.flatnonzero(np.isfinite(away))
+        self._pairs = some[crossings(self.surface.vertices, self.surface.triangles[some])]
 
 
 def _near(position: np.ndarray, faces: np.ndarray) -> np.ndarray:

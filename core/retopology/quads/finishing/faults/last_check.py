@@ -22,6 +22,7 @@ from ..finished import OFF
 from ..guides import Guides, vertex_normals
 from ..parting import made_crossings
 from ..projection import ClosestPoints
+from .crossings import OwnCrossings
 from .mending import against, mend
 from .unfolding import locally_unfolded, own_quality
 
@@ -30,7 +31,9 @@ from .unfolding import locally_unfolded, own_quality
 RINGS, RIM = 4, 2
 
 
-def checked(made: QuadMesh, whole: Surface, progress: Progress) -> tuple[QuadMesh, int]:
+def checked(
+    made: QuadMesh, whole: Surface, progress: Progress, own: OwnCrossings | None = None
+) -> tuple[QuadMesh, int]:
     """With fewer quads that are folded or face against the surface, as far as that was found and no
     more quads cross by it.
 
@@ -38,6 +41,8 @@ def checked(made: QuadMesh, whole: Surface, progress: Progress) -> tuple[QuadMes
     ----------
     whole:
         The input.
+    own:
+        What is known of its crossings so far.
 
     Returns
     -------
@@ -50,12 +55,13 @@ def checked(made: QuadMesh, whole: Surface, progress: Progress) -> tuple[QuadMes
     wrong = _wrong(place, quads, closest)
     if not wrong.any():
         return made, 0
-    crossing = len(made_crossings(position, quads, whole))
+    own = OwnCrossings(whole) if own is None else own
+    crossing = len(made_crossings(position, quads, own))
     for held in (made.border | made.feature, made.border):
         trial = _opened(place, quads, wrong > 0, held, closest, progress)
         trial, found = _where_better(trial, place, quads, wrong, closest)
         there = np.where(trial == place, position, trial * whole.unit + whole.origin)
-        if found.sum() < wrong.sum() and len(made_crossings(there, quads, whole)) <= crossing:
+        if found.sum() < wrong.sum() and len(made_crossings(there, quads, own)) <= crossing:
             position, place, wrong = there, trial, found
         if not wrong.any() or not made.feature.any():
             break
