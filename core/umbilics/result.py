@@ -218,9 +218,11 @@ class Detection:
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
 
-    def check_mesh(self, vertices: int, triangles: int) -> None:
-        """Raise `InvalidMeshError` if it is not of a mesh with so many vertices and triangles."""
+    def check_mesh(self, vertices: int, triangles: int | None = None) -> None:
+        """Raise `InvalidMeshError` if it is not of a mesh with so many vertices and triangles; None
+        where only vertices matter."""
         mine = len(self.curvature.k1), len(self.triangle_index)
+        triangles = mine[1] if triangles is None else triangles
         if mine != (vertices, triangles):
             raise InvalidMeshError(
                 f"The detection is of another mesh: of {mine[0]} vertices and {mine[1]} triangles, "

@@ -90,7 +90,7 @@ def suitability(
     False
     """
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
-    detection.check_mesh(len(vertices), len(triangles))
+    detection.check_mesh(len(vertices))
     marked = vertex_pairs(marked, len(vertices), "marked edges")
     field = detection.curvature
     used = np.zeros(len(vertices), bool)
