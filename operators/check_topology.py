@@ -26,7 +26,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         checked = context.active_object
         surface = _surface_of(context, checked)
-        check_result_names(checked, checks.ATTRIBUTES)
+        check_result_names(checked, checks.ATTRIBUTES, checks.are_held(checked.data))
         with object_mode(context, checked, push=False):
             context.view_layer.update()
             seen = checks.depsgraph_of(context, context.scene.umbilics_display.source)

@@ -1,7 +1,5 @@
 """Operator: choose where the cross field, poles and lines go as files for other programs."""
 
-from pathlib import Path
-
 import bpy
 from bpy.props import BoolProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
@@ -9,6 +7,7 @@ from bpy_extras.io_utils import ExportHelper
 from .. import core
 from .base.translation import reported
 from .jobs.modal import NeedsMesh
+from .write_files import stem_of
 
 _CHOSEN = ("mesh", "rosy", "sharp")
 
@@ -77,7 +76,11 @@ class UMBILICS_OT_export_field(NeedsMesh, bpy.types.Operator, ExportHelper):
 
 def in_the_way(filepath: str, kinds: list[str]) -> list[str]:
     """Names of the files that are there already and would be written anew."""
-    stem = Path(bpy.path.abspath(filepath)).with_suffix("")
+    try:
+        stem = stem_of(filepath)
+    except core.UmbilicsError:
+        # Said when it is to be written: a name may still be typed.
+        return []
     return [path.name for path in core.guidance_paths(stem, kinds) if path.exists()]
 
 

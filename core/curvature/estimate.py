@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from ..base.arguments import numbers
 from ..base.errors import InvalidMeshError
 from ..base.options import AUTO
 from ..base.progress import Progress
@@ -273,8 +274,8 @@ def _given(surface: Surface, surface_normal: np.ndarray, given: CurvatureField |
     n = int(surface.source_vertex.max()) + 1
     arrays = {}
     for name, width in (("k1", 1), ("k2", 1), ("d1", 3), ("d2", 3)):
-        array = np.asarray(getattr(given, name), np.float64)
-        if len(array) < n or array.size != len(array) * width:
+        array = numbers(getattr(given, name), f"The given {name} must be numbers.")
+        if not array.ndim or len(array) < n or array.size != len(array) * width:
             raise InvalidMeshError(
                 f"The given {name} must have {width} number{'s' * (width > 1)} for each vertex."
             )

@@ -18,7 +18,7 @@ from ..retopology.quads.result import QuadMesh
 from ..retopology.quads.settings import RemeshSettings
 from ..retopology.settings import GuidanceSettings
 from ..retopology.topology_check import TopologyCheck, check_quads
-from .guidance import QUAD_KINDS, Exported, write_guidance
+from .guidance import QUAD_KINDS, Exported, guidance_paths, write_guidance
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def export_guidance(
     RemeshError
         The surface cannot be covered with quads.
     FormatError
-        A file cannot be written.
+        There is no such kind, or a file cannot be written.
 
     Examples
     --------
@@ -100,6 +100,8 @@ def export_guidance(
     ['ellipsoid.rosy', 'ellipsoid.sing']
     """
     progress = progress or Progress()
+    # A kind that there is not is told before the work.
+    guidance_paths(Path(stem), kinds)
     # Quads take as long as all the rest.
     with_quads = any(kind in QUAD_KINDS for kind in kinds)
     rest = progress.part("Planning", 0.0, 0.4 if with_quads else 0.8)

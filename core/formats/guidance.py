@@ -109,7 +109,11 @@ def guidance_paths(stem: Path, kinds: Iterable[str]) -> list[Path]:
     >>> [path.name for path in core.guidance_paths(Path("cup"), ["rosy", "sharp"])]
     ['cup.rosy', 'cup.sharp']
     """
-    about = [FILE_KINDS[kind] for kind in kinds]
+    about = []
+    for kind in kinds:
+        if kind not in FILE_KINDS:
+            raise FormatError(f"There is no kind of file {kind}: {', '.join(FILE_KINDS)}.")
+        about.append(FILE_KINDS[kind])
     return [
         stem.with_name(stem.name + ending) for kind in about for ending in (kind.ending, *kind.more)
     ]
@@ -138,7 +142,7 @@ def write_guidance(
     Raises
     ------
     FormatError
-        A file cannot be written.
+        There is no such kind, or a file cannot be written.
 
     Examples
     --------

@@ -58,6 +58,7 @@ class Shape:
             As `core.detect`.
         """
         surface, _ = clean(vertices, triangles)
+        detection.check_mesh(len(vertices), len(triangles))
         found = detection.umbilics
         weight = np.nan_to_num(found.persistence, nan=0.0, posinf=1e300)
         rows = np.sort(np.argsort(-weight, kind="stable")[:MOST])

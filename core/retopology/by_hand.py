@@ -69,11 +69,26 @@ class Strokes:
         (p, 3) float64 points, on the mesh or near it, in its coordinates.
     influence:
         (l,) float64 length to both sides over which a stroke counts, less and less.
+
+    Raises
+    ------
+    GuidanceError
+        The arrays do not fit each other.
     """
 
     start: np.ndarray
     position: np.ndarray
     influence: np.ndarray
+
+    def __post_init__(self) -> None:
+        start, places = np.asarray(self.start), np.shape(self.position)
+        ordered = start.ndim == 1 and len(start) == len(self.influence) + 1
+        ordered = ordered and start[0] == 0 and bool((np.diff(start) >= 0).all())
+        if not ordered or places != (int(start[-1]), 3):
+            raise GuidanceError(
+                "Strokes need positions of shape (p, 3), an influence for each stroke, and where "
+                "each begins among the positions, 0 first and p last."
+            )
 
     def __len__(self) -> int:
         return len(self.influence)
@@ -89,10 +104,22 @@ class WantedPoles:
         (k, 3) float64 points on the mesh or near it, in its coordinates.
     valence:
         (k,) int 3 or 5.
+
+    Raises
+    ------
+    GuidanceError
+        Another valence, or not one for each position.
     """
 
     position: np.ndarray
     valence: np.ndarray
+
+    def __post_init__(self) -> None:
+        places, valences = np.shape(self.position), np.asarray(self.valence)
+        if places != (valences.size, 3) or not np.isin(valences, (3, 5)).all():
+            raise GuidanceError(
+                "Wanted poles need positions of shape (k, 3) and k valences, each 3 or 5."
+            )
 
 
 @dataclass(frozen=True)

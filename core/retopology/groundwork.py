@@ -40,6 +40,7 @@ class Groundwork:
         self.surface, self.cleaning = clean(
             vertices, triangles, detection.borders_joined, kept_from
         )
+        detection.check_mesh(len(vertices), len(triangles))
         if kept is not None:
             detection = replace(detection, umbilics=detection.candidates.select(kept))
         self.detection = detection

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from ..base.arguments import flags, vertex_pairs
 from ..base.blas import one_blas_thread
 from ..base.progress import Progress
 from ..fields.face_index import face_field_singularities
@@ -107,6 +108,7 @@ class Guide(Groundwork):
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         surface = self.surface
+        zone = flags(zone, self._counts[0], "zone")
         begin = time.perf_counter()
         simple = self.simplified(progress.part("Simplifying the field", 0.0, 0.15))
         part = progress.part("Finding features", 0.15, 0.25)
@@ -165,6 +167,7 @@ class Guide(Groundwork):
     ) -> Features:
         """What the cross field runs along, in rows of `surface`."""
         settings, progress = settings or GuidanceSettings(), progress or Progress()
+        sharp = vertex_pairs(sharp, self._counts[0], "sharp edges")
         if not settings.align_crests:
             return find_features(self.surface, settings, sharp)
         bend, usual = settings.feature_angle, settings.smoothness

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.arguments import in_range, numbers
 from ..base.blas import one_blas_thread
 from ..base.errors import InvalidMeshError
 from ..base.progress import Progress
@@ -125,7 +126,7 @@ def check_topology(
     Raises
     ------
     InvalidMeshError
-        The mesh has no faces.
+        The mesh has no faces, or its arrays do not fit each other.
 
     Examples
     --------
@@ -141,10 +142,7 @@ def check_topology(
     >>> found.matched, len(found.missing), found.extra
     (8, 0, 0)
     """
-    vertices, corners = np.asarray(vertices, float), np.asarray(corners, np.int64)
-    start = np.asarray(start, np.int64)
-    if len(start) < 2 or not len(corners):
-        raise InvalidMeshError("The mesh that is to be checked has no faces.")
+    vertices, corners, start = _polygons(vertices, corners, start)
     progress = progress or Progress()
     whole = guide.surface
     progress.part("Looking for the surface", 0.0, 0.5)
@@ -235,6 +233,31 @@ def _fans(corners: np.ndarray, start: np.ndarray) -> np.ndarray:
     first = np.repeat(start[:-1], count)
     second = spans(start[:-1] + 1, count)
     return corners[np.column_stack([first, second, second + 1])]
+
+
+def _polygons(
+    vertices: np.ndarray, corners: np.ndarray, start: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The arrays of `check_topology` in its types, once they make faces."""
+    vertices = numbers(vertices, "The vertices must be numbers, three to a vertex.")
+    corners, start = np.asarray(corners, np.int64), np.asarray(start, np.int64)
+    if start.ndim != 1 or len(start) < 2 or not len(corners):
+        raise InvalidMeshError("The mesh that is to be checked has no faces.")
+    ends = corners.ndim == 1 and start[0] == 0 and start[-1] == len(corners)
+    if not ends or (np.diff(start) < 1).any():
+        raise InvalidMeshError(
+            "The faces of the mesh that is to be checked need all corners in one row, and where "
+            "each begins among them, 0 first and their number last."
+        )
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InvalidMeshError(f"The vertices must have shape (n, 3), not {vertices.shape}.")
+    in_range(corners, len(vertices), "faces")
+    if not np.isfinite(vertices).all():
+        raise InvalidMeshError(
+            "The mesh that is to be checked has vertices that are nowhere: their coordinates are "
+            "not finite numbers. Delete or repair them."
+        )
+    return vertices, corners, start
 
 
 def _edges(

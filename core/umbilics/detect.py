@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..base.arguments import vertex_pairs
 from ..base.blas import one_blas_thread
 from ..base.options import AUTO
 from ..base.parallel import at_once
@@ -108,6 +109,8 @@ def detect(
         # Seams that charts are cut along may be borders already, and stay so.
         join = settings.join_borders and not (settings.unfolds and settings.charts == "seams")
         surface, warnings = clean(vertices, triangles, join)
+        seams = vertex_pairs(seams, len(vertices), "seams")
+        sharp = vertex_pairs(sharp, len(vertices), "sharp edges")
     with clock.stage("faces"):
         cad = _tessellated(surface, settings)
         if cad is not None:

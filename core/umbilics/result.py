@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..base.errors import InvalidMeshError
 from ..base.rows import column
 from ..curvature.field import CurvatureField
 from ..mesh.exact_shapes import CONICAL, CYLINDRICAL, PLANAR, SPHERICAL
@@ -216,3 +217,14 @@ class Detection:
     crease_angle: float = 180.0
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
+
+    def check_mesh(self, vertices: int, triangles: int | None = None) -> None:
+        """Raise `InvalidMeshError` if it is not of a mesh with so many vertices and triangles; None
+        where only vertices matter."""
+        mine = len(self.curvature.k1), len(self.triangle_index)
+        triangles = mine[1] if triangles is None else triangles
+        if mine != (vertices, triangles):
+            raise InvalidMeshError(
+                f"The detection is of another mesh: of {mine[0]} vertices and {mine[1]} triangles, "
+                f"not {vertices} and {triangles}. Detect on the very mesh."
+            )

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.arguments import vertex_pairs
 from ..mesh.creases import are_few
 from ..mesh.half_edges import edge_keys, ends_of
 from .result import Detection
@@ -88,6 +89,9 @@ def suitability(
     >>> core.suitability(vertices, triangles, core.detect(vertices, triangles)).is_coarse
     False
     """
+    vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
+    detection.check_mesh(len(vertices))
+    marked = vertex_pairs(marked, len(vertices), "marked edges")
     field = detection.curvature
     used = np.zeros(len(vertices), bool)
     used[triangles] = True
@@ -99,7 +103,7 @@ def suitability(
     bent = ~sharp & (cosine < np.cos(np.radians(_BENT)))
     crossed = sharp & (cosine >= np.cos(np.radians(detection.crease_angle)))
     if marked is not None and len(marked):
-        one, other = np.asarray(marked, np.int64).T
+        one, other = marked.T
         creases = np.isin(edge, edge_keys(one, other, len(vertices)))
         if are_few(int(np.count_nonzero(creases)), triangles.size):
             crossed &= ~creases

@@ -18,7 +18,7 @@ from ... import core
 from ..base import caches
 from ..data import pins, record, summary
 from ..mesh import fingerprint
-from ..mesh.attributes import RESULTS, check_result_names, write_results
+from ..mesh.attributes import RESULTS, write_results
 from ..mesh.evaluated import works_on
 from ..mesh.fetch import unit_vectors
 from ..mesh.read import MeshArrays, check_unchanged, read_mesh
@@ -76,7 +76,7 @@ def gather(
         The object cannot be analysed, or its results could not be stored; the text says why.
     """
     refusals.check_object(obj, with_modifiers=depsgraph is not None)
-    check_result_names(obj)
+    homes.check_names(obj, RESULTS, homes.DETECTION)
     evaluated = depsgraph is not None
     leaving = object_mode(bpy.context, obj, push=False) if evaluated else nullcontext()
     with leaving:
@@ -190,7 +190,7 @@ def write(
         The object is gone or was changed since `gather`; then nothing is written.
     """
     with unchanged(context, inputs, whole) as (obj, depsgraph, transaction):
-        check_result_names(obj)
+        homes.check_names(obj, RESULTS, homes.DETECTION)
         home = homes.home_for(context, obj, depsgraph, transaction)
         obj = home.owner
         was_shown = maps.is_shown_on(obj)

@@ -173,11 +173,8 @@ def gather(
         names = properties.given_names(scene.umbilics)
     obj, evaluated, scope = _to_read(scene, obj)
     refusals.check_object(obj, evaluated)
-    for layouts in (
-        guidance_objects.ATTRIBUTES,
-        marked_edges.MARKS,
-        marked_edges.RIDGE_EDGES,
-    ):
+    homes.check_names(obj, guidance_objects.ATTRIBUTES, homes.PLAN)
+    for layouts in (marked_edges.MARKS, marked_edges.RIDGE_EDGES):
         check_result_names(obj, layouts)
     depsgraph = context.evaluated_depsgraph_get() if evaluated else None
     inputs = detect.gather(obj, detecting, names, depsgraph=depsgraph, scope=scope)

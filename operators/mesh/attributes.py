@@ -26,24 +26,49 @@ RESULTS = {
     "umbilics_region": ("FACE", "INT"),
     KEPT: ("FACE", "INT"),
 }
+# Of these a detection leaves some with some settings only.
+_OPTIONAL = {"umbilics_conformal_scale", KEPT}
 
 
 def check_result_names(
-    obj: bpy.types.Object, layouts: dict[str, tuple[str, str]] = RESULTS
+    obj: bpy.types.Object, layouts: dict[str, tuple[str, str]], ours: bool = False
 ) -> None:
-    """Raise `AttributeNameError` if a result's name is taken by something that is not ours."""
+    """Raise `AttributeNameError` if a result's name is taken by something that is not ours; what
+    has our types is, where `ours` says so or the results are there as a whole."""
     mesh = obj.data
-    for name, (domain, kind) in layouts.items():
-        found = mesh.attributes.get(name)
-        if found is not None and (found.domain, found.data_type) != (domain, kind):
-            raise AttributeNameError(
-                f"{mesh.name} has an attribute {name} that is not a result of Umbilics. "
-                "Rename it in the mesh's properties, under Attributes."
-            )
-        if found is None and name in obj.vertex_groups:
+    ours = ours or is_whole(mesh, layouts)
+    taken = [
+        name
+        for name in layouts
+        if name in mesh.attributes and not (ours and _fits(mesh, name, layouts))
+    ]
+    if len(taken) > 1:
+        raise AttributeNameError(
+            f"{mesh.name} has attributes that are not results of Umbilics: {', '.join(taken)}. "
+            "Rename them in the mesh's properties, under Attributes."
+        )
+    for name in taken:
+        raise AttributeNameError(
+            f"{mesh.name} has an attribute {name} that is not a result of Umbilics. "
+            "Rename it in the mesh's properties, under Attributes."
+        )
+    for name in layouts:
+        if name not in mesh.attributes and name in obj.vertex_groups:
             raise AttributeNameError(
                 f"{obj.name} has a vertex group {name}. Rename it: the result needs the name."
             )
+
+
+def is_whole(mesh: bpy.types.Mesh, layouts: dict[str, tuple[str, str]]) -> bool:
+    """Whether a mesh has all that we leave of a kind: then it is ours, though it came with a mesh
+    that was joined or imported, without the stamp. One of the names may be the user's own."""
+    return all(_fits(mesh, name, layouts) for name in layouts if name not in _OPTIONAL)
+
+
+def _fits(mesh: bpy.types.Mesh, name: str, layouts: dict[str, tuple[str, str]]) -> bool:
+    """Whether a mesh has an attribute of a result's name, domain and type."""
+    found = mesh.attributes.get(name)
+    return found is not None and (found.domain, found.data_type) == layouts[name]
 
 
 def write_results(mesh: bpy.types.Mesh, results: dict[str, np.ndarray]) -> None:
@@ -79,10 +104,8 @@ def remove_results(
     """Remove our attributes from a mesh that is not in Edit Mode; says how many there were."""
     removed = 0
     for name in names:
-        layout = layouts[name]
-        found = mesh.attributes.get(name)
-        if found is not None and (found.domain, found.data_type) == layout:
-            mesh.attributes.remove(found)
+        if _fits(mesh, name, layouts):
+            mesh.attributes.remove(mesh.attributes[name])
             removed += 1
     return removed
 
@@ -94,9 +117,9 @@ def read_result(
 
     The mesh must not be in Edit Mode: then there is nothing to read.
     """
-    found = mesh.attributes.get(name)
-    if found is None or (found.domain, found.data_type) != layouts[name] or not len(found.data):
+    if not _fits(mesh, name, layouts) or not len(mesh.attributes[name].data):
         return None
+    found = mesh.attributes[name]
     width, dtype, key, _ = LAYOUT[found.data_type]
     return fetch(found.data, key, width, dtype)
 

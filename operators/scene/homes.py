@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..mesh.attributes import read_result, remove_results
+from ..mesh.attributes import check_result_names, is_whole, read_result, remove_results
 from ..mesh.build import same_surface
 from ..mesh.fetch import LAYOUT, fetch
 from ..mesh.fingerprint import mesh_signature
@@ -140,11 +140,29 @@ def leave(
         return found
     if _is_taken(obj, part):
         return found or _holds(obj, obj.data, part)
+    if not are_ours(obj.data, layouts, part):
+        return found
     transaction.keep_attributes(obj.data, tuple(layouts))
     transaction.keep_custom(obj.data, (_STAMP[part],))
     if _STAMP[part] in obj.data:
         del obj.data[_STAMP[part]]
     return remove_results(obj.data, layouts.keys(), layouts) > 0 or found
+
+
+def check_names(obj: bpy.types.Object, layouts: dict[str, tuple[str, str]], part: str) -> None:
+    """Raise `AttributeNameError` if the user has what is called like a result on the object's
+    mesh."""
+    check_result_names(obj, layouts, are_ours(obj.data, layouts, part))
+
+
+def are_ours(mesh: bpy.types.Mesh, layouts: dict[str, tuple[str, str]], part: str) -> bool:
+    """Whether attributes of a mesh that are called like results, of their types, are results: it
+    says so, an object says so (in files of earlier versions), or they are there as a whole."""
+    return (
+        _STAMP[part] in mesh
+        or any(_holds(obj, mesh, part) for obj in _users(mesh))
+        or is_whole(mesh, layouts)
+    )
 
 
 def move_out(

@@ -12,14 +12,14 @@ from functools import partial
 import bpy
 
 from ..data.belonging import OWNER_TAG
-from ..mesh.attributes import RESULTS, remove_results
+from ..mesh.attributes import RESULTS, is_whole, remove_results
 from . import display_objects, empties, homes
 from .retopology import guidance_objects, marked_edges
 from .targets import is_local
 from .transaction import Transaction, empty_without
 from .view import glyph_images
 
-# What a detection and a plan may leave on a mesh, and how it is laid out.
+# What a detection and a plan leave on a mesh, and how it is laid out.
 _ON_MESHES = (
     RESULTS,
     guidance_objects.ATTRIBUTES,
@@ -101,8 +101,11 @@ def _is_ours(collection: bpy.types.Collection) -> bool:
 
 
 def _is_marked(mesh: bpy.types.Mesh) -> bool:
-    names = [name for layouts in _ON_MESHES for name in layouts if name in mesh.attributes]
-    return is_local(mesh) and bool(names)
+    """Whether a mesh has attributes of ours, of whatever object."""
+    return is_local(mesh) and (
+        any(stamp in mesh for stamp in homes.STAMPS)
+        or any(is_whole(mesh, layouts) for layouts in _ON_MESHES)
+    )
 
 
 def _clean_meshes(transaction: Transaction, but: Collection[bpy.types.Object]) -> int:

@@ -208,3 +208,16 @@ def test_blender_reads_the_polylines(addon, tmp_path):
         for axis in range(3):
             assert np.sort(places[:, axis]) == pytest.approx(np.sort(ours[:, axis]), abs=1e-5)
         assert obj not in read
+
+
+@pytest.mark.parametrize("path", ["", "//", "folder", "folder/"])
+def test_guidance_for_no_file_is_refused_in_words(addon, tmp_path, monkeypatch, path):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    add_ellipsoid(subdivisions=2)
+    assert addon.operators.export_field.in_the_way(path, ["mesh"]) == []
+    for write in (bpy.ops.umbilics.export_field, bpy.ops.umbilics.write_files):
+        with pytest.raises(RuntimeError, match="Name a file") as refused:
+            write(filepath=path)
+        assert "Traceback" not in str(refused.value)
+    assert [one.name for one in tmp_path.iterdir()] == ["folder"]

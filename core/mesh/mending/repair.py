@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...base.arguments import in_range, numbers, whole_numbers
 from ...base.errors import InvalidMeshError
 from ...base.words import counted
 from ..half_edges import HalfEdges, ends_of, link
@@ -140,24 +141,17 @@ def _apart(
 
 
 def _checked(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        vertices = np.asarray(vertices, np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidMeshError("The vertices must be numbers, three to a vertex.") from error
-    triangles = np.asarray(triangles)
+    vertices = numbers(vertices, "The vertices must be numbers, three to a vertex.")
+    triangles = whole_numbers(
+        triangles, "The triangles must be whole numbers: rows of the vertices."
+    )
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InvalidMeshError(f"The vertices must have shape (n, 3), not {vertices.shape}.")
     if triangles.size == 0:
         raise InvalidMeshError("The mesh has no faces: umbilics need a surface.")
     if triangles.ndim != 2 or triangles.shape[1] != 3:
         raise InvalidMeshError(f"The triangles must have shape (m, 3), not {triangles.shape}.")
-    if triangles.dtype.kind not in "iu":
-        raise InvalidMeshError("The triangles must be whole numbers: rows of the vertices.")
-    low, high = int(triangles.min()), int(triangles.max())
-    if low < 0 or high >= len(vertices):
-        raise InvalidMeshError(
-            f"The triangles name vertices {low} to {high}, but there are {len(vertices)}."
-        )
+    in_range(triangles, len(vertices), "triangles")
     if 3 * len(triangles) >= np.iinfo(np.int32).max:
         raise InvalidMeshError("The mesh has more than 700 million triangles: split it.")
     return vertices, triangles.astype(np.int32, copy=False)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from ...base.arguments import numbers
 from ...base.errors import ChartError, InvalidMeshError
 from ...base.plane import doubled_areas
 from ...base.progress import Progress
@@ -80,7 +81,7 @@ def corner_uv(surface: Surface, input_triangles: np.ndarray, uv: np.ndarray) -> 
     Cleaning may have dropped, turned or split triangles.
     Raises `InvalidMeshError` on a UV map of another shape or with coordinates not finite.
     """
-    uv = np.asarray(uv, dtype=np.float64)
+    uv = numbers(uv, "The UV map must hold numbers.")
     if uv.shape != (len(input_triangles), 3, 2):
         raise InvalidMeshError(
             f"The UV map must have shape ({len(input_triangles)}, 3, 2), not {uv.shape}."

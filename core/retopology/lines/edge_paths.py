@@ -41,6 +41,7 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     >>> chosen.shape == (len(edges),), bool(chosen.any())
     (True, True)
     """
+    vertices = np.asarray(vertices, float)
     marked = np.zeros(len(edges), bool)
     if not len(edges):
         return marked

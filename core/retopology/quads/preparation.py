@@ -204,6 +204,6 @@ def _in_zone(surface: Surface, triangles: np.ndarray, zone: np.ndarray | None) -
     """(n,) bool vertices of triangles that touch the zone."""
     found = np.zeros(len(surface.vertices), bool)
     if zone is not None and zone.any():
-        touched = np.asarray(zone)[np.asarray(triangles)].any(axis=1)
+        touched = zone[np.asarray(triangles)].any(axis=1)
         found[surface.triangles[touched[surface.source_triangle]]] = True
     return found

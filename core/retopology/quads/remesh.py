@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...base.arguments import flags
 from ...base.blas import one_blas_thread
 from ...base.errors import RemeshError
 from ...base.progress import Progress
@@ -95,6 +96,7 @@ def remesh(
     if detection is None:
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.15))
     clock.lap("curvature")
+    zone = flags(zone, len(vertices), "zone")
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
     least = scrap(vertices, triangles, settings)
     guide = Guide(vertices, triangles, detection, kept_from=least)
@@ -165,6 +167,7 @@ def quad_layout(
     settings, progress = settings or RemeshSettings(), progress or Progress()
     if detection is None:
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.2))
+    zone = flags(zone, len(vertices), "zone")
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
     least = scrap(vertices, triangles, settings)
     guide = Guide(vertices, triangles, detection, kept_from=least)

@@ -47,6 +47,7 @@ def ridge_edges(vertices: np.ndarray, edges: np.ndarray, ridges: RidgeLines) -> 
     >>> bool((found.kind == 1).any())
     True
     """
+    vertices, edges = np.asarray(vertices, float), np.asarray(edges)
     on = np.flatnonzero(edge_paths(vertices, edges, ridges))
     found = RidgeEdges(np.zeros(len(edges), np.int64), np.zeros(len(edges)), np.zeros(len(edges)))
     if not len(on):

@@ -83,13 +83,17 @@ def remove(obj: bpy.types.Object, transaction: Transaction) -> bool:
         return False
     transaction.keep_properties(obj, "umbilics_check")
     topology.forget(obj)
-    if is_local(obj.data) and not any(
-        other != obj and other.data == obj.data and other.umbilics_check.checked
-        for other in bpy.data.objects
-    ):
+    if is_local(obj.data) and not are_held(obj.data, but=obj):
         transaction.keep_attributes(obj.data, tuple(ATTRIBUTES))
         remove_results(obj.data, ATTRIBUTES.keys(), ATTRIBUTES)
     return True
+
+
+def are_held(mesh: bpy.types.Mesh, but: bpy.types.Object | None = None) -> bool:
+    """Whether a mesh has the values of a check of one of its objects, `but` one."""
+    return any(
+        obj != but and obj.data == mesh and obj.umbilics_check.checked for obj in bpy.data.objects
+    )
 
 
 def is_old(context: bpy.types.Context, obj: bpy.types.Object) -> bool:

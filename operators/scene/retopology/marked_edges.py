@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from .... import core
-from ...mesh.attributes import remove_results, write_attributes
+from ...mesh.attributes import is_whole, remove_results, write_attributes
 from ...mesh.edge_marks import EDGE_ATTRIBUTES, mark_edges, unmark_edges
 from ..targets import is_local
 from ..transaction import Transaction
@@ -64,7 +64,8 @@ def write_ridge_edges(
     if not is_local(obj.data):
         return
     transaction.keep_attributes(obj.data, tuple(RIDGE_EDGES))
-    remove_results(obj.data, RIDGE_EDGES.keys(), RIDGE_EDGES)
+    if is_whole(obj.data, RIDGE_EDGES):
+        remove_results(obj.data, RIDGE_EDGES.keys(), RIDGE_EDGES)
     if found is not None:
         arrays = found.kind, np.radians(found.bend), found.strength
         write_attributes(obj.data, dict(zip(RIDGE_EDGES, arrays, strict=True)), RIDGE_EDGES)
@@ -75,5 +76,6 @@ def remove_all(obj: bpy.types.Object, transaction: Transaction) -> bool:
     transaction.keep_attributes(obj.data, (*MARKS, *RIDGE_EDGES, *EDGE_ATTRIBUTES))
     found = [unmark(obj, kind) for kind in _BIT]
     for layouts in (MARKS, RIDGE_EDGES):
-        found.append(remove_results(obj.data, layouts.keys(), layouts) > 0)
+        if is_whole(obj.data, layouts):
+            found.append(remove_results(obj.data, layouts.keys(), layouts) > 0)
     return any(found)

@@ -57,6 +57,60 @@ def test_attributes_of_other_types_stay(addon, name):
         obj.data.attributes.remove(obj.data.attributes[name])
 
 
+# All but the marks of edges: one attribute is all of them.
+OF_OUR_TYPES = {
+    "umbilics_k1": ("POINT", "FLOAT"),
+    "umbilics_d2": ("POINT", "FLOAT_VECTOR"),
+    "umbilics_conformal_scale": ("POINT", "FLOAT"),
+    "umbilics_scope": ("FACE", "INT"),
+    "umbilics_confidence": ("POINT", "FLOAT"),
+    "umbilics_cross_face": ("FACE", "FLOAT_VECTOR"),
+    "umbilics_ridge": ("EDGE", "INT"),
+    "umbilics_check_angle": ("FACE", "FLOAT"),
+}
+
+
+@pytest.mark.parametrize("name", OF_OUR_TYPES)
+def test_an_attribute_of_our_type_stays_where_nothing_of_ours_is(addon, name):
+    surface = add_ellipsoid(subdivisions=2, name="Surface")
+    obj = add_ellipsoid(subdivisions=2)
+    surface.select_set(True)
+    domain, kind = OF_OUR_TYPES[name]
+    mine = obj.data.attributes.new(name, kind, domain)
+    key = "vector" if kind == "FLOAT_VECTOR" else "value"
+    values = np.arange(len(mine.data) * (3 if key == "vector" else 1))
+    values = values.astype(np.int32 if kind == "INT" else np.float32)
+    mine.data.foreach_set(key, values)
+    refused = []
+    for operator in (*ALL, "clear_file"):
+        if operator == "check_topology":
+            bpy.context.view_layer.objects.active = obj
+            surface.select_set(True)
+        refused.append(said_by(operator))
+        assert "Traceback" not in refused[-1], operator
+        found = np.empty_like(values)
+        obj.data.attributes[name].data.foreach_get(key, found)
+        np.testing.assert_array_equal(found, values, err_msg=operator)
+    assert any(f"{name} that is not a result" in text for text in refused)
+
+
+def test_all_taken_names_are_named_at_once(addon):
+    obj = add_ellipsoid(subdivisions=2)
+    for name in ("umbilics_k1", "umbilics_gap"):
+        obj.data.attributes.new(name, "FLOAT", "POINT")
+    assert "umbilics_k1, umbilics_gap" in said_by("detect")
+
+
+def test_results_of_which_some_were_deleted_are_replaced_and_cleared(addon):
+    obj = add_ellipsoid(subdivisions=2)
+    bpy.ops.umbilics.detect()
+    obj.data.attributes.remove(obj.data.attributes["umbilics_gap"])
+    assert bpy.ops.umbilics.detect() == {"FINISHED"}
+    obj.data.attributes.remove(obj.data.attributes["umbilics_d1"])
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert not [one.name for one in obj.data.attributes if one.name.startswith("umbilics_")]
+
+
 def test_a_map_under_a_taken_name_is_refused_in_words(addon):
     obj = add_ellipsoid(subdivisions=2)
     bpy.ops.umbilics.detect()
