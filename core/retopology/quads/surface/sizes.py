@@ -11,8 +11,9 @@ from .working_surface import WorkingSurface
 
 # Quads are at most so much smaller and larger than the mean one.
 SMALLEST, LARGEST = 0.25, 2.0
-# Sizes change over this many lengths of quads.
-SMOOTHED = 3.0
+# Sizes change over this many lengths of quads, but over no more than so many times the surface's own:
+# then they are one size to five digits, and a system that is stiffer still has no factors.
+SMOOTHED, WIDEST = 3.0, 100.0
 
 
 def sizes(working: WorkingSurface, size: float, adaptivity: float) -> np.ndarray:
@@ -36,7 +37,8 @@ def sizes(working: WorkingSurface, size: float, adaptivity: float) -> np.ndarray
     tail, head = ends_of(triangles)
     graph = sparse.coo_array((np.full(len(tail), 0.5), (tail, head)), shape=(n, n)).tocsr()
     graph = graph + graph.T
-    stiff = (SMOOTHED * size) ** 2 * (sparse.diags_array(graph.sum(axis=1)) - graph)
+    length = min(SMOOTHED * size, WIDEST * float(np.sqrt(area.sum())))
+    stiff = length**2 * (sparse.diags_array(graph.sum(axis=1)) - graph)
     smooth = definite_factors(stiff + sparse.diags_array(around)).solve(around * wanted)
     result = np.exp(smooth[triangles].mean(axis=1))
     return size * result * np.sqrt((area / result**2).sum() / area.sum())

@@ -1,12 +1,13 @@
 """The steps from a surface to quads, each by itself."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from quad_guarantees import closest_in, holds
 from quad_surfaces import bumpy, cube, plain, uneven_box, with_needles
-from surfaces import cylinder, ellipsoid
+from surfaces import cylinder, ellipsoid, plane
 
 import core
 from core.mesh.half_edges import following, link
@@ -28,6 +29,7 @@ from core.retopology.quads.surface import working_surface
 from core.retopology.quads.surface.chains import long_chains
 from core.retopology.quads.surface.decimation import coarsened
 from core.retopology.quads.surface.needles import without_needles
+from core.retopology.quads.surface.sizes import sizes
 from core.retopology.quads.surface.subdivision import CREASE_BIT, Triangles, split_edges
 
 
@@ -250,6 +252,17 @@ def test_coarsening_keeps_topology_borders_and_features():
     assert (other.twin < 0).sum() == (surface.twin < 0).sum()
     assert np.isclose(coarse.lengths[coarse.feature > 0].sum(), fine.lengths[feature].sum())
     assert np.array_equal(coarse.feature, np.where(other.twin >= 0, coarse.feature, 0)[other.twin])
+
+
+@pytest.mark.parametrize("wanted", [10.0, 1e8, 1e30])
+def test_quads_larger_than_the_surface_are_of_one_size(wanted):
+    """Even where none is in sight: sizes that change over as far have no factors."""
+    mesh = plane(cells=1)
+    surface, _ = clean(mesh.vertices, mesh.triangles)
+    bend = 1.0 + surface.vertices[:, 0] ** 2
+    working = SimpleNamespace(surface=surface, field=SimpleNamespace(k1=bend, k2=bend))
+    found = sizes(working, wanted, 1.0)
+    np.testing.assert_allclose(found, wanted, rtol=1e-2)
 
 
 def bent_edges(surface):
