@@ -11,8 +11,8 @@ from .working_surface import WorkingSurface
 
 # Quads are at most so much smaller and larger than the mean one.
 SMALLEST, LARGEST = 0.25, 2.0
-# Sizes change over this many lengths of quads, but over no more than so many times the surface's own:
-# then they are one size to five digits, and a system that is stiffer still has no factors.
+# Sizes change over this many lengths of quads, but over no more than so many times the surface's
+# own: then they are one size to five digits, and a system that is stiffer still has no factors.
 SMOOTHED, WIDEST = 3.0, 100.0
 
 
