@@ -158,7 +158,10 @@ def _from_jets(
     if not automatic:
         return whole
     looking = progress.part("Looking closer", 0.9, 1)
-    closer = look_closer(surface, whole.field, whole.radius, scale, looking, exact)
+    start = None
+    if scale.neighbourhood.patching is None:
+        start = _started_from(surface, normals, scale, looking.quiet())
+    closer = look_closer(surface, whole.field, whole.radius, scale, looking, exact, start)
     return replace(
         whole,
         field=closer.field,
@@ -186,9 +189,7 @@ def _at_scale(
     if centres is None and worth_spreading(scale):
         jets = fit_spread(surface, normals, scale.neighbourhood, fitting, scale.tilted)
     else:
-        start = normals
-        if scale.tilted:
-            start = starting_normals(surface, normals, scale.neighbourhood, fitting)
+        start = _started_from(surface, normals, scale, fitting)
         jets = fit_jets(surface, start, scale.neighbourhood, fitting, centres)
     noise = scale.factor * jets.noise
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
@@ -210,6 +211,15 @@ def _at_scale(
         scale.factor,
         not scale.clean,
     )
+
+
+def _started_from(
+    surface: Surface, normals: np.ndarray, scale: Scale, progress: Progress
+) -> np.ndarray:
+    """(n, 3) unit normals that fits at this scale start from."""
+    if not scale.tilted:
+        return normals
+    return starting_normals(surface, normals, scale.neighbourhood, progress)
 
 
 def _among_others(

@@ -133,7 +133,7 @@ def choose(
             DEGREE,
             MOST_RINGS,
             begun,
-            _Smoothing(surface, normals, shape, centres, progress.quiet()),
+            SmoothedNormals(surface, normals, shape, centres, progress.quiet()),
         )
         for shape in shapes
     ]
@@ -156,19 +156,26 @@ def grow_while_it_falls(
     progress: Progress,
     degree: int = DEGREE,
     most: int = MOST_RINGS,
+    smoothing: SmoothedNormals | None = None,
 ) -> Scale:
     """Rings, from those of the neighbourhood up to `most`, as long as the change falls.
 
     Parameters
     ----------
     normals:
-        (n, 3) float64 unit normals that errors of the points do not tilt: those of fits.
+        (n, 3) float64 unit normals that the first fits start from.
     centres:
         (c,) vertices whose fits are compared.
     degree:
         Degree of the fits.
+    smoothing:
+        What smooths the normals further with the rings; None where errors of the points do not
+        tilt them, as those of fits.
     """
-    return _grown(surface, normals, neighbourhood, centres, progress, degree, most, Begun())[0]
+    begun = Begun()
+    return _grown(
+        surface, normals, neighbourhood, centres, progress, degree, most, begun, smoothing
+    )[0]
 
 
 def _grown(
@@ -180,10 +187,9 @@ def _grown(
     degree: int,
     most: int,
     begun: Begun,
-    smoothing: _Smoothing | None = None,
+    smoothing: SmoothedNormals | None = None,
 ) -> tuple[Scale, tuple[Jets, Jets]]:
-    """As `grow_while_it_falls`, with the fits at the scale and at the next; `smoothing` is of
-    normals that errors of the points may tilt."""
+    """As `grow_while_it_falls`, with the fits at the scale and at the next."""
 
     def at(rings: int, start: np.ndarray) -> Jets:
         around = dataclasses.replace(neighbourhood, rings=rings, begun=begun)
@@ -213,11 +219,16 @@ def _grown(
     return Scale(around, rough, factor, clean, shared), (fits[0], fits[1])
 
 
-class _Smoothing:
+class SmoothedNormals:
     """Normals smoothed further and further, as far as `starting_normals` does for the rings.
 
     Around few of many vertices each is smoothed for itself, and from where patches stand for the
     vertices their normals do.
+
+    Attributes
+    ----------
+    normals, passes:
+        (n, 3) float64 unit normals, and how often they were smoothed.
     """
 
     def __init__(
@@ -227,8 +238,9 @@ class _Smoothing:
         neighbourhood: Neighbourhood,
         centres: np.ndarray,
         progress: Progress,
+        passes: int = 0,
     ) -> None:
-        self.surface, self.normals, self.passes = surface, normals, 0
+        self.surface, self.normals, self.passes = surface, normals, passes
         self.neighbourhood, self.centres, self.progress = neighbourhood, centres, progress
 
     def further(self, rings: int) -> np.ndarray:

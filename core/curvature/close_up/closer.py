@@ -23,7 +23,7 @@ from ...mesh.rings import ring_around
 from ...mesh.surface import Surface
 from ..field import CurvatureField
 from ..fits.jets import fit_jets
-from ..scale import Scale, grow_while_it_falls
+from ..scale import Scale, SmoothedNormals, grow_while_it_falls
 from .blend import Blend
 from .windows import best_fits
 
@@ -80,6 +80,7 @@ def look_closer(
     scale: Scale,
     progress: Progress,
     exact: np.ndarray | None = None,
+    start: np.ndarray | None = None,
 ) -> Closer:
     """Fit anew around the umbilics of the field; the fit with the smaller error stays.
 
@@ -89,9 +90,11 @@ def look_closer(
         What cubic jets at `scale` give at the n vertices; `field.noise` its standard errors.
     exact:
         (n,) bool, vertices that nothing is fitted at, or None.
+    start:
+        (n, 3) unit normals that the cubic jets started from; those of the field if None.
     """
     if scale.neighbourhood.focused or scale.neighbourhood.stretch > 1 or scale.shared:
-        return _at_one_scale(surface, field, radius, scale, progress, exact)
+        return _at_one_scale(surface, field, radius, scale, progress, exact, start)
     blend = Blend.over(field, radius)
     # A fit that a border cuts in half sees too little of what its higher terms mean.
     seen = surface.near_border(scale.neighbourhood.rings).copy()
@@ -108,7 +111,8 @@ def look_closer(
         if len(triangles) == 0 or fits > most:
             break
         seen[surface.triangles[triangles].ravel()] = True
-        fitted = best_fits(surface, field.normal, scale, triangles, progress.quiet())
+        normals = field.normal if start is None else start
+        fitted = best_fits(surface, normals, scale, triangles, progress.quiet())
         blend.add(surface, fitted, exact)
         now = blend.field()
         winding = winding.after(surface, np.flatnonzero(blend.weight), now.d1, now.d2)
@@ -124,6 +128,7 @@ def _at_one_scale(
     scale: Scale,
     progress: Progress,
     exact: np.ndarray | None,
+    start: np.ndarray | None,
 ) -> Closer:
     degree = CLEAN[0] if scale.neighbourhood.focused else NOISY
     seen, fits = np.zeros(len(radius), bool) if exact is None else exact.copy(), 0
@@ -138,7 +143,8 @@ def _at_one_scale(
         if closer is None:
             if len(vertices) == 0:
                 break
-            closer = _closer_scale(surface, field.normal, scale, vertices, ask)
+            normals = field.normal if start is None else start
+            closer, normals = _closer_scale(surface, normals, scale, vertices, ask, start is None)
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
             vertices = vertices[~seen[vertices]]
@@ -146,7 +152,7 @@ def _at_one_scale(
         if len(vertices) == 0 or fits > most:
             break
         seen[vertices] = True
-        jets = fit_jets(surface, field.normal, closer.neighbourhood, ask, vertices, degree)
+        jets = fit_jets(surface, normals, closer.neighbourhood, ask, vertices, degree)
         noise = closer.factor * jets.noise
         better = jets.determined & ~(noise >= field.noise[vertices])
         rows = vertices[better]
@@ -164,13 +170,22 @@ def _closer_scale(
     scale: Scale,
     vertices: np.ndarray,
     progress: Progress,
-) -> Scale:
+    fitted: bool,
+) -> tuple[Scale, np.ndarray]:
+    """The scale of the fits around vertices, and the normals (n, 3) that these start from: the
+    given ones where they are `fitted`, else smoothed as far as the fits reach."""
     around = scale.neighbourhood
     if around.focused:
-        return Scale(dataclasses.replace(around, rings=CLEAN[1]))
+        return Scale(dataclasses.replace(around, rings=CLEAN[1])), normals
     some = vertices[:: max(len(vertices) // SAMPLED, 1)]
-    around = dataclasses.replace(around, rings=max(around.rings, 3))
-    return grow_while_it_falls(surface, normals, around, some, progress, NOISY, MOST_RINGS)
+    passes = around.rings
+    around = dataclasses.replace(around, rings=max(passes, 3))
+    smoothing = SmoothedNormals(surface, normals, around, some, progress, passes)
+    further = None if fitted else smoothing
+    grown = grow_while_it_falls(
+        surface, normals, around, some, progress, NOISY, MOST_RINGS, further
+    )
+    return grown, smoothing.normals
 
 
 def _around_umbilics(surface: Surface, winding: Winding, seen: np.ndarray) -> np.ndarray:
