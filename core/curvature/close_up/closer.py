@@ -101,7 +101,7 @@ def look_closer(
     if exact is not None:
         seen |= exact
     most = max(MOST_ANYWAY // 4, round(MOST_FITS * len(radius)))
-    fits, now = 0, field
+    fits, now, normals = 0, field, field.normal if start is None else start
     winding = Winding.of(surface, now.d1, now.d2, progress.quiet())
     for _ in range(ROUNDS):
         triangles = np.flatnonzero(winding.index)
@@ -111,7 +111,6 @@ def look_closer(
         if len(triangles) == 0 or fits > most:
             break
         seen[surface.triangles[triangles].ravel()] = True
-        normals = field.normal if start is None else start
         fitted = best_fits(surface, normals, scale, triangles, progress.quiet())
         blend.add(surface, fitted, exact)
         now = blend.field()
