@@ -29,7 +29,8 @@ from ..mesh.mending.repair import clean
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
-from .assembly import Analysed, InputMesh, Turning, assemble
+from .assembly import InputMesh, assemble
+from .located import Analysed, Turning
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.by_form import FormUmbilics, paired_by_form, umbilics_of_form
