@@ -16,7 +16,7 @@ from ..base.parallel import at_once
 from ..base.progress import Progress
 from ..base.subsets import spans
 from ..base.unit import unit
-from .rings import Begun, by_size, grow, spread
+from .rings import Begun, by_size, grow, rings_of, spread
 from .surface import Surface
 
 # Vertices in a window over those whose patches make it up: within a patch they tell nothing. On
@@ -224,11 +224,3 @@ def _padded(rows: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
     are filled up."""
     place = rows.indptr[:-1, None] + np.arange(np.diff(rows.indptr).max(initial=0))
     return place, place < rows.indptr[1:, None]
-
-
-def rings_of(cells: float) -> int:
-    """Rings of cells that hold so many where six cells meet each."""
-    rings = 1
-    while 1 + 3 * rings * (rings + 1) < cells:
-        rings += 1
-    return rings

@@ -8,10 +8,10 @@ from surfaces import ellipsoid, noisy, random_ellipsoid
 
 from core.base.progress import Progress
 from core.curvature.fits.jets import fit_jets
-from core.mesh.cells import Patches
 from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
+from core.mesh.patches import Patches
 from core.mesh.rings import Begun, adjacency
 
 RINGS = 6
