@@ -120,7 +120,7 @@ def test_fits_to_patches_err_as_those_to_vertices():
 
 
 def test_normals_are_smoothed_by_area_and_stay_where_they_cancel():
-    surface, patches, _ = patched(SURFACES["random"])
+    surface, _, _ = patched(SURFACES["random"])
     n = len(surface.vertices)
     everywhere = sparse.csr_array(np.ones((n, 1), bool))
     normals = np.zeros((n, 3))
