@@ -10,7 +10,8 @@ from core.retopology.quads.finishing.faults.crossings import OwnCrossings, cross
 def two_spheres():
     """Two that pass through each other in a circle, as one surface."""
     one = sphere(subdivisions=2)
-    vertices = np.concatenate([one.vertices, one.vertices + [1.0, 0.02, 0.03]])
+    away = np.array([1.0, 0.02, 0.03])
+    vertices = np.concatenate([one.vertices, one.vertices + away])
     surface, _ = clean(vertices, np.concatenate([one.triangles, one.triangles + len(one.vertices)]))
     return surface, vertices
 
