@@ -165,9 +165,8 @@ class Patches:
         held = self._held[near.indices]
         members = self._order.take(spans(self._start[near.indices], held))
         start = np.append(0, np.cumsum(held))[near.indptr]
-        ones = np.ones(len(members), bool)
-        shape = len(near.indptr) - 1, len(self.size)
-        return sparse.csr_array((ones, members, start), shape=shape)
+        shape = len(start) - 1, len(self.size)
+        return sparse.csr_array((np.ones(len(members), bool), members, start), shape=shape)
 
 
 def smoothed(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> np.ndarray:
@@ -197,16 +196,19 @@ def _nearest_of(
     points: np.ndarray, middles: np.ndarray, rows: sparse.csr_array, count: int
 ) -> sparse.csr_array:
     """(r, p) of the points (3, p) in each of the rows (r, p) the nearest to the middles (3, r), so
-    many or all."""
+    many or all; what is as far as the last of them as well."""
     length = np.diff(rows.indptr)
     if length.max(initial=0) <= count:
         return rows
-    place, there = _padded(rows)
     square = _squares(points, middles, rows)
-    away = np.where(there, square.take(place, mode="clip"), np.inf)
-    place = rows.indptr[:-1, None] + np.argpartition(away, count - 1, axis=1)[:, :count]
-    members = rows.indices[place[place < rows.indptr[1:, None]]]
-    start = np.append(0, np.cumsum(np.minimum(length, count)))
+    there = np.arange(length.max()) < length[:, None]
+    away = np.full(there.shape, np.inf)
+    away[there] = square
+    # To part numbers takes less than to part their places.
+    away.partition(count - 1, axis=1)
+    near = square <= np.repeat(away[:, count - 1], length)
+    members = rows.indices[near]
+    start = np.append(0, np.cumsum(near))[rows.indptr]
     return sparse.csr_array((np.ones(len(members), bool), members, start), shape=rows.shape)
 
 
