@@ -48,22 +48,29 @@ def worst_opened(
     if not len(rows):
         return none
     random = np.random.default_rng(0)
-    start, worst = position[rows], _worst(position, some, guides)
+    start = kept = position[rows]
+    best = _worth(position, some, guides)
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
         step = STEPS[number % len(STEPS)]
-        if step == STEPS[0] and _worst(position, some, guides) >= BAD:
-            break
         apart = _apart(rows, some, len(position), random)
         _tried(position, some, guides, apart, step, random)
-    if _worst(position, some, guides) < worst:
-        position[rows] = start
-        return none
-    return rows
+        if step == STEPS[-1]:
+            # A vertex is judged by its own quads, which can turn what those beside them count as.
+            found = _worth(position, some, guides)
+            if found > best:
+                best, kept = found, position[rows]
+            if best[0] >= BAD:
+                break
+    position[rows] = kept
+    return rows[(kept != start).any(axis=1)]
 
 
-def _worst(position: np.ndarray, quads: np.ndarray, guides: Guides) -> float:
-    return float(quality_to_mend(position, quads, guides).min())
+def _worth(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[float, float]:
+    """The worst quality, and what all lack together: more is better."""
+    quality = quality_to_mend(position, quads, guides)
+    lack = float((np.maximum(WANTED - quality, 0.0) ** POWER).sum())
+    return float(quality.min()), -lack
 
 
 def _apart(
