@@ -45,7 +45,9 @@ _CHAPTERS = {
             "guidance.length_limit_auto",
         ),
         "ridges": ("ridges", "guidance.least_bend", "guidance.ridge_kinds"),
-        "how-the-quads-are-made": ("remesh.adaptivity", "remesh.symmetry"),
+        "how-the-quads-are-made": (
+            "remesh.adaptivity", "remesh.symmetry", "remesh.mirror_single",
+        ),
         "quads": ("preview_layout", "remesh_to_quads", "export_field", "write_files", "remesh.*"),
         "check-topology": (
             "new_retopology", "check_topology", "show_check", "check.*", "display.checks",

@@ -124,10 +124,13 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout = split(self.layout)
         layout.active = worker.current() is None
         group = context.scene.umbilics_remesh
-        if "quads" not in remeshing.idle(group):
+        idle = remeshing.idle(group)
+        if "quads" not in idle:
             layout.prop(group, "quads")
         automatic(layout, group, "edge_length")
         layout.prop(group, "symmetry")
+        if "mirror_single" not in idle:
+            layout.prop(group, "mirror_single")
         layout.prop(group, "adaptivity", slider=True)
         layout.prop(group, "smoothness", slider=True)
         layout.operator(UMBILICS_OT_preview_layout.bl_idname, icon="VIEW_ORTHO")

@@ -56,8 +56,10 @@ UMBILICS_PG_remesh.__annotations__ = properties()
 
 
 def idle(values: bpy.types.PropertyGroup | bpy.types.Operator) -> frozenset[str]:
-    """Names of settings that change nothing as the others are: a length says how many quads."""
-    return frozenset() if values.edge_length_auto else frozenset({"quads"})
+    """Names of settings that change nothing as the others are: a length says how many quads, and
+    without a plane nothing is mirrored."""
+    counted = frozenset() if values.edge_length_auto else frozenset({"quads"})
+    return counted | (frozenset({"mirror_single"}) if values.symmetry == "none" else frozenset())
 
 
 def to_remesh_settings(values: bpy.types.PropertyGroup | bpy.types.Operator) -> core.RemeshSettings:

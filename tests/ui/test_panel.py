@@ -131,11 +131,18 @@ def test_adjusting_shows_what_has_an_effect(addon, name):
 
     for switch in switches:
         setattr(properties, switch, True)
-    assert sorted(shown()) == sorted(every - {item.removesuffix("_auto") for item in switches})
+    usual = every - {item.removesuffix("_auto") for item in switches}
+    # Without a plane of symmetry nothing is mirrored.
+    assert sorted(shown()) == sorted(usual - {"mirror_single"})
+    if "symmetry" in every:
+        properties.symmetry = "x"
+    assert sorted(shown()) == sorted(usual)
     for switch in switches:
         setattr(properties, switch, False)
     # A length says how many quads there are.
     assert set(shown()) == every - ({"quads"} if "edge_length" in every else set())
+    if "symmetry" in every:
+        properties.symmetry = "none"
 
 
 def test_tab_is_where_users_look(addon):

@@ -16,7 +16,7 @@ from ..by_hand import Strokes, WantedPoles, planned_by_hand
 from ..planner import Guide
 from ..settings import GuidanceSettings
 from .field.wishes import Wishes
-from .finishing.mirroring import ON, Plane, halved, lost, wanted_plane
+from .finishing.mirroring import ON, Plane, on_sides, wanted_plane
 from .finishing.unlaid import Unlaid
 from .layout.effort import Effort
 from .layout.laying_out import LaidOut, laid_out
@@ -77,7 +77,8 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
     """Lay out every piece of the guide's surface."""
     whole, detection = guide.surface, given.detection
     warnings = list(guide.cleaning)
-    size, requested = _size(whole, settings)
+    area = float(whole.face_normal_area[1].sum()) * whole.unit**2
+    size, requested = _size(area, settings)
     asked = requested
     field = guide.measured(progress.part("Simplifying the field", 0.0, 0.1))
     plane = wanted_plane(settings.symmetry, whole, detection, warnings)
@@ -93,20 +94,29 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             f"{counted(short, 'crease')} left out, shorter than two quads or weak and ending in "
             "the open. Mark the edges as sharp to keep them."
         )
-    if plane is not None:
-        asked = max(1, asked // 2)
+    if plane is None:
+        cut = pieces(mesh)
+        single = np.zeros(len(cut), bool)
+    else:
         offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
-        beyond = lost(mesh, plane.normal, offset, size / whole.unit)
-        mesh = halved(mesh, plane.normal, offset)
-        if beyond:
+        cut, single = on_sides(
+            mesh, plane.normal, offset, size / whole.unit, settings.mirror_single
+        )
+        areas = np.array([piece.area for piece in cut])
+        once, twice = areas.sum(), areas.sum() + areas[~single].sum()
+        size, requested = _size(float(twice) * whole.unit**2, settings)
+        asked = max(1, round(requested * once / twice))
+        if single.any():
             warnings.append(
-                f"{counted(beyond, 'piece')} left out: beyond the plane of symmetry, with nothing "
-                "alike on its other side. Choose no symmetry to keep them."
+                f"{counted(int(single.sum()), 'piece')} not mirrored: on one side of the plane of "
+                "symmetry, with nothing alike on the other. Mirror Single Pieces mirrors them."
             )
     undirected = np.zeros(len(given.triangles), bool)
     undirected[whole.source_triangle] = guide.undirected
-    poles = None if given.wanted is None else _reachable(whole, given.wanted, plane, size)
-    cut = pieces(mesh)
+    poles = None
+    if given.wanted is not None:
+        alone = [piece.source for piece, stays in zip(cut, single, strict=True) if stays]
+        poles = _reachable(whole, given.wanted, plane, size, np.concatenate([[-1], *alone]))
     parts: list[LaidOut] = []
     unlaid: list[Unlaid] = []
     part = progress.part("Mapping the surface", 0.1, 0.15)
@@ -123,7 +133,8 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             size=sizes(working, size / surface.unit, settings.adaptivity),
             undirected=undirected[surface.source_triangle],
             avoided=_in_zone(surface, given.triangles, given.zone),
-            mirror=_on_plane(surface, plane),
+            mirror=_on_plane(surface, None if single[number] else plane),
+            single=bool(single[number]),
             umbilics=umbilics,
             umbilic_row=rows,
             strokes=given.strokes,
@@ -152,9 +163,9 @@ def scrap(vertices: np.ndarray, triangles: np.ndarray, settings: RemeshSettings)
     return SCRAP / settings.quads
 
 
-def _size(whole: Surface, settings: RemeshSettings) -> tuple[float, int]:
-    """Length of a quad's edge in the coordinates of the input, and how many quads that makes."""
-    area = float(whole.face_normal_area[1].sum()) * whole.unit**2
+def _size(area: float, settings: RemeshSettings) -> tuple[float, int]:
+    """Length of a quad's edge in the coordinates of the input, and how many quads that makes on so
+    large a surface."""
     if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
         size = float(settings.edge_length)
         return size, max(1, round(area / size**2))
@@ -174,16 +185,19 @@ def _umbilics(surface: Surface, umbilics: Umbilics) -> tuple[Umbilics, np.ndarra
 
 
 def _reachable(
-    whole: Surface, wanted: WantedPoles, plane: Plane | None, size: float
+    whole: Surface, wanted: WantedPoles, plane: Plane | None, size: float, single: np.ndarray
 ) -> tuple[WantedPoles, np.ndarray]:
-    """The wanted poles on the half that is laid out, and their input triangles."""
+    """The wanted poles on what is laid out, a half and the input triangles that are `single`, and
+    their input triangles."""
     position = np.asarray(wanted.position, float).reshape(-1, 3)
     valence = np.asarray(wanted.valence, np.int64)
-    if plane is not None:
-        here = plane.height(position) > -BEYOND * size
-        position, valence = position[here], valence[here]
     poles = WantedPoles(position, valence)
-    return poles, planned_by_hand(whole, [], poles).triangle
+    triangle = planned_by_hand(whole, [], poles).triangle
+    if plane is None:
+        return poles, triangle
+    here = plane.height(position) > -BEYOND * size
+    here |= np.isin(triangle, single)
+    return WantedPoles(position[here], valence[here]), triangle[here]
 
 
 def _of_piece(poles: tuple[WantedPoles, np.ndarray], surface: Surface) -> WantedPoles:

@@ -135,7 +135,10 @@ def remesh(
     made = replace(made, warnings=(*warnings, *made.warnings))
     plane = prepared.plane
     if plane is not None:
-        made = mirrored(made, plane, detection.umbilics, prepared.size)
+        wishes = [one.laid.wishes for one in done] + [one.wishes for one in unlaid]
+        counts = [len(one.vertices) for one in pieces]
+        single = np.repeat([one.single for one in wishes], counts)
+        made = mirrored(made, single, plane, detection.umbilics, prepared.size)
     said = words_of_count(len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid))
     return replace(made, warnings=(*made.warnings, *said))
 

@@ -60,6 +60,13 @@ class RemeshSettings:
             Choice("z", "Z", "The plane across Z through the origin"),
         ),
     )
+    mirror_single: bool = setting(
+        False,
+        label="Mirror Single Pieces",
+        help="Separate pieces on one side of the plane with nothing alike on the other, such as a "
+        "sword in one hand, get an image there; otherwise they stay as they are",
+        kind="flag",
+    )
     relaxation: int = setting(
         40,
         label="Relaxation",

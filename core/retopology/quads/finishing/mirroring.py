@@ -1,4 +1,8 @@
-"""Exactly symmetric quads: one half is remeshed with the plane for a border, and mirrored."""
+"""Exactly symmetric quads: one half is remeshed with the plane for a border, and mirrored.
+
+What lies on one side with nothing alike on the other, such as a sword in one hand, is no half of
+anything: it stays as it is, or gets an image where that is asked for.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,7 @@ from ....base.errors import GuidanceError, RemeshError
 from ....base.progress import Progress
 from ....base.subsets import places_in
 from ....matching.mirror import find_mirror_plane
+from ....mesh.half_edges import edge_keys
 from ....mesh.surface import Surface
 from ....umbilics.result import Detection, Umbilics
 from ..conformity import conformity
@@ -65,16 +70,116 @@ def wanted_plane(
     return Plane(normal, float(found.point @ normal))
 
 
-def halved(mesh: Triangles, normal: np.ndarray, offset: float) -> Triangles:
-    """What of a mesh lies where normal . x > offset, cut at the plane; new borders lie on it.
+def on_sides(
+    mesh: Triangles, normal: np.ndarray, offset: float, size: float, mirror_single: bool
+) -> tuple[list[Triangles], np.ndarray]:
+    """The pieces of a mesh that are to be remeshed, and which (p,) bool of them stay as they are;
+    the others are to be mirrored.
+
+    Pieces that cross the plane and pairs of images lose what lies where normal . x < offset. A
+    piece on one side without an image on the other is single: it stays, if not `mirror_single`,
+    unless it is the half of something, open along the plane, or all lie on that side.
+
+    Parameters
+    ----------
+    size:
+        Images are as near to each other, in each extent.
 
     Raises
     ------
     RemeshError
-        Nothing does.
+        Nothing lies where normal . x > offset.
     """
+    found = pieces(mesh)
+    near = NEAR * float(np.median(mesh.lengths))
+    side = np.array([_side(piece, normal, offset, near) for piece in found])
+    if not (side >= 0).any():
+        raise RemeshError(
+            "Nothing of the mesh lies on the positive side of the symmetry plane. Move its "
+            "origin, or choose another plane."
+        )
+    here, beyond = np.flatnonzero(side > 0), np.flatnonzero(side < 0)
+    there = _images_of(
+        [found[row] for row in here], [found[row] for row in beyond], normal, offset, size
+    )
+    single = side != 0
+    single[here[there >= 0]] = single[beyond[there[there >= 0]]] = False
+    keep = single & (len(here) < len(found)) & (not mirror_single)
+    cut, stays = [], []
+    for row, piece in enumerate(found):
+        if side[row] < 0 and not single[row]:
+            continue
+        flat = side[row] > 0 and _side(piece, -normal, -offset, near) > 0
+        if flat or (keep[row] and not _open_along(piece, normal, offset, near)):
+            cut.append(piece)
+            stays.append(True)
+            continue
+        sign = -1.0 if side[row] < 0 else 1.0
+        new = pieces(halved(piece, sign * normal, sign * offset, near))
+        cut += new
+        stays += [False] * len(new)
+    return cut, np.array(stays)
+
+
+def _side(piece: Triangles, normal: np.ndarray, offset: float, near: float) -> int:
+    """1 or -1 where a piece lies on one side of the plane, 0 where it crosses it."""
+    height = piece.vertices @ normal - offset
+    return int(height.min() >= -near) or -int(height.max() <= near)
+
+
+def _open_along(piece: Triangles, normal: np.ndarray, offset: float, near: float) -> bool:
+    """Whether an open edge lies on the plane."""
+    tail, head = piece.ends
+    _, first, uses = np.unique(
+        edge_keys(tail, head, len(piece.vertices)), return_index=True, return_counts=True
+    )
+    edge = first[uses == 1]
+    on = np.abs(piece.vertices @ normal - offset) <= near
+    return bool((on[tail[edge]] & on[head[edge]]).any())
+
+
+def _images_of(
+    here: list[Triangles],
+    beyond: list[Triangles],
+    normal: np.ndarray,
+    offset: float,
+    size: float,
+) -> np.ndarray:
+    """(h,) int64 the piece beyond the plane that is the image of each one here, as far as their
+    extents tell; -1 for none."""
+    result = np.full(len(here), -1)
+    if not here or not beyond:
+        return result
+    extents = np.array([_extent(piece.vertices) for piece in here])
+    images = np.array(
+        [
+            _extent(place - 2.0 * (place @ normal - offset)[:, None] * normal)
+            for place in (piece.vertices for piece in beyond)
+        ]
+    )
+    near = cKDTree(images).query_ball_point(extents, size, p=np.inf)
+    row = np.repeat(np.arange(len(here)), [len(some) for some in near])
+    image = np.concatenate([np.zeros(0), *near]).astype(np.int64)
+    # Nearest pairs first, each piece once.
+    taken = np.zeros(len(beyond), bool)
+    off = np.abs(extents[row] - images[image]).max(axis=1)
+    for pair in np.argsort(off, kind="stable").tolist():
+        if result[row[pair]] < 0 and not taken[image[pair]]:
+            result[row[pair]] = image[pair]
+            taken[image[pair]] = True
+    return result
+
+
+def _extent(place: np.ndarray) -> np.ndarray:
+    """(6,) where points (n, 3) begin and end."""
+    return np.concatenate([place.min(axis=0), place.max(axis=0)])
+
+
+def halved(mesh: Triangles, normal: np.ndarray, offset: float, near_by: float) -> Triangles:
+    """What of a mesh lies where normal . x > offset, cut at the plane; new borders lie on it.
+    Vertices nearer than `near_by` are put on it."""
     height = mesh.vertices @ normal - offset
-    near = np.abs(height) < NEAR * float(np.median(mesh.lengths))
+    near = np.abs(height) < near_by
     height[near] = 0.0
     vertices = mesh.vertices.copy()
     vertices[near] -= (vertices[near] @ normal - offset)[:, None] * normal
@@ -91,11 +196,6 @@ def halved(mesh: Triangles, normal: np.ndarray, offset: float) -> Triangles:
     mesh = replace(mesh, vertices=vertices)
     high = height[mesh.triangles]
     kept = np.flatnonzero((high >= 0.0).all(axis=1) & (high > 0.0).any(axis=1))
-    if not len(kept):
-        raise RemeshError(
-            "Nothing of the mesh lies on the positive side of the symmetry plane. Move its "
-            "origin, or choose another plane."
-        )
     # What touches the plane in a vertex only may be two fans there, or two pieces.
     half = taken_apart(chosen(mesh, kept))
     # Where the plane was a crease it is a border now.
@@ -104,34 +204,20 @@ def halved(mesh: Triangles, normal: np.ndarray, offset: float) -> Triangles:
     return replace(half, feature=np.where(inside[tail] & inside[head], np.int8(0), half.feature))
 
 
-def lost(mesh: Triangles, normal: np.ndarray, offset: float, size: float) -> int:
-    """How many pieces of a mesh lie beyond the plane, where normal . x <= offset, and have no image
-    on the side that is kept: none that reaches as far everywhere, but for the length of a quad."""
-    here, beyond = [], []
-    for piece in pieces(mesh):
-        place = piece.vertices[np.unique(piece.triangles)]
-        height = place @ normal - offset
-        # What crosses the plane is no image of a piece that does not.
-        if height.max() <= 0.0:
-            image = place - 2.0 * height[:, None] * normal
-            beyond.append([image.min(axis=0), image.max(axis=0)])
-        elif height.min() >= 0.0:
-            here.append([place.min(axis=0), place.max(axis=0)])
-    if not here or not beyond:
-        return len(beyond)
-    off, _ = cKDTree(np.reshape(here, (-1, 6))).query(np.reshape(beyond, (-1, 6)), p=np.inf)
-    return int(np.count_nonzero(off > size))
-
-
-def mirrored(half: QuadMesh, plane: Plane, umbilics: Umbilics, size: float) -> QuadMesh:
-    """A half and its image, joined along the plane."""
+def mirrored(
+    half: QuadMesh, single: np.ndarray, plane: Plane, umbilics: Umbilics, size: float
+) -> QuadMesh:
+    """A half and its image, joined along the plane; without one of the vertices that are `single`
+    (n,) bool."""
     vertices, n = half.vertices.copy(), len(half.vertices)
     on = half.border & (np.abs(plane.height(vertices)) <= ON * np.ptp(vertices, axis=0).max())
+    on &= ~single
     vertices[on] -= plane.height(vertices[on])[:, None] * plane.normal
-    off = np.flatnonzero(~on)
+    off = np.flatnonzero(~on & ~single)
     image = np.arange(n)
     image[off] = n + np.arange(len(off))
-    quads = np.concatenate([half.quads, image[half.quads][:, ::-1]])
+    twin = ~single[half.quads[:, 0]]
+    quads = np.concatenate([half.quads, image[half.quads[twin]][:, ::-1]])
     vertices = np.concatenate([vertices, plane.reflected(vertices[off])])
     topology = conformity(quads, len(vertices))
     irregular = topology.irregular
@@ -159,8 +245,8 @@ def mirrored(half: QuadMesh, plane: Plane, umbilics: Umbilics, size: float) -> Q
         pole_confidence=confidence,
         border=topology.border,
         feature=twice(half.feature) & ~topology.border,
-        patch=np.concatenate([half.patch, half.patch + int(half.patch.max()) + 1]),
-        angle=np.concatenate([half.angle, half.angle]),
+        patch=np.concatenate([half.patch, half.patch[twin] + int(half.patch.max()) + 1]),
+        angle=np.concatenate([half.angle, half.angle[twin]]),
         source_triangle=twice(half.source_triangle),
     )
 

@@ -8,6 +8,8 @@ import pytest
 from hypothesis.strategies import floats, integers
 from quad_guarantees import broken_guarantees, holds
 from quad_surfaces import bumpy, cube
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import ConvexHull
 from surfaces import cylinder, ellipsoid, sphere, torus
 from surfaces.sampling import outward
@@ -426,22 +428,64 @@ def beside_each_other(*places):
     return np.concatenate(all_), np.concatenate(rows)
 
 
+def pieces_on_sides(made):
+    """How many closed pieces of quads lie on the side where x < 0, across x = 0, and beyond it."""
+    one, other = made.quads.ravel(), np.roll(made.quads, -1, axis=1).ravel()
+    n = len(made.vertices)
+    graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(n, n))
+    count, label = csgraph.connected_components(graph, directed=False)
+    along = [made.vertices[label == row, 0] for row in range(count)]
+    ends = np.array([[x.min(), x.max()] for x in along])
+    return [(ends[:, 1] < 0).sum(), (ends.prod(axis=1) < 0).sum(), (ends[:, 0] > 0).sum()]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("places", "left_out"),
+    ("places", "single", "kept", "both"),
     [
-        ([[-2.0, 0.0, 0.0]], "1 piece left out"),
-        ([[-2.0, 0.0, 0.0], [-2.0, 0.5, 0.0]], "2 pieces left out"),
-        ([[-2.0, 0.0, 0.0], [2.0, 0.6, 0.0]], "1 piece left out"),
-        ([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]], None),
-        ([[2.0, 0.0, 0.0]], None),
+        ([[-2.0, 0.0, 0.0]], 1, [1, 1, 0], [1, 1, 1]),
+        ([[2.0, 0.0, 0.0]], 1, [0, 1, 1], [1, 1, 1]),
+        ([[-2.0, 0.0, 0.0], [-2.0, 0.5, 0.0]], 2, [2, 1, 0], [2, 1, 2]),
+        ([[-2.0, 0.0, 0.0], [2.0, 0.6, 0.0]], 2, [1, 1, 1], [2, 1, 2]),
+        ([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]], 0, [1, 1, 1], [1, 1, 1]),
+        ([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 0.05, 0.0]], 1, [1, 1, 2], [2, 1, 2]),
     ],
 )
-def test_no_piece_beyond_the_plane_of_symmetry_is_lost_in_silence(places, left_out):
+def test_single_pieces_beside_a_plane_of_symmetry_stay_or_get_an_image(places, single, kept, both):
+    """Nothing is lost: what lies on one side alone stays once, or is there twice where that is
+    asked for, and the rest is its own image to the last bit."""
     vertices, triangles = beside_each_other(*places)
-    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=400, symmetry="x"))
-    said = [one for one in made.warnings if "plane of symmetry" in one]
-    assert [one.split(":")[0] for one in said] == ([] if left_out is None else [left_out])
+    for mirror_single, wanted in ((False, kept), (True, both)):
+        settings = core.RemeshSettings(quads=400, symmetry="x", mirror_single=mirror_single)
+        made = core.remesh(vertices, triangles, settings)
+        assert pieces_on_sides(made) == wanted
+        topology = conformity(made.quads, len(made.vertices))
+        assert topology.manifold and not topology.border.any()
+        assert topology.characteristic == 2 * sum(wanted)
+        assert len(made.patch) == len(made.angle) == len(made.quads)
+        said = [one for one in made.warnings if "plane of symmetry" in one]
+        told = 0 if mirror_single else single
+        assert [int(one.split()[0]) for one in said] == ([told] if told else [])
+        assert abs(len(made.quads) / 400 - 1) < 0.2
+        mine = made.vertices[np.abs(made.vertices[:, 0]) < 1.5] + 0.0
+        if mirror_single:
+            mine = made.vertices + 0.0
+        image = {tuple(row) for row in (mine * [-1.0, 1.0, 1.0] + 0.0).tolist()}
+        assert image == {tuple(row) for row in mine.tolist()}
+
+
+@pytest.mark.slow
+def test_a_half_is_mirrored_whatever_becomes_of_single_pieces():
+    """What is open along the plane is a half, and so is all of a mesh that lies on one side."""
+    ring, eye = torus(columns=60, rows=24), sphere(subdivisions=3)
+    upper = ring.triangles[(ring.vertices[ring.triangles][:, :, 0] >= -1e-9).all(axis=1)]
+    rows = len(ring.vertices) + eye.triangles
+    for away, wanted in ((4.0, [1, 1, 1]), (-4.0, [1, 1, 0])):
+        places = np.concatenate([ring.vertices, 0.5 * eye.vertices + [away, 0.0, 0.0]])
+        settings = core.RemeshSettings(quads=400, symmetry="x")
+        made = core.remesh(places, np.concatenate([upper, rows]), settings)
+        assert pieces_on_sides(made) == wanted
+        assert abs(len(made.quads) / 400 - 1) < 0.2
 
 
 @pytest.mark.slow

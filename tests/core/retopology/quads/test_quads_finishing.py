@@ -7,7 +7,7 @@ import pytest
 from quad_guarantees import broken_guarantees
 from quad_surfaces import bumpy
 from scipy.spatial import cKDTree
-from surfaces import ellipsoid
+from surfaces import ellipsoid, sphere
 
 import core
 from core.base.progress import Progress
@@ -148,6 +148,32 @@ def test_the_last_check_turns_what_faces_against_the_input():
     same, wrong = last_check.checked(stuck, whole, Progress())
     assert wrong > 0
     np.testing.assert_array_equal(same.vertices, folded.vertices)
+
+
+@pytest.mark.once
+def test_quads_are_held_against_their_own_piece_alone():
+    """The lowest of six quads on a ball that is sunk into a plate: nearest to it is the plate, which
+    faces the other way, and the quads beside it lean away."""
+    ball = sphere(subdivisions=3)
+    made = core.remesh(ball.vertices, ball.triangles, core.RemeshSettings(quads=8))
+    assert len(made.vertices) == 8
+    turn = np.radians(45.0 + 90.0 * np.arange(4))
+    ring = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    places = [np.cos(rise) * ring + [0.0, 0.0, np.sin(rise)] for rise in np.radians([-20.0, 55.0])]
+    low, beside = np.arange(4), np.roll(np.arange(4), -1)
+    sides = np.stack([low, beside, beside + 4, low + 4], axis=1)
+    quads = np.concatenate([sides, [[3, 2, 1, 0], [4, 5, 6, 7]]])
+    made = replace(made, vertices=np.concatenate(places), quads=quads)
+    plate = np.array([[-3.0, -3.0, -0.3], [3.0, -3.0, -0.3], [3.0, 3.0, -0.3], [-3.0, 3.0, -0.3]])
+    corners = len(ball.vertices) + np.array([[0, 1, 2], [0, 2, 3]])
+    triangles = np.concatenate([ball.triangles, corners])
+    whole, _ = clean(np.concatenate([ball.vertices, plate]), triangles, kept_from=0.0)
+    together = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
+    place = (made.vertices - whole.origin) / whole.unit
+    assert against(place, quads, together).sum() == 1
+    same, wrong = last_check.checked(made, whole, Progress())
+    assert wrong == 0
+    np.testing.assert_array_equal(same.vertices, made.vertices)
 
 
 def test_what_is_turned_counts_as_folded_even_without_area():

@@ -1,4 +1,4 @@
-"""The last check of all quads, held against the whole input: what faces against it is unfolded.
+"""The last check of all quads, held against the input: what faces against it is unfolded.
 
 Pieces are finished by themselves, on a surface that may be coarser than the input, and parted after
 that. What is folded or faces against the input then is opened in its place: with creases held and,
@@ -14,6 +14,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .....base.progress import Progress
+from .....base.subsets import places_in
 from .....mesh.rings import with_rings
 from .....mesh.surface import Surface
 from ...conformity import side_ends
@@ -49,28 +50,70 @@ def checked(
     made, wrong:
         The quads, and how many are still wrong.
     """
-    quads, position = made.quads, made.vertices
-    place = start = (position - whole.origin) / whole.unit
-    closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
+    position, source, wrong = made.vertices, made.source_triangle, 0
+    own = OwnCrossings(whole) if own is None else own
+    for rows, triangles in _pieces(made, whole):
+        quads, closest = made.quads[rows], _closest(whole, triangles)
+        found, left = _piece_checked(position, made, quads, closest, own, progress)
+        wrong += left
+        moved = np.flatnonzero((found != position).any(axis=1))
+        position = found
+        if len(moved):
+            place = (position - whole.origin) / whole.unit
+            on, _ = closest(place[moved], vertex_normals(place, quads)[moved])
+            source = source.copy()
+            source[moved] = whole.source_triangle[triangles[on]]
+    return replace(made, vertices=position, source_triangle=source), wrong
+
+
+def _pieces(made: QuadMesh, whole: Surface) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The quads (r,) of each connected piece of the input that has any, and its triangles (t,).
+    What lies within another piece faces against that one where it is right."""
+    count = int(max(whole.source_triangle.max(), made.source_triangle.max())) + 1
+    row = places_in(whole.source_triangle, count)
+    at = row[made.source_triangle[made.quads[:, 0]]]
+    of_quad = whole.component[whole.triangles[at, 0]]
+    of_triangle = whole.component[whole.triangles[:, 0]]
+    return [
+        (np.flatnonzero(of_quad == number), np.flatnonzero(of_triangle == number))
+        for number in np.unique(of_quad).tolist()
+    ]
+
+
+def _closest(whole: Surface, triangles: np.ndarray) -> ClosestPoints:
+    """Closest points on the triangles (t,) of a connected piece of the input."""
+    half_edges = (3 * triangles[:, None] + np.arange(3)).ravel()
+    twin = whole.twin[half_edges]
+    place = places_in(half_edges, 3 * len(whole.triangles))
+    twin = np.where(twin >= 0, place[twin], -1)
+    return ClosestPoints(whole.vertices, whole.triangles[triangles], twin)
+
+
+def _piece_checked(
+    position: np.ndarray,
+    made: QuadMesh,
+    quads: np.ndarray,
+    closest: ClosestPoints,
+    own: OwnCrossings,
+    progress: Progress,
+) -> tuple[np.ndarray, int]:
+    """Positions (n, 3) in which the quads (r, 4) of one piece are held against that, and how many
+    of them are still wrong."""
+    whole = own.surface
+    place = (position - whole.origin) / whole.unit
     wrong = _wrong(place, quads, closest)
     if not wrong.any():
-        return made, 0
-    own = OwnCrossings(whole) if own is None else own
-    crossing = len(made_crossings(position, quads, own))
+        return position, 0
+    crossing = len(made_crossings(position, made.quads, own))
     for held in (made.border | made.feature, made.border):
         trial = _opened(place, quads, wrong > 0, held, closest, progress)
         trial, found = _where_better(trial, place, quads, wrong, closest)
         there = np.where(trial == place, position, trial * whole.unit + whole.origin)
-        if found.sum() < wrong.sum() and len(made_crossings(there, quads, own)) <= crossing:
+        if found.sum() < wrong.sum() and len(made_crossings(there, made.quads, own)) <= crossing:
             position, place, wrong = there, trial, found
         if not wrong.any() or not made.feature.any():
             break
-    rows = np.flatnonzero((place != start).any(axis=1))
-    triangle, _ = closest(place[rows], vertex_normals(place, quads)[rows])
-    source = made.source_triangle.copy()
-    source[rows] = whole.source_triangle[triangle]
-    made = replace(made, vertices=position, source_triangle=source)
-    return made, int(np.count_nonzero(wrong))
+    return position, int(np.count_nonzero(wrong))
 
 
 def _wrong(place: np.ndarray, quads: np.ndarray, closest: ClosestPoints) -> np.ndarray:
