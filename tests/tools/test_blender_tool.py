@@ -72,7 +72,8 @@ def root(tmp_path):
         script = 'mount --bind /usr "$1/usr" && shift && exec bash "$@"'
         start = ["unshare", "--mount", "--propagation", "private", "bash", "-c", script, "bash"]
         start += [root, TOOLS / "enter_debian_root.sh", root]
-        return subprocess.run([*start, *command], capture_output=True, text=True, **options)
+        command = [*start, *command]
+        return subprocess.run(command, check=False, capture_output=True, text=True, **options)
 
     return enter
 

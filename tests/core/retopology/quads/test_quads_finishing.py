@@ -152,8 +152,8 @@ def test_the_last_check_turns_what_faces_against_the_input():
 
 @pytest.mark.once
 def test_quads_are_held_against_their_own_piece_alone():
-    """The lowest of six quads on a ball that is sunk into a plate: nearest to it is the plate, which
-    faces the other way, and the quads beside it lean away."""
+    """The lowest of six quads on a ball that is sunk into a plate: nearest to it is the plate,
+    which faces the other way, and the quads beside it lean away."""
     ball = sphere(subdivisions=3)
     made = core.remesh(ball.vertices, ball.triangles, core.RemeshSettings(quads=8))
     assert len(made.vertices) == 8
@@ -279,11 +279,11 @@ def test_the_best_of_the_rounds_on_the_last_bad_quads_is_kept(monkeypatch):
 
     def wandering(place, *_):
         off = next(offs)
-        place[row] = regular + [off, off, 0.0]
+        place[row] = regular + np.array([off, off, 0.0])
 
     monkeypatch.setattr(worst, "_tried", wandering)
     assert worst_opened(position, quads, guides, Progress()).tolist() == [row]
-    np.testing.assert_allclose(position[row], regular + [0.6, 0.6, 0.0])
+    np.testing.assert_allclose(position[row], regular + np.array([0.6, 0.6, 0.0]))
 
 
 def test_slopes_of_squaring_are_those_of_its_sum():
