@@ -61,6 +61,8 @@ def root(tmp_path):
     """Enters a root file system whose only program lists what its last argument names."""
     if os.geteuid() or not shutil.which("unshare"):
         pytest.skip("only root enters one without a range of user numbers")
+    if subprocess.run(["unshare", "--mount", "true"], check=False, capture_output=True).returncode:
+        pytest.skip("this machine does not let root mount in a space of its own")
     root = tmp_path / "root"
     for folder in ("usr", "proc", "dev", "sys", "var", "run"):
         (root / folder).mkdir(parents=True)
