@@ -144,3 +144,11 @@ def test_wide_fits_say_nothing_of_what_faces_another_way():
     assert (usual[turned] > 0.0).any()
     usual[turned] = 0.0
     np.testing.assert_array_equal(share, usual)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_other_side_of_a_thin_body_is_none_of_what_fits_see(seed):
+    """With it the change would rise at the rim as it does where a surface has a size."""
+    vertices, triangles = rough(seed)
+    levels = levels_of(*looked_at(vertices * [1.0, 1.0, 0.15], triangles), Progress())
+    assert levels and levels[0].sees_detail
