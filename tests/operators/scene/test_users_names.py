@@ -179,3 +179,13 @@ def test_results_that_came_with_a_mesh_are_told_by_its_word_or_as_a_whole(
     left = [one.name for one in other.data.attributes if one.name.startswith("umbilics_")]
     assert bool(left) != cleared
     assert ("umbilics_k1" in obj.data.attributes) == (operator == "clear")
+
+
+def test_results_of_an_earlier_version_are_told_by_their_object(addon):
+    obj = add_ellipsoid(subdivisions=2)
+    bpy.ops.umbilics.detect()
+    for key in [key for key in obj.data.keys() if key.startswith("umbilics")]:  # noqa: SIM118
+        del obj.data[key]
+    obj.data.attributes.remove(obj.data.attributes["umbilics_gap"])
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert not [one.name for one in obj.data.attributes if one.name.startswith("umbilics_")]
