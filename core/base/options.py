@@ -89,7 +89,7 @@ def _check(name: str, value: Any, option: Option) -> None:
     if option.automatic and isinstance(value, str) and value == AUTO:
         return
     number = numbers.Integral if option.kind == "count" else numbers.Real
-    if isinstance(value, bool) or not isinstance(value, number) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, number) or not _is_finite(name, value):
         wanted = "a whole number" if option.kind == "count" else "a number"
         auto = " or 'auto'" if option.automatic else ""
         raise InvalidSettingsError(f"{name} must be {wanted}{auto}, not {value!r}.")
@@ -99,3 +99,10 @@ def _check(name: str, value: Any, option: Option) -> None:
         raise InvalidSettingsError(
             f"{name} must lie between {option.minimum:g} and {option.maximum:g}, not {value:g}."
         )
+
+
+def _is_finite(name: str, value: numbers.Real) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError as error:
+        raise InvalidSettingsError(f"{name} has too many digits for a number.") from error

@@ -18,6 +18,10 @@ from .joining import corners_in_input, in_one_place, joined_with, mend_borders, 
 from .sheets import linked, separate, split_fans
 from .slits import without_slits
 
+# Half the size of a mesh, at least: rounded to so many digits no bump bends by more than the root
+# of that within the unit box, and over this its curvature is a number still.
+SMALLEST = np.finfo(float).tiny / np.sqrt(np.finfo(float).eps)
+
 
 def clean(
     vertices: np.ndarray,
@@ -214,6 +218,11 @@ def _assemble(
     unit = float((0.5 * high - 0.5 * low).max())
     if unit == 0.0:
         raise InvalidMeshError("All faces of the mesh lie in one point: there is no surface.")
+    if unit < SMALLEST:
+        raise InvalidMeshError(
+            f"The mesh is {unit:g} in size: curvatures of so small a surface are too large to be "
+            "numbers. Scale it up."
+        )
     points -= origin
     points /= unit
     border = np.zeros(len(source), bool)

@@ -25,6 +25,12 @@ from .spacing import accepted
 # Automatic spacing: this fraction of the root of the area.
 AUTO_SPACING = 1 / 35
 MOST_ROUNDS = 400
+# Squares of the spacing that the surface holds, at most: so many for each triangle (lines half an
+# edge apart, between which directions are interpolated alone), or as many as lines four times as
+# close as the automatic ones.
+MOST_SQUARES, USUAL_SQUARES = 2.0, (4.0 / AUTO_SPACING) ** 2
+# A spacing of more than this many times the size of the surface is as good as that.
+WIDEST = 100.0
 # Share of the area with directions below which there is nothing to follow.
 LEAST_DIRECTED = 0.02
 NO_DIRECTION = (
@@ -46,7 +52,21 @@ def spacing_of(surface: Surface, settings: GuidanceSettings) -> float:
     """Spacing of the lines in the coordinates of the surface."""
     if settings.spacing == AUTO or settings.spacing == 0.0:
         return AUTO_SPACING * float(np.sqrt(surface.face_normal_area[1].sum()))
-    return float(settings.spacing) / surface.unit
+    size = float(np.sqrt(surface.face_normal_area[1].sum()))
+    return min(float(settings.spacing) / surface.unit, WIDEST * size)
+
+
+def check_spacing(surface: Surface, spacing: float) -> None:
+    """Raise `GuidanceError` where lines would be far closer to each other than the mesh has
+    directions."""
+    size = float(np.sqrt(surface.face_normal_area[1].sum()))
+    across = float(np.sqrt(max(MOST_SQUARES * len(surface.triangles), USUAL_SQUARES)))
+    if across * spacing < size:
+        least = 1.005 * size / across * surface.unit
+        raise GuidanceError(
+            f"Lines {spacing * surface.unit:g} apart are too many for this mesh: its directions "
+            f"tell lines {least:.3g} apart and more. Choose a larger spacing or subdivide the mesh."
+        )
 
 
 def evenly_spaced_lines(
@@ -66,14 +86,17 @@ def evenly_spaced_lines(
     Raises
     ------
     GuidanceError
-        Nearly all of the surface has no preferred direction.
+        Nearly all of the surface has no preferred direction, or the spacing is far below what the
+        mesh tells.
     """
     check_directed(surface, obstacle >= 0)
+    spacing = spacing_of(surface, settings)
+    check_spacing(surface, spacing)
     canvas = Canvas.of(
         surface,
         planes,
         obstacle,
-        spacing_of(surface, settings),
+        spacing,
         settings.closest,
         settings.shortest,
     )

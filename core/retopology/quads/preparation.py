@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ...base.errors import RemeshError
 from ...base.progress import Progress
+from ...base.settings import options
 from ...base.words import counted
 from ...mesh.surface import Surface, relative_areas
 from ...umbilics.result import Detection, Umbilics
@@ -27,6 +28,11 @@ from .surface.working_surface import SCRAP, prepared, working_surface
 
 # Wanted poles beyond the plane of symmetry by less than this, in lengths of quads, lie on it.
 BEYOND = 0.5
+# Edges of quads longer than this many times the size of the surface are taken to be as long: they
+# ask for the same quads, and their squares are numbers.
+LONGEST = 1e9
+# Half the size of a mesh, at least and at most, for squares of its lengths to be numbers.
+SMALLEST, LARGEST = 1e-150, 1e150
 
 
 @dataclass(frozen=True)
@@ -76,9 +82,14 @@ class Prepared:
 def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Progress) -> Prepared:
     """Lay out every piece of the guide's surface."""
     whole, detection = guide.surface, given.detection
+    if not SMALLEST < whole.unit < LARGEST:
+        raise RemeshError(
+            f"The mesh is {whole.unit:g} in size: areas as small or large are no numbers. Scale it "
+            "first."
+        )
     warnings = list(guide.cleaning)
-    area = float(whole.face_normal_area[1].sum()) * whole.unit**2
-    size, requested = _size(area, settings)
+    area = float(whole.face_normal_area[1].sum())
+    size, requested = _size(area, whole.unit, settings)
     asked = requested
     field = guide.measured(progress.part("Simplifying the field", 0.0, 0.1))
     plane = wanted_plane(settings.symmetry, whole, detection, warnings)
@@ -104,7 +115,7 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
         )
         areas = np.array([piece.area for piece in cut])
         once, twice = areas.sum(), areas.sum() + areas[~single].sum()
-        size, requested = _size(float(twice) * whole.unit**2, settings)
+        size, requested = _size(float(twice), whole.unit, settings)
         asked = max(1, round(requested * once / twice))
         if single.any():
             warnings.append(
@@ -159,19 +170,29 @@ def scrap(vertices: np.ndarray, triangles: np.ndarray, settings: RemeshSettings)
         sound = np.isfinite(vertices).all(axis=1)[triangles].all(axis=1)
         area, side = relative_areas(vertices, triangles[sound])
         whole = float(area.sum())
-        return SCRAP * (settings.edge_length / side) ** 2 / whole if whole > 0.0 else np.inf
+        ratio = settings.edge_length / side
+        return SCRAP * ratio * ratio / whole if whole > 0.0 else np.inf
     return SCRAP / settings.quads
 
 
-def _size(area: float, settings: RemeshSettings) -> tuple[float, int]:
+def _size(area: float, unit: float, settings: RemeshSettings) -> tuple[float, int]:
     """Length of a quad's edge in the coordinates of the input, and how many quads that makes on so
-    large a surface."""
+    large a surface, measured in lengths of `unit`."""
     if isinstance(settings.edge_length, float | int) and settings.edge_length > 0:
         size = float(settings.edge_length)
-        return size, max(1, round(area / size**2))
+        # The root first: the square of a length may be no number.
+        across = float(np.sqrt(area)) * (unit / size)
+        most = options(RemeshSettings)["quads"].maximum
+        if not across * across <= most:
+            raise RemeshError(
+                f"Edges of length {size:g} would make more than {most:,.0f} quads of this surface. "
+                "Choose a larger edge length."
+            )
+        size = min(size, LONGEST * float(np.sqrt(area)) * unit)
+        return size, max(1, round(across * across))
     if not area > 0:
         raise RemeshError("The mesh has no area that quads could cover.")
-    return float(np.sqrt(area / settings.quads)), settings.quads
+    return unit * float(np.sqrt(area / settings.quads)), settings.quads
 
 
 def _umbilics(surface: Surface, umbilics: Umbilics) -> tuple[Umbilics, np.ndarray]:
