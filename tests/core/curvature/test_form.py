@@ -10,6 +10,7 @@ import core
 from core.base.progress import Progress
 from core.curvature.field import CurvatureField
 from core.curvature.form import form_of, levels_of
+from core.curvature.tolerances import INDEPENDENT
 from core.fields.transport import tangents
 from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
@@ -33,6 +34,13 @@ def rough(seed, size=0.03, octaves=OCTAVES):
     return made.vertices + heights[:, None] * away, made.triangles
 
 
+def horned(vertices, length):
+    """The vertices with a horn of that length along the last axis."""
+    away = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    angle = np.arccos(np.clip(away[:, 2], -1.0, 1.0))
+    return vertices + (length * np.exp(-np.square(angle / 0.3)))[:, None] * away
+
+
 def found(vertices, triangles):
     surface, _ = clean(vertices, triangles)
     curvature = core.detect(vertices, triangles).curvature
@@ -41,7 +49,8 @@ def found(vertices, triangles):
         for name, value in vars(curvature).items()
     }
     levels = levels_of(surface, vertex_normals(surface), Progress())
-    return form_of(surface, levels, CurvatureField(**values), Progress()) if levels else None
+    field, radius = CurvatureField(**values), np.zeros(len(surface.vertices))
+    return form_of(surface, levels, field, radius, Progress()) if levels else None
 
 
 def test_a_surface_with_a_size_of_its_own_has_no_form():
@@ -58,12 +67,10 @@ def test_a_surface_whose_detail_ends_has_a_size_of_its_own(seed, octaves):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_where_the_surface_turns_too_far_narrower_fits_of_the_form_see_it(seed):
     vertices, triangles = rough(seed)
-    away = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    angle = np.arccos(np.clip(away[:, 2], -1.0, 1.0))
-    horn = 0.6 * np.exp(-np.square(angle / 0.3))
-    form = found(vertices + horn[:, None] * away, triangles)
+    form = found(horned(vertices, 0.6), triangles)
     assert form is not None
-    assert form.share[angle < 0.1].mean() > 0.95
+    tip = vertices[:, 2] > np.cos(0.1) * np.linalg.norm(vertices, axis=1)
+    assert form.share[tip].mean() > 0.95
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -78,7 +85,7 @@ def test_a_border_leaves_out_what_lies_within_a_fit_of_it_and_nothing_else(seed)
     raw = core.detect(vertices, triangles).candidates
     raw = raw.select(raw.resolved)
     away = np.linalg.norm(raw.position[:, None] - rim, axis=2).min(axis=1)
-    reach = form.radius * surface.unit
+    reach = form.widest * surface.unit
     assert raw.at_border[away < 0.95 * reach].all()
     assert not raw.at_border[away > 1.05 * reach].any()
 
@@ -119,7 +126,7 @@ def form_over_cylinders(surface, normals, levels):
     """The form of a surface whose own shape operators are those of cylinders, without errors."""
     n = len(normals)
     own = CurvatureField(np.ones(n), np.zeros(n), *tangents(normals), normals, np.zeros(n))
-    return form_of(surface, levels, own, Progress())
+    return form_of(surface, levels, own, np.zeros(n), Progress())
 
 
 def test_errors_of_the_form_are_what_its_change_says():
@@ -153,3 +160,20 @@ def test_the_other_side_of_a_thin_body_is_none_of_what_fits_see(seed):
     vertices, triangles = rough(seed)
     levels = levels_of(*looked_at(vertices * [1.0, 1.0, 0.15], triangles), Progress())
     assert levels and levels[0].sees_detail
+
+
+@pytest.mark.parametrize("horn", [0.0, 0.6])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_opposite_umbilics_of_the_form_are_as_far_apart_as_independent_fits(seed, horn):
+    vertices, triangles = rough(seed, 0.1)
+    vertices = horned(vertices, horn)
+    form = found(vertices, triangles)
+    surface, _ = clean(vertices, triangles)
+    raw = core.detect(vertices, triangles).umbilics
+    corners = surface.triangles[raw.triangle]
+    places = surface.vertices[corners].mean(axis=1)
+    reach = INDEPENDENT * form.radius[corners].mean(axis=1)
+    apart = np.linalg.norm(places[:, None] - places, axis=2)
+    opposite = raw.index[:, None] * raw.index < 0.0
+    assert opposite.any()
+    assert (apart > np.minimum(reach[:, None], reach))[opposite].all()
