@@ -28,7 +28,7 @@ from .finishing.finished import filled
 from .finishing.mirroring import mirrored
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
-from .finishing.unlaid import Unlaid, cut_in_three
+from .finishing.unlaid import Unlaid, cut_in_three, needed
 from .layout.counting import countable, grids_of_about
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
@@ -195,12 +195,16 @@ def _whole_numbers(
         made = grids_of_about(parts, asked, progress) if parts else []
     unlaid = [Unlaid(laid.working, laid.wishes) for laid in without]
     # Poles that are nearer together than quads need many: then what is asked for counts more. Thin
-    # rods need as many in any way.
+    # rods need as many in any way, and cut in three even more.
     crowded = []
     for laid, grid in zip(parts, made, strict=True):
-        fit = Unlaid(laid.working, laid.wishes).asked
+        instead = Unlaid(laid.working, laid.wishes)
         poles = int(np.count_nonzero(laid.map_.crosses.singular))
-        crowded.append(len(grid.quads) > CROWDED * fit and poles * LEAST_EACH > fit)
+        crowded.append(
+            len(grid.quads) > CROWDED * instead.asked
+            and poles * LEAST_EACH > instead.asked
+            and needed(instead, progress) < len(grid.quads)
+        )
     if any(crowded):
         unlaid += [
             Unlaid(one.working, one.wishes) for one, no in zip(parts, crowded, strict=True) if no
