@@ -25,7 +25,7 @@ from ..planner import Guide
 from .finishing.faults.crossings import OwnCrossings, crossings
 from .finishing.faults.last_check import checked
 from .finishing.finished import filled
-from .finishing.mirroring import mirrored
+from .finishing.mirroring import mirrored, words_of_images
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three, needed
@@ -138,7 +138,10 @@ def remesh(
         wishes = [one.laid.wishes for one in done] + [one.wishes for one in unlaid]
         counts = [len(one.vertices) for one in pieces]
         single = np.repeat([one.single for one in wishes], counts)
+        before = len(made.vertices)
         made = mirrored(made, single, plane, detection.umbilics, prepared.size)
+        said = words_of_images(made.vertices[before:], guide.surface, prepared.size)
+        made = replace(made, warnings=(*made.warnings, *said))
     said = words_of_count(len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid))
     return replace(made, warnings=(*made.warnings, *said))
 

@@ -21,8 +21,10 @@ from ....umbilics.result import Detection, Umbilics
 from ..conformity import conformity
 from ..result import QuadMesh
 from ..surface.subdivision import Triangles, chosen, pieces, split_edges, taken_apart
+from .projection import ClosestPoints
 
-# Vertices nearer to the plane than this part of a typical edge are put on it.
+# Vertices nearer to the plane than this part of a typical edge are put on it, and what is mirrored
+# is as near to the surface as this part of a quad's edge, or it is said.
 NEAR = 0.02
 # A vertex of the result lies on the plane within this part of the size of the surface.
 ON = 1e-7
@@ -249,6 +251,20 @@ def mirrored(
         angle=np.concatenate([half.angle, half.angle[twin]]),
         source_triangle=twice(half.source_triangle),
     )
+
+
+def words_of_images(images: np.ndarray, whole: Surface, size: float) -> list[str]:
+    """What is said of mirrored vertices (n, 3) that are off the input, where that is no image of
+    itself."""
+    closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
+    place = (images - whole.origin) / whole.unit
+    off = np.linalg.norm(closest(place)[1] - place, axis=1).max(initial=0.0) * whole.unit
+    if off <= NEAR * size:
+        return []
+    return [
+        f"The mirrored half is up to {off:.3g} away from the mesh, which is no image of itself. "
+        "Choose no symmetry to keep both sides as they are."
+    ]
 
 
 def _images(rows: np.ndarray, plane: Plane, umbilics: Umbilics, size: float) -> np.ndarray:
