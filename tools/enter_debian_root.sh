@@ -37,6 +37,20 @@ for folder in "$PWD" "$tools/.." "${HOME:-/}" "${TMPDIR:-/tmp}" "${XDG_CACHE_HOM
     fi
 done
 
+# What the arguments name may lie in a system folder too (/var/tmp, /run/media): inside, a result
+# there would end in the root, where nobody looks for it. What the root itself needs stays its own.
+for argument; do
+    folder=$(realpath -m -- "${argument#-*=}" 2>/dev/null) || continue
+    until [ -d "$folder" ]; do
+        folder=$(dirname "$folder")
+    done
+    case $folder in
+    / | /run | /var | /var/cache | /var/lib) ;;
+    /run/* | /var/*) [ "$folder" -ef "$root$folder" ] || bind "$folder" ;;
+    *) [ -n "$(ls -A "$root$folder" 2>/dev/null)" ] || bind "$folder" ;;
+    esac
+done
+
 # Mesa maps the index of its compiled shaders into memory and cuts that file to the length that its
 # version wants (1,310,728 bytes in 25.0, 2,097,160 in 26.2). Beside the machine's own programs, of
 # another version, one would shorten it under the other, which ends a program by SIGBUS.

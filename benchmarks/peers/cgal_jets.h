@@ -70,3 +70,30 @@ inline std::optional<Monge> jet(const Mesh& mesh, Vertex centre, std::size_t deg
         CGAL::Polygon_mesh_processing::compute_vertex_normal(centre, mesh));
     return monge;
 }
+
+using Numbers = Mesh::Property_map<Vertex, double>;
+using Vectors = Mesh::Property_map<Vertex, Vector>;
+
+// A number at every vertex, 0 at first.
+inline Numbers numbers(Mesh& mesh, const char* name) {
+    return mesh.add_property_map<Vertex, double>(name, 0.0).first;
+}
+
+// The principal curvatures and directions at every vertex; where no jet was fitted 0, x and y.
+struct Principal {
+    Numbers k1, k2;
+    Vectors d1, d2;
+
+    explicit Principal(Mesh& mesh)
+        : k1(numbers(mesh, "v:k1")),
+          k2(numbers(mesh, "v:k2")),
+          d1(mesh.add_property_map<Vertex, Vector>("v:d1", Vector(1, 0, 0)).first),
+          d2(mesh.add_property_map<Vertex, Vector>("v:d2", Vector(0, 1, 0)).first) {}
+
+    void take(Vertex vertex, const Monge& monge) {
+        k1[vertex] = monge.principal_curvatures(0);
+        k2[vertex] = monge.principal_curvatures(1);
+        d1[vertex] = monge.maximal_principal_direction();
+        d2[vertex] = monge.minimal_principal_direction();
+    }
+};

@@ -11,8 +11,6 @@
 #include <iomanip>
 #include <iterator>
 
-using Numbers = Mesh::Property_map<Vertex, double>;
-using Vectors = Mesh::Property_map<Vertex, Vector>;
 using Ridges = CGAL::Ridge_approximation<Mesh, Numbers, Vectors>;
 
 constexpr std::size_t degree = 4;
@@ -20,22 +18,14 @@ constexpr std::size_t degree = 4;
 int main() {
     Mesh mesh;
     if (!read(mesh)) return 1;
-    auto numbers = [&mesh](const char* name) {
-        return mesh.add_property_map<Vertex, double>(name, 0.0).first;
-    };
-    auto vectors = [&mesh](const char* name, Vector value) {
-        return mesh.add_property_map<Vertex, Vector>(name, value).first;
-    };
-    Numbers k1 = numbers("v:k1"), k2 = numbers("v:k2"), b0 = numbers("v:b0"), b3 = numbers("v:b3");
-    Numbers p1 = numbers("v:p1"), p2 = numbers("v:p2");
-    Vectors d1 = vectors("v:d1", Vector(1, 0, 0)), d2 = vectors("v:d2", Vector(0, 1, 0));
+    Principal principal(mesh);
+    Numbers b0 = numbers(mesh, "v:b0"), b3 = numbers(mesh, "v:b3");
+    Numbers p1 = numbers(mesh, "v:p1"), p2 = numbers(mesh, "v:p2");
+    auto& [k1, k2, d1, d2] = principal;
     for (Vertex vertex : mesh.vertices()) {
         const std::optional<Monge> monge = jet(mesh, vertex, degree);
         if (!monge) continue;
-        k1[vertex] = monge->principal_curvatures(0);
-        k2[vertex] = monge->principal_curvatures(1);
-        d1[vertex] = monge->maximal_principal_direction();
-        d2[vertex] = monge->minimal_principal_direction();
+        principal.take(vertex, *monge);
         b0[vertex] = monge->third_order_coefficients(0);
         b3[vertex] = monge->third_order_coefficients(3);
         const double gap = k1[vertex] - k2[vertex];

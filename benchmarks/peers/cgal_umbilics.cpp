@@ -44,10 +44,7 @@ int main(int argc, char** argv) {
 
     const long memory_before = memory("VmRSS:");
     const int rounds = argc > 2 ? std::stoi(argv[2]) : 1;
-    auto k1 = mesh.add_property_map<Vertex, double>("v:k1", 0.0).first;
-    auto k2 = mesh.add_property_map<Vertex, double>("v:k2", 0.0).first;
-    auto d1 = mesh.add_property_map<Vertex, Vector>("v:d1", Vector(1, 0, 0)).first;
-    auto d2 = mesh.add_property_map<Vertex, Vector>("v:d2", Vector(0, 1, 0)).first;
+    Principal principal(mesh);
     std::vector<double> seconds;
     std::vector<CGAL::Umbilic<Mesh>*> umbilics;
     for (int round = 0; round < rounds; ++round) {
@@ -56,13 +53,10 @@ int main(int argc, char** argv) {
         const double start = now();
         for (Vertex vertex : mesh.vertices()) {
             const std::optional<Monge> monge = jet(mesh, vertex, degree);
-            if (!monge) continue;
-            k1[vertex] = monge->principal_curvatures(0);
-            k2[vertex] = monge->principal_curvatures(1);
-            d1[vertex] = monge->maximal_principal_direction();
-            d2[vertex] = monge->minimal_principal_direction();
+            if (monge) principal.take(vertex, *monge);
         }
         const double fitted = now();
+        auto& [k1, k2, d1, d2] = principal;
         CGAL::compute_umbilics(mesh, k1, k2, d1, d2, std::back_inserter(umbilics), size);
         seconds.push_back(fitted - start);
         seconds.push_back(now() - fitted);
@@ -73,7 +67,8 @@ int main(int argc, char** argv) {
         for (double value : seconds) measured << ' ' << value;
         measured << ' ' << memory_before << ' ' << memory("VmHWM:") << '\n';
         for (Vertex vertex : mesh.vertices()) {
-            const double direction[3] = {d2[vertex].x(), d2[vertex].y(), d2[vertex].z()};
+            const Vector& d2 = principal.d2[vertex];
+            const double direction[3] = {d2.x(), d2.y(), d2.z()};
             measured.write(reinterpret_cast<const char*>(direction), sizeof direction);
         }
     }

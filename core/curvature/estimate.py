@@ -15,11 +15,11 @@ from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.unit import unit
 from ..fields.winding import Winding
-from ..mesh.cells import Patches
 from ..mesh.creases import bent_half_edges, marked_half_edges
 from ..mesh.half_edges import ends_of
 from ..mesh.neighbourhoods import MOST_RINGS, Neighbourhood
 from ..mesh.normals import smooth_normals
+from ..mesh.patches import Patches
 from ..mesh.rings import adjacency, rings_across
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation

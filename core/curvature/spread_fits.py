@@ -15,8 +15,8 @@ from scipy import sparse
 
 from ..base.parallel import run
 from ..base.progress import Progress
-from ..mesh.cells import REACH, smoothed
 from ..mesh.neighbourhoods import WIDE, Neighbourhood
+from ..mesh.patches import REACH, smoothed
 from ..mesh.rings import spread
 from ..mesh.surface import Surface
 from .fits.height_fit import HeightFit

@@ -11,8 +11,8 @@ import numpy as np
 from scipy import sparse
 
 from ..base.progress import Progress
-from .cells import Patches
-from .rings import Begun, by_size, grow, grown_rows, selection
+from .patches import Patches
+from .rings import Begun, by_size, even_count, grow, grown_rows, selection
 from .surface import Surface
 from .thinning import Thinned
 
@@ -184,7 +184,7 @@ class Neighbourhood:
             return
         patches = self.patches
         if patches is not None:
-            held = _even_count(self.rings)
+            held = even_count(self.rings)
             yield from patches.windows(centres, held, self.stretch, most, progress, self.begun)
             return
         pending = np.arange(len(centres))
@@ -198,7 +198,7 @@ class Neighbourhood:
                 reach = self._named(reach)
                 grown = np.diff(reach.indptr)
                 if self.stretch > 1.0:
-                    grown = np.minimum(grown, _even_count(count))
+                    grown = np.minimum(grown, even_count(count))
                 ready = (grown >= FEWEST_SAMPLES) | (grown == sizes[asked])
                 if self.reach is not None:
                     reach, covered = self._within_reach(reach, centres[asked])
@@ -278,17 +278,12 @@ class Neighbourhood:
     def _nearest(self, members: np.ndarray, points: np.ndarray, rings: int) -> np.ndarray:
         """Of the samples (s, b) as many as so many rings of an even mesh hold, those nearest to
         the points (b, 3)."""
-        count = _even_count(rings)
+        count = even_count(rings)
         if len(members) <= count:
             return members
         square = _squares(self.surface, members, points)
         nearest = np.argpartition(square.T, count - 1, axis=1)[:, :count]
         return np.ascontiguousarray(np.take_along_axis(members, nearest.T, axis=0))
-
-
-def _even_count(rings: int) -> int:
-    """Vertices of so many rings where six edges meet, the middle one among them."""
-    return 1 + 3 * rings * (rings + 1)
 
 
 def _squares(surface: Surface, members: np.ndarray, points: np.ndarray) -> np.ndarray:

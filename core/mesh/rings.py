@@ -34,6 +34,19 @@ def adjacency(links: Surface | HalfEdges, values: np.ndarray | None = None) -> s
     return sparse.csr_array((values, links.neighbours, links.neighbour_start), shape=(n, n))
 
 
+def even_count(rings: int) -> int:
+    """Nodes of so many rings where six edges meet, the middle one among them."""
+    return 1 + 3 * rings * (rings + 1)
+
+
+def rings_of(count: float) -> int:
+    """The rings, one at least, that hold so many nodes where six edges meet."""
+    rings = 1
+    while even_count(rings) < count:
+        rings += 1
+    return rings
+
+
 def with_rings(faces: np.ndarray, vertices: np.ndarray, rings: int) -> np.ndarray:
     """(n,) bool, the vertices (n,) bool and so many rings of faces (f, corners) around them."""
     found = vertices.copy()

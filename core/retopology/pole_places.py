@@ -15,7 +15,7 @@ from ..mesh.rings import adjacency
 from ..mesh.surface import Surface
 from ..umbilics.result import Region, Umbilics
 from .crosses.cross_field import CrossField
-from .lines.tracing import Starts, trace
+from .lines.tracing import Obstacles, Starts, trace
 
 # Poles of an umbilic whose singularities are not in the field stand this many smoothing lengths,
 # but at least so many edges, to either side.
@@ -115,10 +115,10 @@ def across_separatrices(
             z + 1e-6 * (planes.corner[triangle].mean(axis=1) - z),
             in_plane(surface, triangle, across),
             np.zeros(count),
+            distance * (1.0 + side // 2),
             straight=np.inf,
         ),
-        distance * (1.0 + side // 2),
-        np.full(len(surface.triangles), -1),
+        Obstacles.none(surface),
         Progress(),
     )
     last = walk.start[1:] - 1

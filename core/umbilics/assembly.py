@@ -8,7 +8,6 @@ import numpy as np
 
 from ..base.progress import Progress
 from ..base.settings import Settings
-from ..curvature.estimate import Estimate
 from ..curvature.field import CurvatureField
 from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
@@ -16,68 +15,11 @@ from . import kind as cubic_form
 from .compounds import merged, settled, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
-from .located import bias_of, locate, standard_errors
-from .methods.raw import RawUmbilics
-from .pairing.persistence import Tree, importance, trust_ratio
-from .regions.region_map import RegionMap
+from .located import Analysed, Turning, bias_of, locate, standard_errors
+from .pairing.persistence import importance, trust_ratio
 from .regions.report import describe_regions
 from .regions.waves import words_on_waves
 from .result import Detection, Umbilics
-
-
-@dataclass(frozen=True)
-class Analysed:
-    """A surface of n vertices with what was fitted to it.
-
-    Attributes
-    ----------
-    surface, fitted:
-        The surface as it was looked at, its outliers laid onto it, and its shape operators.
-    places:
-        (n, 3) where its vertices are in the mesh, in its own coordinates.
-    noise, radius:
-        (n,) standard error of the gap and root mean square distance of the samples that it comes
-        from.
-    types:
-        (n,) see `surface_types`.
-    regions:
-        Where no point is an umbilic of its own.
-    """
-
-    surface: Surface
-    fitted: Estimate
-    places: np.ndarray
-    noise: np.ndarray
-    radius: np.ndarray
-    types: np.ndarray
-    regions: RegionMap
-
-
-@dataclass(frozen=True)
-class Turning:
-    """What the directions turn around, k raw outside regions, before it is located.
-
-    Attributes
-    ----------
-    raw, triangle_index:
-        The raw, and (m,) the index of every triangle, those in regions included.
-    elliptic, persistence, partner:
-        (k,) of the raw, see `Umbilics`; in the coordinates of the surface.
-    of_form, form_radius:
-        (k,) bool, those that the form of a surface with detail at every size has, and the radius of
-        its widest fits; None and 0 of others.
-    tree:
-        Where the raw meet; None to find out.
-    """
-
-    raw: RawUmbilics
-    triangle_index: np.ndarray
-    elliptic: np.ndarray
-    persistence: np.ndarray
-    partner: np.ndarray
-    of_form: np.ndarray | None = None
-    form_radius: float = 0.0
-    tree: Tree | None = None
 
 
 @dataclass(frozen=True)
@@ -157,18 +99,7 @@ def _umbilics(
         form_radius=turning.form_radius,
         tree=turning.tree,
     )
-    found = locate(
-        surface,
-        fitted,
-        analysed.noise,
-        turning.raw,
-        turning.elliptic,
-        persistence,
-        partner,
-        settings,
-        progress,
-        turning.of_form,
-    )
+    found = locate(analysed, turning, settings, progress)
     verdict = judge(surface, found, evidence, persistence, partner, turning.of_form)
     clean = fitted.neighbourhood is not None and fitted.neighbourhood.focused
     if jets and settings.certified and not clean and turning.of_form is None:

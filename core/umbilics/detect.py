@@ -29,7 +29,8 @@ from ..mesh.mending.repair import clean
 from ..mesh.normals import vertex_normals
 from ..mesh.surface import Surface
 from ..mesh.tessellated import Tessellation, tessellation
-from .assembly import Analysed, InputMesh, Turning, assemble
+from .assembly import InputMesh, assemble
+from .located import Analysed, Turning
 from .methods.choice import found_by_method
 from .methods.raw import RawUmbilics
 from .pairing.by_form import FormUmbilics, paired_by_form, umbilics_of_form
@@ -128,16 +129,14 @@ def detect(
         fitted = estimate(surface, normals, settings, given, sharp, part, cad)
     with clock.stage("form"):
         # Regions are what the surface's own fits do not tell apart: the form's errors hold its
-        # detail, and neither asks anything of the other.
+        # detail, and none asks anything of the others. What takes longest begins.
         own, part = fitted, part.quiet()
         errors = _noise(surface, own)
         rings = _rings(own)
-        levels, (regions, sets) = at_once(
+        sets, levels, regions = at_once(
+            lambda: _curves(surface, own, *errors, settings, cad, part),
             lambda: _levels(surface, normals, own, settings, cad, part),
-            lambda: (
-                _regions(surface, own, *errors, rings, settings, cad, part),
-                _curves(surface, own, *errors, settings, cad, part),
-            ),
+            lambda: _regions(surface, own, *errors, rings, settings, cad, part),
         )
         shown: FormUmbilics | None = None
         if levels:

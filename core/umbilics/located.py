@@ -3,7 +3,7 @@ which of them are real."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from ..mesh.surface import Surface
 from . import kind as cubic_form
 from .methods.raw import RawUmbilics
 from .methods.shape_operators import face_deviators
-from .pairing.persistence import made_by_noise
+from .pairing.persistence import Tree, made_by_noise
 from .refine import SLOPE_ERROR, refine
+from .regions.region_map import RegionMap
 
 # True errors of places over those that independent residuals tell of the fit that they are read
 # off. On clean meshes errors are bias, of which residuals show a third: of random terms of the next
@@ -28,6 +29,63 @@ BIAS_CLEAN, BIAS_WINDOWS = 3.0, 1.3
 LARGEST = 2.0 * np.sqrt(3.0)
 # Share of the error below which pairs are not looked at more finely.
 DROWNED = 1.0 / 3.0
+# What a finer fit tells of a place, under the names of `Refined`.
+_REFINED = ("triangle", "barycentric", "normal", "x", "y", "p", "q", "curvature", "slope_error")
+
+
+@dataclass(frozen=True)
+class Analysed:
+    """A surface of n vertices with what was fitted to it.
+
+    Attributes
+    ----------
+    surface, fitted:
+        The surface as it was looked at, its outliers laid onto it, and its shape operators.
+    places:
+        (n, 3) where its vertices are in the mesh, in its own coordinates.
+    noise, radius:
+        (n,) standard error of the gap and root mean square distance of the samples that it comes
+        from.
+    types:
+        (n,) see `surface_types`.
+    regions:
+        Where no point is an umbilic of its own.
+    """
+
+    surface: Surface
+    fitted: Estimate
+    places: np.ndarray
+    noise: np.ndarray
+    radius: np.ndarray
+    types: np.ndarray
+    regions: RegionMap
+
+
+@dataclass(frozen=True)
+class Turning:
+    """What the directions turn around, k raw outside regions, before it is located.
+
+    Attributes
+    ----------
+    raw, triangle_index:
+        The raw, and (m,) the index of every triangle, those in regions included.
+    elliptic, persistence, partner:
+        (k,) of the raw, see `Umbilics`; in the coordinates of the surface.
+    of_form, form_radius:
+        (k,) bool, those that the form of a surface with detail at every size has, and the radius of
+        its widest fits; None and 0 of others.
+    tree:
+        Where the raw meet; None to find out.
+    """
+
+    raw: RawUmbilics
+    triangle_index: np.ndarray
+    elliptic: np.ndarray
+    persistence: np.ndarray
+    partner: np.ndarray
+    of_form: np.ndarray | None = None
+    form_radius: float = 0.0
+    tree: Tree | None = None
 
 
 @dataclass(frozen=True)
@@ -87,93 +145,89 @@ class Located:
 
 
 def locate(
-    surface: Surface,
-    fitted: Estimate,
-    vertex_noise: np.ndarray,
-    raw: RawUmbilics,
-    elliptic: np.ndarray,
-    persistence: np.ndarray,
-    partner: np.ndarray,
-    settings: Settings,
-    progress: Progress,
-    of_form: np.ndarray | None = None,
+    analysed: Analysed, turning: Turning, settings: Settings, progress: Progress
 ) -> Located:
-    """The raw, refined where jets allow it.
+    """The raw, refined where jets allow it."""
+    found = _in_triangles(analysed, turning.raw, turning.elliptic, settings)
+    as_found = settings.method == "I" or settings.triangles == "published"
+    if analysed.fitted.neighbourhood is None or as_found:
+        return found
+    if turning.of_form is not None:
+        # What wide fits show narrower ones would only move.
+        none = np.zeros(len(found), bool)
+        return replace(found, asked=none, seen=turning.of_form, clarity=none.astype(float))
+    # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
+    # hundreds of thousands of them.
+    asked = ~made_by_noise(turning.persistence, turning.partner, DROWNED * found.noise)
+    return _refined(analysed, found, asked, progress)
 
-    Parameters
-    ----------
-    vertex_noise:
-        (n,) standard error of the gap at the vertices.
-    elliptic, persistence, partner:
-        (k,) of the raw; see `Umbilics`.
-    of_form:
-        (k,) bool, those that wide fits show and narrower ones would only move; None for none.
-    """
-    triangle, barycentric = raw.triangle.copy(), raw.barycentric.copy()
-    corners = surface.triangles[triangle]
+
+def _in_triangles(
+    analysed: Analysed, raw: RawUmbilics, elliptic: np.ndarray, settings: Settings
+) -> Located:
+    """The raw where their triangles have them, by linear interpolation between the corners."""
+    surface, fitted = analysed.surface, analysed.fitted
+    corners = surface.triangles[raw.triangle]
+
+    def between(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("rk,rk...->r...", raw.barycentric, values[corners]))
+
     local = "projection" if settings.parametrization == "projection" else "conformal"
-    deviators = face_deviators(surface, fitted.field, triangle, local)
+    deviators = face_deviators(surface, fitted.field, raw.triangle, local)
     p, q = cubic_form.in_triangles(
         surface.vertices[corners], deviators.values, deviators.x, deviators.y
     )
-    x, y = deviators.x, deviators.y
-    normal = np.einsum("rk,rkc->rc", barycentric, fitted.field.normal[corners])
-    mean = 0.5 * (fitted.field.k1 + fitted.field.k2)
-    curvature = np.einsum("rk,rk->r", mean[corners], barycentric)
-    noise = np.einsum("rk,rk->r", vertex_noise[corners], barycentric)
-    error = noise.copy()
+    error = noise = between(analysed.noise)
     if settings.curvature == "given":
         # What the user gives has no noise that could make pairs.
         noise = np.full(len(raw), np.nan)
-    seen, clarity = np.ones(len(raw), bool), np.full(len(raw), np.nan)
-    slope_error, asked = np.zeros(len(raw)), np.ones(len(raw), bool)
+    slope_error = np.zeros(len(raw))
     if fitted.neighbourhood is not None:
         # Corners of one triangle share most of their samples: the slopes between them err as those
         # of one fit do.
         reach = np.maximum(fitted.radius[corners].mean(axis=1), np.finfo(float).tiny)
         slope_error = SLOPE_ERROR[DEGREE] * noise / reach
-    as_found = settings.method == "I" or settings.triangles == "published"
-    if fitted.neighbourhood is not None and not as_found:
-        # Pairs that drown in the noise of the fit have no place to be looked for, and a scan has
-        # hundreds of thousands of them.
-        asked = ~made_by_noise(persistence, partner, DROWNED * noise)
-        if of_form is not None:
-            asked = np.zeros(len(raw), bool)
-        clear = np.flatnonzero(asked)
-        places = refine(surface, triangle[clear], barycentric[clear], fitted, progress)
-        # Elsewhere the triangle's own place is kept.
-        agrees = places.agrees(raw.index[clear])
-        seen, clarity = np.zeros(len(raw), bool), np.zeros(len(raw))
-        found = clear[agrees]
-        seen[found], clarity[found] = True, places.clarity[agrees]
-        slope_error[found] = places.slope_error[agrees]
-        triangle[found], barycentric[found] = places.triangle[agrees], places.barycentric[agrees]
-        normal[found] = places.normal[agrees]
-        x[found], y[found] = places.x[agrees], places.y[agrees]
-        p[found], q[found] = places.p[agrees], places.q[agrees]
-        curvature[found], error[found] = places.curvature[agrees], places.error[agrees]
-        if of_form is not None:
-            seen[of_form] = True
     return Located(
         singular=raw.triangle,
-        triangle=triangle,
-        barycentric=barycentric,
+        triangle=raw.triangle,
+        barycentric=raw.barycentric,
         vertex=raw.vertex,
         index=raw.index,
         elliptic=elliptic,
-        normal=normal,
-        x=x,
-        y=y,
+        normal=between(fitted.field.normal),
+        x=deviators.x,
+        y=deviators.y,
         p=p,
         q=q,
-        curvature=curvature,
+        curvature=between(0.5 * (fitted.field.k1 + fitted.field.k2)),
         noise=noise,
         uncertainty=_uncertainty(error, p, q),
         slope_error=slope_error,
-        clarity=clarity,
-        asked=asked,
-        seen=seen,
+        clarity=np.full(len(raw), np.nan),
+        asked=np.ones(len(raw), bool),
+        seen=np.ones(len(raw), bool),
     )
+
+
+def _refined(
+    analysed: Analysed, found: Located, asked: np.ndarray, progress: Progress
+) -> Located:
+    """Those `asked` (k,) moved to where finer fits show them; elsewhere the triangle's own place is
+    kept."""
+    rows = np.flatnonzero(asked)
+    places = refine(
+        analysed.surface, found.triangle[rows], found.barycentric[rows], analysed.fitted, progress
+    )
+    agrees = places.agrees(found.index[rows])
+    rows = rows[agrees]
+    seen, uncertainty = np.zeros(len(found), bool), found.uncertainty.copy()
+    seen[rows] = True
+    values = {name: getattr(found, name).copy() for name in _REFINED}
+    values["clarity"] = np.zeros(len(found))
+    for name, value in values.items():
+        value[rows] = getattr(places, name)[agrees]
+    uncertainty[rows] = _uncertainty(places.error, places.p, places.q)[agrees]
+    return replace(found, asked=asked, seen=seen, uncertainty=uncertainty, **values)
 
 
 def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -1,6 +1,9 @@
 """Results as sentences, the same in the window and on the command line."""
 
+from __future__ import annotations
+
 import math
+from dataclasses import dataclass
 
 from ... import core
 from ...core.base.words import counted
@@ -48,32 +51,64 @@ def pins_lost(count: int) -> str:
     return f"{count} pinned or deleted umbilics have none of their index near them any more."
 
 
-def topology_in_words(
-    *,
-    matched: int,
-    missing: int,
-    extra: int,
-    faces: int,
-    quads: int,
-    angle: float,
-    jacobian: float,
-    edges: float,
-    covered: float,
-) -> list[str]:
-    """How well a mesh follows a surface and its plan, in lines.
+@dataclass(frozen=True)
+class TopologyFigures:
+    """How well a mesh follows a surface and its plan, as it is said; what there is not is NaN.
 
-    `angle` is in degrees, `jacobian` the least scaled one, `edges` the largest distance in edges,
-    `covered` the share of the surface near the mesh; what there is not is NaN.
+    Attributes
+    ----------
+    matched, missing, extra:
+        Numbers of irregular vertices and planned poles, see `core.TopologyCheck`.
+    faces, quads:
+        How many faces there are, and how many of them have four corners.
+    angle:
+        Degrees from the directions of curvature.
+    jacobian:
+        The least scaled Jacobian.
+    edges:
+        The largest distance from the surface, in edges.
+    covered:
+        Share of the surface near the mesh.
     """
-    lines = [f"{matched} of {matched + missing} planned poles, {missing} missing, {extra} extra"]
-    if quads < faces:
-        lines.append(f"{faces - quads} of {faces} faces are no quads")
-    if math.isfinite(angle):
-        lines.append(f"{angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
-    if math.isfinite(jacobian):
-        lines.append(f"Least scaled Jacobian {jacobian:.2f}")
-    lines.append(f"Within {max(edges, 0.001):.2g} edges of the surface")
-    if covered < _WHOLE:
-        # Never rounded up to all of it.
-        lines.append(f"Covers {math.floor(1000.0 * covered) / 10.0:.1f} % of the surface")
-    return lines
+
+    matched: int
+    missing: int
+    extra: int
+    faces: int
+    quads: int
+    angle: float
+    jacobian: float
+    edges: float
+    covered: float
+
+    @classmethod
+    def of(cls, check: core.TopologyCheck) -> TopologyFigures:
+        return cls(
+            matched=check.matched,
+            missing=len(check.missing),
+            extra=check.extra,
+            faces=len(check.angle),
+            quads=check.quads,
+            angle=check.mean_angle,
+            jacobian=check.least_jacobian,
+            edges=check.edges_away,
+            covered=check.covered,
+        )
+
+    def lines(self) -> list[str]:
+        """In words, a line each."""
+        lines = [
+            f"{self.matched} of {self.matched + self.missing} planned poles, "
+            f"{self.missing} missing, {self.extra} extra"
+        ]
+        if self.quads < self.faces:
+            lines.append(f"{self.faces - self.quads} of {self.faces} faces are no quads")
+        if math.isfinite(self.angle):
+            lines.append(f"{self.angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
+        if math.isfinite(self.jacobian):
+            lines.append(f"Least scaled Jacobian {self.jacobian:.2f}")
+        lines.append(f"Within {max(self.edges, 0.001):.2g} edges of the surface")
+        if self.covered < _WHOLE:
+            # Never rounded up to all of it.
+            lines.append(f"Covers {math.floor(1000.0 * self.covered) / 10.0:.1f} % of the surface")
+        return lines

@@ -67,14 +67,17 @@ def tell(event: str, **facts: object) -> None:
 
 
 class Watched:
-    """A report to hand to `core.Progress`: an event now and then for one mesh."""
+    """A report to hand to `core.Progress`: an event now and then for one mesh. Its share never goes
+    back: works that run beside one another, or try again, say less than was said before."""
 
     def __init__(self, about: dict[str, Any]) -> None:
         self._about = about
         self._told = 0.0
+        self._share = 0.0
 
     def __call__(self, share: float, part: str) -> None:
         now = time.monotonic()
+        share = self._share = max(share, self._share)
         if now - self._told >= _PAUSE:
             self._told = now
             tell("progress", **self._about, share=round(share, 4), part=part)

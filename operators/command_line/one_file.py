@@ -17,7 +17,7 @@ from ..data import properties
 from ..jobs import detect
 from ..mesh.evaluated import is_in
 from ..scene import display_objects
-from . import frames, guidance, matching, messages, report, steering, topology
+from . import frames, guidance, matching, messages, report, shares, steering, topology
 from .arguments.request import Request
 from .files import beside, blend_file, importers, mesh_file
 from .files.guard import shown
@@ -105,14 +105,14 @@ def _one_object(
     about |= {} if found.number is None else {"frame": found.number}
     progress = _progress(request, about)
     try:
-        inputs, detection, results = _detected(request, name, found.number, progress, is_kept)
-        rest = progress.part("Planning", 0.6, 1.0)
+        parts = shares.Parts(_works(request, found), progress)
+        inputs, detection, results = _detected(request, name, found.number, parts, is_kept)
         stem = None
         if request.guidance is not None:
             stem = request.guidance.stem(file, name, found.number)
-        said, facts = _guided(request, stem, found, inputs, detection, opened, rest)
+        said, facts = _guided(request, stem, found, inputs, detection, opened, parts)
         if request.matching is not None:
-            part = progress.part("Matching", 0.9, 1.0)
+            part = parts.begin("Matching")
             sentences, matches = matching.write(
                 request.matching, references, inputs, detection, opened.to_file, part
             )
@@ -146,6 +146,17 @@ def _one_object(
     return about | {"error": error}
 
 
+def _works(request: Request, found: _Frame) -> list[str]:
+    """What is done with each mesh, in this order."""
+    asked = {
+        "Detecting": True,
+        "Planning": request.guidance is not None,
+        "Checking": found.checked is not None,
+        "Matching": request.matching is not None,
+    }
+    return [work for work, is_asked in asked.items() if is_asked]
+
+
 def _progress(request: Request, about: dict[str, Any]) -> core.Progress:
     """Stops at a signal or at the limit; tells of itself what is `about` it, where lines are."""
     seconds = request.limits.seconds
@@ -157,7 +168,7 @@ def _progress(request: Request, about: dict[str, Any]) -> core.Progress:
 
 
 def _detected(
-    request: Request, name: str, frame: int | None, progress: core.Progress, is_kept: bool
+    request: Request, name: str, frame: int | None, parts: shares.Parts, is_kept: bool
 ) -> tuple[detect.Inputs, core.Detection, tuple[core.MethodResult, ...]]:
     """Read one mesh and detect on it."""
     context = bpy.context
@@ -167,8 +178,7 @@ def _detected(
     inputs = detect.gather(
         obj, request.settings, request.given_names, request.compare, depsgraph, source.scope
     )
-    share = 0.6 if request.guidance is not None or request.check is not None else 1.0
-    part = progress.part("Detecting", 0.0, share)
+    part = parts.begin("Detecting")
     results = detect.compare(inputs, part) if request.compare else ()
     detection = results[0].detection if results else detect.compute(inputs, part)
     assert detection is not None, "method S, the first, refuses nothing"
@@ -184,7 +194,7 @@ def _guided(
     inputs: detect.Inputs,
     detection: core.Detection,
     opened: importers.Opened,
-    progress: core.Progress,
+    parts: shares.Parts,
 ) -> tuple[list[str], dict[str, Any]]:
     """The guidance's files, named after `stem`, and the check, as far as they are asked for;
     sentences on them and what the report says."""
@@ -197,12 +207,12 @@ def _guided(
     by_hand = steering.for_mesh(found.steering, request.steering, arrays.vertices, opened.to_file)
     guide = core.Guide(arrays.vertices, arrays.triangles, detection)
     if request.guidance is not None and stem is not None:
-        part = progress.part("Planning", 0.0, 0.6)
+        part = parts.begin("Planning")
         said, facts = guidance.write(
             request.guidance, stem, inputs, guide, by_hand, opened.to_file, part
         )
     if checked is not None:
-        part = progress.part("Checking", 0.6, 1.0)
+        part = parts.begin("Checking")
         more, check = topology.check(
             checked, guide, request.planning, arrays.sharp, by_hand, opened.to_file, part
         )

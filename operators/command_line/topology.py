@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import core
 from ..base.errors import FileError
-from ..base.words import topology_in_words
+from ..base.words import TopologyFigures
 from ..mesh.read import polygons_in_world
 from .files import companions, importers
 from .files.file_kinds import UPRIGHT
@@ -183,15 +183,4 @@ def figures(check: core.TopologyCheck) -> dict[str, Any]:
 
 def in_words(check: core.TopologyCheck) -> str:
     """The same in a sentence."""
-    lines = topology_in_words(
-        matched=check.matched,
-        missing=len(check.missing),
-        extra=check.extra,
-        faces=len(check.angle),
-        quads=check.quads,
-        angle=check.mean_angle,
-        jacobian=check.least_jacobian,
-        edges=check.edges_away,
-        covered=check.covered,
-    )
-    return f"{'. '.join(lines)}."
+    return f"{'. '.join(TopologyFigures.of(check).lines())}."

@@ -20,7 +20,7 @@ from bpy.props import (
 from ... import core
 from ..base import property_groups
 from ..base.changes import notify, silence
-from ..base.words import topology_in_words
+from ..base.words import TopologyFigures
 from . import plans
 
 STATES = ("matched", "extra", "missing")
@@ -170,7 +170,7 @@ def forget(obj: bpy.types.Object) -> None:
 
 def sentences(kept: UMBILICS_PG_check) -> list[str]:
     """The check in lines for the panel and for reports."""
-    return topology_in_words(
+    figures = TopologyFigures(
         matched=kept.matched,
         missing=kept.missing,
         extra=kept.extra,
@@ -181,6 +181,7 @@ def sentences(kept: UMBILICS_PG_check) -> list[str]:
         edges=kept.edges,
         covered=kept.covered,
     )
+    return figures.lines()
 
 
 register, unregister = property_groups.factory(

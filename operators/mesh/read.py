@@ -88,54 +88,64 @@ def read_mesh(
     AttributeNameError
         A given attribute is missing or not of the right type, or there is no UV map.
     """
-    matrix = np.array(obj.matrix_world, dtype=np.float64)
-    if not np.isfinite(matrix).all():
-        raise ObjectError(f"{obj.name} stands nowhere: its place, turn or scale is not a number.")
-    determinant = np.linalg.det(matrix[:3, :3])
-    if determinant == 0.0:
-        raise ObjectError(f"{obj.name} has a scale of zero. Give it a size in all directions.")
+    matrix = _to_a_place(obj)
     with current_mesh(obj, depsgraph) as mesh:
         vertices = _to_world(positions(mesh), matrix)
         triangles, loops, polygon = _triangles(mesh)
         if not len(triangles):
-            if depsgraph is not None and (len(obj.data.polygons) or works_on(obj)):
-                raise ObjectError(
-                    f"The modifiers of {obj.name} leave no faces, or nothing but instances. "
-                    "Realize the instances in its Geometry Nodes, or choose Source: Base Mesh."
-                )
-            raise ObjectError(
-                f"{obj.name} has no faces: curvature needs a surface. "
-                "Fill it, or choose another object."
-            )
+            raise _no_faces(obj, depsgraph is not None)
         rows = np.arange(len(triangles), dtype=np.int32)
         wanted = faces_in(obj, mesh, scope)
         if wanted is not None:
             rows = rows[wanted[polygon]]
             triangles, loops, polygon = triangles[rows], loops[rows], polygon[rows]
+        if np.linalg.det(matrix[:3, :3]) < 0.0:
+            triangles, loops = (
+                np.ascontiguousarray(corners[:, (0, 2, 1)]) for corners in (triangles, loops)
+            )
         seams, sharp = marked_edges(mesh)
         uv = _active_uv(obj, mesh, loops) if with_uv else None
         given = _given(obj, mesh, matrix, given_names) if given_names else None
-        polygon_count = len(mesh.polygons)
         read = fingerprint.of_mesh(mesh, matrix, with_uv, given_names or ())
         if wanted is not None:
             read = read.plus(fingerprint.SCOPE, wanted)
-    if determinant < 0.0:
-        triangles = np.ascontiguousarray(triangles[:, (0, 2, 1)])
-        uv = None if uv is None else np.ascontiguousarray(uv[:, (0, 2, 1)])
-    return MeshArrays(
-        vertices=vertices,
-        triangles=triangles,
-        loop_triangle=rows,
-        polygon=polygon,
-        polygon_count=polygon_count,
-        matrix=matrix,
-        seams=seams,
-        sharp=sharp,
-        uv=uv,
-        given=given,
-        fingerprint=read,
-        given_names=tuple(given_names or ()),
-        scope=scope,
+        return MeshArrays(
+            vertices=vertices,
+            triangles=triangles,
+            loop_triangle=rows,
+            polygon=polygon,
+            polygon_count=len(mesh.polygons),
+            matrix=matrix,
+            seams=seams,
+            sharp=sharp,
+            uv=uv,
+            given=given,
+            fingerprint=read,
+            given_names=tuple(given_names or ()),
+            scope=scope,
+        )
+
+
+def _to_a_place(obj: bpy.types.Object) -> np.ndarray:
+    """(4, 4) float64 from the object's space to the world, where a surface stays one."""
+    matrix = np.array(obj.matrix_world, dtype=np.float64)
+    if not np.isfinite(matrix).all():
+        raise ObjectError(f"{obj.name} stands nowhere: its place, turn or scale is not a number.")
+    if np.linalg.det(matrix[:3, :3]) == 0.0:
+        raise ObjectError(f"{obj.name} has a scale of zero. Give it a size in all directions.")
+    return matrix
+
+
+def _no_faces(obj: bpy.types.Object, evaluated: bool) -> ObjectError:
+    """What is said of a mesh without faces."""
+    if evaluated and (len(obj.data.polygons) or works_on(obj)):
+        return ObjectError(
+            f"The modifiers of {obj.name} leave no faces, or nothing but instances. "
+            "Realize the instances in its Geometry Nodes, or choose Source: Base Mesh."
+        )
+    return ObjectError(
+        f"{obj.name} has no faces: curvature needs a surface. "
+        "Fill it, or choose another object."
     )
 
 

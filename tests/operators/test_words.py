@@ -61,4 +61,4 @@ POLES, NEAR = "8 of 8 planned poles, 0 missing, 0 extra", "Within 0.25 edges of 
     ],
 )
 def test_a_topology_is_told_in_lines_of_what_there_is(words, other, lines):
-    assert words.topology_in_words(**GOOD | other) == lines
+    assert words.TopologyFigures(**GOOD | other).lines() == lines

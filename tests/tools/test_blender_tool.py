@@ -1,7 +1,9 @@
 """tools/blender and tools/window: what they choose, and that they pass everything on."""
 
 import os
+import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import places
@@ -52,6 +54,55 @@ def test_a_name_that_is_no_program_is_an_error_that_says_how_to_install_blender(
     assert done.returncode == 1
     assert "/nowhere/blender" in done.stderr
     assert "blender.org/download" in done.stderr
+
+
+@pytest.fixture
+def root(tmp_path):
+    """Enters a root file system whose only program lists what its last argument names."""
+    if os.geteuid() or not shutil.which("unshare"):
+        pytest.skip("only root enters one without a range of user numbers")
+    if subprocess.run(["unshare", "--mount", "true"], check=False, capture_output=True).returncode:
+        pytest.skip("this machine does not let root mount in a space of its own")
+    root = tmp_path / "root"
+    for folder in ("usr", "proc", "dev", "sys", "var", "run"):
+        (root / folder).mkdir(parents=True)
+    for name in ("bin", "lib", "lib64"):
+        (root / name).symlink_to(f"usr/{name}")
+
+    def enter(*command, **options):
+        # The machine's own programs stand in for those of the root.
+        script = 'mount --bind /usr "$1/usr" && shift && exec bash "$@"'
+        start = ["unshare", "--mount", "--propagation", "private", "bash", "-c", script, "bash"]
+        start += [root, TOOLS / "enter_debian_root.sh", root]
+        command = [*start, *command]
+        return subprocess.run(command, check=False, capture_output=True, text=True, **options)
+
+    return enter
+
+
+@pytest.mark.parametrize("place", ["/var/tmp", "/run", "/tmp", "/var/lib"])
+@pytest.mark.parametrize("form", ["{}", "--json={}", "-o={}"])
+def test_what_the_arguments_name_is_the_machines_own_wherever_it_lies(root, place, form):
+    """A result in /var/tmp ended inside the root, and a mesh there was not found."""
+    with tempfile.TemporaryDirectory(dir=place) as folder:
+        (Path(folder) / "mesh.obj").write_text("v 0 0 0\n")
+        made = Path(folder) / "not yet" / "made.json"
+        write = 'mkdir -p "${1%/*}" && echo made > "$1" && cat "$2"'
+        done = root("sh", "-c", write, "sh", made, Path(folder) / "mesh.obj", form.format(made))
+        assert (done.stdout, done.returncode) == ("v 0 0 0\n", 0), done.stderr
+        assert made.read_text() == "made\n"
+
+
+def test_folders_that_the_root_needs_stay_its_own(root):
+    done = root("ls", "/var", "--color=never", "--", "/run", "/usr")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.partition("/var:")[2].strip() in ("", "cache")
+
+
+def test_arguments_that_name_nothing_are_passed_on(root):
+    words = ["", "--options=", "x" * 5000, "a\nb", "$HOME *"]
+    done = root("sh", "-c", 'printf "%s|" "$@"', "sh", *words)
+    assert (done.stdout, done.stderr) == ("|".join([*words, ""]), "")
 
 
 @pytest.mark.parametrize("version", ["4.2.0", "4.5.15 LTS", "5.2.2 LTS", "10.0.0"])

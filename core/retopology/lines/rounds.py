@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from ...base.progress import Progress
 from .canvas import Canvas
 from .polylines import points_of, sparse_rows
-from .tracing import CLOSED, MET, Starts, Traces, trace
+from .tracing import CLOSED, MET, Obstacles, Starts, Traces, trace
 from .truncation import laid
 
 # Points to a spacing that a line is handed on with.
@@ -54,18 +54,16 @@ def draw_round(
     """
     ahead = canvas.direction(triangle, z, family)
     both = np.stack([ahead, -ahead], axis=1).ravel()
-    starts = Starts.plain(np.repeat(triangle, 2), np.repeat(z, 2), both, np.repeat(family, 2))
-    meeting = _Meeting(canvas, starts.family, trees)
-    result = trace(
-        canvas.surface,
-        canvas.planes,
-        starts,
+    starts = Starts.plain(
+        np.repeat(triangle, 2),
+        np.repeat(z, 2),
+        both,
+        np.repeat(family, 2),
         np.full(len(both), 0.5 * canvas.longest),
-        canvas.obstacle,
-        progress,
-        meeting,
-        canvas.every,
     )
+    meeting = _Meeting(canvas, starts.family, trees)
+    obstacles = Obstacles(canvas.obstacle)
+    result = trace(canvas.surface, canvas.planes, starts, obstacles, progress, meeting)
     return _closed_cleanly(canvas, _joined(canvas, result, family))
 
 
@@ -74,6 +72,7 @@ class _Meeting:
 
     def __init__(self, canvas: Canvas, family: np.ndarray, trees: dict[int, cKDTree]) -> None:
         self._canvas, self._family, self._trees = canvas, family, trees
+        self.every = canvas.every
         count = len(family)
         self._head = np.full((count, 6), 1e9)
         self._far, self._before = np.zeros(count), np.zeros(count)

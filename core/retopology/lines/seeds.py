@@ -11,7 +11,7 @@ from ...base.progress import Progress
 from ...fields.planes import places
 from .canvas import Canvas
 from .rounds import Round
-from .tracing import Starts, trace
+from .tracing import Obstacles, Starts, trace
 
 # Lines of the first round to one that fits side by side over the size of the surface: many
 # fronts grow at once, but few of these lines meet.
@@ -142,10 +142,10 @@ def seed_beside(
         np.repeat(z, 2),
         np.stack([across, -across], axis=1).ravel(),
         np.zeros(2 * len(rows)),
+        np.full(2 * len(rows), canvas.spacing),
         straight=np.inf,
     )
-    limit = np.full(len(starts), canvas.spacing)
-    walk = trace(canvas.surface, canvas.planes, starts, limit, canvas.obstacle, progress)
+    walk = trace(canvas.surface, canvas.planes, starts, Obstacles(canvas.obstacle), progress)
     last = walk.start[1:] - 1
     # What met a border or an obstacle is too close to it to start from.
     arrived = walk.travelled[last] > 0.999 * canvas.spacing

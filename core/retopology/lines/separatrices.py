@@ -22,7 +22,19 @@ from ..settings import GuidanceSettings
 from .bundles import joined_bundles
 from .polylines import Lines, lines_from, points_of, sparse_rows
 from .streamlines import spacing_of
-from .tracing import BORDER, FEATURE, LIMIT, LOST, MET, OBSTACLE, TURN, Starts, Traces, trace
+from .tracing import (
+    BORDER,
+    FEATURE,
+    LIMIT,
+    LOST,
+    MET,
+    OBSTACLE,
+    TURN,
+    Obstacles,
+    Starts,
+    Traces,
+    trace,
+)
 from .truncation import Barriers, ended_on_features, laid, truncated
 
 # Edges over which a separatrix keeps its exact direction: nearer to the umbilic the direction
@@ -151,19 +163,19 @@ def separatrices(
         z + 1e-6 * (planes.corner[triangle].mean(axis=1) - z),
         in_plane(surface, triangle, tangent),
         family,
+        np.full(len(point), length_limit(surface, settings)),
         STRAIGHT * stage.edge[point],
         point,
         LEAVE * stage.reach[point],
         np.zeros(len(point), bool),
     )
-    limit = np.full(len(point), length_limit(surface, settings))
-    place = _places_of(stage, obstacle)
-    traces = trace(surface, planes, starts, limit, obstacle, progress, place=place)
+    obstacles = Obstacles(obstacle, _places_of(stage, obstacle))
+    traces = trace(surface, planes, starts, obstacles, progress)
     # Those that then come to nothing end at the first umbilic that they pass after all.
     rows = np.flatnonzero(np.isin(traces.end, (LIMIT, TURN, LOST)))
     if len(rows):
-        again = Starts(**{name: value[rows] for name, value in vars(starts).items()})
-        other = trace(surface, planes, again, limit[rows], obstacle, progress.quiet())
+        anyhow = Obstacles(obstacle)
+        other = trace(surface, planes, starts.select(rows), anyhow, progress.quiet())
         traces = _replaced(traces, rows, other)
     if settings.length_limit in (AUTO, 0.0):
         traces = truncated(surface, planes, traces, BESIDE * spacing_of(surface, settings))

@@ -7,8 +7,9 @@ direction is the root of the deviator nearest to the one before, never a signed 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -28,7 +29,7 @@ LIMIT, BORDER, OBSTACLE, TURN, MET, CLOSED, LOST, FEATURE = range(8)
 
 @dataclass(frozen=True)
 class Starts:
-    """Where r lines begin.
+    """Where r lines begin, and how they go on from there.
 
     Attributes
     ----------
@@ -41,6 +42,8 @@ class Starts:
         field the nearer is taken.
     family:
         (r,) int: 0 for lines of the larger curvature, 1 for those of the smaller.
+    limit:
+        (r,) float64 length at which each line ends.
     straight:
         (r,) float64 length over which `direction` is kept, as a geodesic, before the field is
         followed; infinite for a geodesic.
@@ -56,6 +59,7 @@ class Starts:
     z: np.ndarray
     direction: np.ndarray
     family: np.ndarray
+    limit: np.ndarray
     straight: np.ndarray
     own: np.ndarray
     grace: np.ndarray
@@ -68,6 +72,7 @@ class Starts:
         z: np.ndarray,
         direction: np.ndarray,
         family: np.ndarray,
+        limit: np.ndarray,
         straight: float = 0.0,
     ) -> Starts:
         """Starts away from obstacles."""
@@ -77,6 +82,7 @@ class Starts:
             z,
             direction,
             family,
+            limit,
             np.full(count, straight),
             np.full(count, -1),
             np.zeros(count),
@@ -85,6 +91,33 @@ class Starts:
 
     def __len__(self) -> int:
         return len(self.triangle)
+
+    def select(self, rows: np.ndarray) -> Starts:
+        """The given rows (a mask or indices)."""
+        return Starts(**{name: value[rows] for name, value in vars(self).items()})
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """What lines end at: on the edge of the first triangle of one that they come to.
+
+    Attributes
+    ----------
+    number:
+        (m,) int the obstacle that each triangle belongs to, -1 if none.
+    place:
+        (m,) complex128 where the obstacle of each triangle lies, in its plane: a line that goes by
+        rather than towards it goes on, and ends there only where it would turn sharply. NaN where
+        all end; None where all do everywhere.
+    """
+
+    number: np.ndarray
+    place: np.ndarray | None = None
+
+    @classmethod
+    def none(cls, surface: Surface) -> Obstacles:
+        """Nothing to end at."""
+        return cls(np.full(len(surface.triangles), -1))
 
 
 @dataclass(frozen=True)
@@ -116,41 +149,32 @@ class Traces:
     direction: np.ndarray
 
 
-Stop = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+class Stop(Protocol):
+    """Ends lines for reasons of its own; asked every so many steps."""
+
+    every: int
+
+    def __call__(
+        self, ids: np.ndarray, triangle: np.ndarray, z: np.ndarray, length: np.ndarray
+    ) -> np.ndarray:
+        """(r,) why each of the running lines `ids` (r,) must end, -1 for those that go on; their
+        triangles, places in them and lengths are (r,)."""
 
 
 def trace(
     surface: Surface,
     planes: FaceFrames,
     starts: Starts,
-    limit: np.ndarray,
-    obstacle: np.ndarray,
+    obstacles: Obstacles,
     progress: Progress,
     stop: Stop | None = None,
-    every: int = 1,
-    place: np.ndarray | None = None,
 ) -> Traces:
     """Trace lines until they meet their limit, a border, an obstacle or a sudden turn.
 
     Whatever the mesh and the field, every line ends, see `Headway`.
-
-    Parameters
-    ----------
-    limit:
-        (r,) float64 length at which each line ends.
-    obstacle:
-        (m,) int number of the obstacle that each triangle belongs to, -1 if none. A line ends
-        on the edge of the first such triangle that it comes to.
-    stop:
-        Asked every `every` steps with the rows of the running lines, their triangles, places
-        and lengths; answers with the codes of those that must end, -1 for the others.
-    place:
-        (m,) complex128 where the obstacle of each triangle lies, in its plane: a line that goes by
-        rather than towards it goes on, and ends there only where it would turn sharply. NaN where
-        all end.
     """
     count = len(starts)
-    running = _Running.begun(starts, limit, planes)
+    running = _Running.begun(starts, planes)
     end, ended_at = np.full(count, LIMIT, np.int8), np.full(count, -1)
     last = np.ones(count, complex)
     headway = Headway(surface, count)
@@ -170,13 +194,13 @@ def trace(
             records.append(
                 (ids[made], chords.triangle[made], chords.z[made], running.length[made])
             )
-            block = obstacle[running.triangle]
+            block = obstacles.number[running.triangle]
             hit = running.arrived(block)
-            if place is not None and (block >= 0).any():
-                hit &= ~running.passing(place[running.triangle])
+            if obstacles.place is not None and (block >= 0).any():
+                hit &= ~running.passing(obstacles.place[running.triangle])
                 hit |= chords.turned & running.beyond(block)
             told: np.ndarray | int = -1
-            if stop is not None and steps % every == 0:
+            if stop is not None and steps % stop.every == 0:
                 told = stop(ids, chords.triangle, chords.z, running.length)
             lost = headway.lost(ids, chords.triangle, chords.length)
             done = border | reached | chords.turned | hit | lost | (told >= 0)
@@ -207,7 +231,7 @@ class _Running(Walk):
     length: np.ndarray
 
     @classmethod
-    def begun(cls, starts: Starts, limit: np.ndarray, planes: FaceFrames) -> _Running:
+    def begun(cls, starts: Starts, planes: FaceFrames) -> _Running:
         count = len(starts)
         triangle = starts.triangle.astype(np.int64)
         return cls(
@@ -222,7 +246,7 @@ class _Running(Walk):
             own=starts.own.astype(np.int64),
             grace=starts.grace.astype(float),
             steady=starts.steady.astype(bool),
-            limit=limit.astype(float),
+            limit=starts.limit.astype(float),
             length=np.zeros(count),
             corner=planes.corner[triangle],
         )

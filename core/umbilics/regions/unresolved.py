@@ -212,11 +212,13 @@ def _undecided_edges(
     """Ends (e,), (e,) of the undecided edges that hang together with the vertices `starts`, by how
     many errors (e,) they miss zero, and the `edge_keys` of all others between their ends, sorted.
 
-    They are followed from vertex to vertex, each vertex once.
+    They are followed from vertex to vertex, each vertex once, and over one edge in a row that
+    misses zero by more.
     """
     surface = edges.surface
     begin, neighbours = surface.neighbour_start, surface.neighbours
-    seen = np.zeros(len(surface.vertices), bool)
+    seen, ends, passed = np.zeros((3, len(surface.vertices)), bool)
+    passed[starts] = True
     front = np.unique(starts)
     tails, heads, misses = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
     apart = [np.zeros((2, 0), np.int64)]
@@ -232,16 +234,16 @@ def _undecided_edges(
         tail, head = tail[new], head[new]
         missed = _in_blocks(edges, tail, head, progress)
         linked = missed <= LINK
-        tails.append(tail[linked])
-        heads.append(head[linked])
-        misses.append(missed[linked])
         apart.append(np.stack([tail[~linked], head[~linked]]))
+        tail, head, missed = tail[linked], head[linked], missed[linked]
+        ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
+        tails.append(tail)
+        heads.append(head)
+        misses.append(missed)
         reached = np.zeros(len(seen), bool)
-        reached[heads[-1]] = True
+        reached[head[ends[tail] | passed[tail]]] = True
         front = np.flatnonzero(reached & ~seen)
     tail, head, missed = (np.concatenate(parts) for parts in (tails, heads, misses))
-    ends = np.zeros(len(surface.vertices), bool)
-    ends[tail[missed <= 1.0]] = ends[head[missed <= 1.0]] = True
     chosen = (missed <= 1.0) | ends[tail] & ends[head]
     one, other = np.concatenate(apart, axis=1)
     both = ends[one] & ends[other]

@@ -88,10 +88,31 @@ def test_the_field_is_better_around_umbilics_and_untouched_elsewhere(noise):
         assert (getattr(closer.field, name)[~changed] == getattr(field, name)[~changed]).all()
     index = certified_index(surface, closer.field.d1, closer.field.d2, Progress())
     assert index.sum() == 2.0
+    # What one round has left or moved the next ones have looked at.
+    assert changed[surface.triangles[index != 0.0]].all()
     # Directions stay unit, tangent and at right angles where fits fade into the field.
     d1, d2, normal = closer.field.d1, closer.field.d2, closer.field.normal
     assert np.allclose(np.linalg.norm(d1, axis=1), 1.0)
     assert np.allclose(np.cross(d1, d2), normal, atol=1e-9)
+
+
+def test_what_errs_less_than_the_closer_look_stays():
+    surface = surface_of(surfaces.ellipsoid((1.3, 1.15, 1.0), 4))
+    normals = vertex_normals(surface)
+    scale = choose(surface, normals, Neighbourhood(surface, adjacency(surface)), Progress())
+    assert scale.neighbourhood.focused
+    jets = fit_jets(surface, normals, scale.neighbourhood, Progress())
+    field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, jets.noise)
+    usual = look_closer(surface, field, jets.radius, scale, Progress()).field
+    better = usual.noise < field.noise
+    assert better.sum() > 50
+    # Every other one of these is told to err by nothing.
+    exact = np.flatnonzero(better)[::2]
+    field.noise[exact] = 0.0
+    found = look_closer(surface, field, jets.radius, scale, Progress()).field
+    assert (found.k1[exact] == field.k1[exact]).all() and (found.noise[exact] == 0.0).all()
+    others = np.flatnonzero(better)[1::2]
+    assert (found.k1[others] == usual.k1[others]).all()
 
 
 @pytest.mark.once

@@ -1,13 +1,17 @@
 """What wide fits see of surfaces with detail at every size, and that others have no such form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from surfaces import ellipsoid
 
 import core
 from core.base.progress import Progress
+from core.curvature import form
 from core.curvature.field import CurvatureField
 from core.curvature.form import form_of, levels_of
+from core.fields.transport import tangents
 from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
 
@@ -28,6 +32,12 @@ def rough(seed, size=0.03, octaves=OCTAVES):
             heights += size * 0.35**octave * waves
     away = made.vertices / np.linalg.norm(made.vertices, axis=1, keepdims=True)
     return made.vertices + heights[:, None] * away, made.triangles
+
+
+def looked_at(vertices, triangles):
+    """The surface and its vertex normals."""
+    surface, _ = clean(vertices, triangles)
+    return surface, vertex_normals(surface)
 
 
 def found(vertices, triangles):
@@ -58,9 +68,9 @@ def test_where_the_surface_turns_too_far_narrower_fits_of_the_form_see_it(seed):
     away = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
     angle = np.arccos(np.clip(away[:, 2], -1.0, 1.0))
     horn = 0.6 * np.exp(-np.square(angle / 0.3))
-    form = found(vertices + horn[:, None] * away, triangles)
-    assert form is not None
-    assert form.share[angle < 0.1].mean() > 0.95
+    seen = found(vertices + horn[:, None] * away, triangles)
+    assert seen is not None
+    assert seen.share[angle < 0.1].mean() > 0.95
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -69,22 +79,22 @@ def test_a_border_leaves_out_what_lies_within_a_fit_of_it_and_nothing_else(seed)
     inner = triangles[vertices[triangles][:, :, 2].min(axis=1) > -0.3]
     used, place = np.unique(inner, return_inverse=True)
     vertices, triangles = vertices[used], place.reshape(inner.shape)
-    form = found(vertices, triangles)
+    reach = found(vertices, triangles).radius
     surface, _ = clean(vertices, triangles)
     rim = surface.vertices[surface.border] * surface.unit + surface.origin
     raw = core.detect(vertices, triangles).candidates
     raw = raw.select(raw.resolved)
     away = np.linalg.norm(raw.position[:, None] - rim, axis=2).min(axis=1)
-    reach = form.radius * surface.unit
+    reach *= surface.unit
     assert raw.at_border[away < 0.95 * reach].all()
     assert not raw.at_border[away > 1.05 * reach].any()
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_detail_at_every_size_has_a_form(seed):
-    form = found(*rough(seed))
-    assert form is not None
-    assert form.share.mean() > 0.5
+    seen = found(*rough(seed))
+    assert seen is not None
+    assert seen.share.mean() > 0.5
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -94,3 +104,43 @@ def test_umbilics_of_the_form_balance_and_none_is_certain(seed):
     assert not detection.umbilics.certain.any()
     turning = detection.triangle_index[detection.umbilics.triangle]
     assert (turning == detection.umbilics.index).all()
+
+
+def test_levels_begin_where_the_surface_turns_little_enough(monkeypatch):
+    surface, normals = looked_at(*rough(0))
+    usual = [level.radius for level in levels_of(surface, normals, Progress())]
+    assert len(usual) == 3
+    # Between what this body turns within the widest and the next radius.
+    monkeypatch.setattr(form, "MOST_TURN", 0.22)
+    levels = levels_of(surface, normals, Progress())
+    assert [level.radius for level in levels] == usual[1:]
+
+
+def cylindrical(normals):
+    """Shape operators of cylinders, without errors."""
+    n = len(normals)
+    return CurvatureField(np.ones(n), np.zeros(n), *tangents(normals), normals, np.zeros(n))
+
+
+def test_errors_of_the_form_are_what_its_change_says():
+    surface, normals = looked_at(*rough(0))
+    field = cylindrical(normals)
+    levels = levels_of(surface, normals, Progress())
+    wider = [replace(level, factor=2.0 * level.factor) for level in levels]
+    one, two = (form_of(surface, some, field, Progress()).field.noise for some in (levels, wider))
+    assert np.median(one) > 0.0
+    np.testing.assert_allclose(two, 2.0 * one)
+
+
+def test_wide_fits_say_nothing_of_what_faces_another_way():
+    surface, normals = looked_at(*rough(0))
+    levels = levels_of(surface, normals, Progress())
+    turned = np.arange(0, len(normals), 50)
+    other = normals.copy()
+    other[turned] *= -1.0
+    share = form_of(surface, levels, cylindrical(other), Progress()).share
+    assert (share[turned] == 0.0).all()
+    usual = form_of(surface, levels, cylindrical(normals), Progress()).share
+    assert (usual[turned] > 0.0).any()
+    usual[turned] = 0.0
+    np.testing.assert_array_equal(share, usual)

@@ -19,10 +19,10 @@ from core.curvature.scale import (
     starting_normals,
 )
 from core.mesh import neighbourhoods
-from core.mesh.cells import Patches
 from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import smooth_normals, vertex_normals
+from core.mesh.patches import Patches
 from core.mesh.rings import adjacency
 
 

@@ -14,6 +14,7 @@ import core
 from core.base.progress import Progress
 from core.curvature.tolerances import PAIR_NOISE
 from core.fields.face_index import face_field_singularities
+from core.mesh.input_map import places_on_surface
 from core.mesh.rings import adjacency
 from core.retopology.crosses.cross_field import cross_field
 from core.retopology.features import find_features
@@ -21,7 +22,7 @@ from core.retopology.field.planned import _matched, with_poles, with_poles_of_fa
 from core.retopology.guidance import disagreements
 from core.retopology.lines.edge_paths import edge_paths
 from core.retopology.pole_places import Singularities
-from core.retopology.poles import _claimed, _confidence, plan_poles
+from core.retopology.poles import _claimed, _confidence, plan_poles, replanned
 
 MESHES = {
     "ellipsoid": ellipsoid(subdivisions=4),
@@ -353,3 +354,17 @@ def test_a_pole_is_as_sure_as_its_umbilic_rises_out_of_the_noise():
     found = _confidence(umbilics, np.arange(5))[:4]
     sure = 3.0 / (3.0 + PAIR_NOISE * np.array([1.0, 2.0]))
     np.testing.assert_allclose(found, [*sure, 0.5 * sure[1], 1.0])
+
+
+def test_a_pole_of_another_triangle_stands_in_its_middle():
+    surface, poles = guide_of("ellipsoid").surface, poles_of("ellipsoid")
+    poles = replace(poles, barycentric=np.tile([0.5, 0.3, 0.2], (len(poles), 1)))
+    triangle, weights = places_on_surface(surface, poles.triangle, poles.barycentric)
+    rows, beside = np.array([0, 1, -1]), surface.twin[3 * triangle[1]] // 3
+    asked = np.array([triangle[0], beside, triangle[2]])
+    found = replanned(surface, [], poles, rows, asked, np.ones(3))
+    middle = surface.vertices[surface.triangles[asked]].mean(axis=1)
+    stays = weights[0] @ surface.vertices[surface.triangles[triangle[0]]]
+    expected = np.vstack([stays, middle[1:]]) * surface.unit + surface.origin
+    np.testing.assert_allclose(found.position, expected, atol=1e-12)
+    assert found.confidence[:2].tolist() == poles.confidence[:2].tolist()

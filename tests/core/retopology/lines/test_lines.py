@@ -19,7 +19,16 @@ from core.retopology.lines.bundles import joined_bundles
 from core.retopology.lines.polylines import MOST_BEND, points_of, sparse_rows
 from core.retopology.lines.separatrices import BUNDLED, ENDS
 from core.retopology.lines.streamlines import AUTO_SPACING
-from core.retopology.lines.tracing import BORDER, FEATURE, LIMIT, MET, OBSTACLE, Starts, trace
+from core.retopology.lines.tracing import (
+    BORDER,
+    FEATURE,
+    LIMIT,
+    MET,
+    OBSTACLE,
+    Obstacles,
+    Starts,
+    trace,
+)
 from core.retopology.lines.truncation import Barriers, ended_on_features, laid, truncated
 
 MESHES = {
@@ -114,10 +123,9 @@ def test_lines_of_the_ellipsoid_are_cuts_with_confocal_quadrics(subdivisions):
     z = planes.corner[triangle].mean(axis=1)
     family = np.arange(count) % 2
     direction = np.sqrt(planes.deviator(triangle, z) * np.where(family == 0, 1.0, -1.0))
-    starts = Starts.plain(triangle, z, direction / np.abs(direction), family)
     limit = np.full(count, 3.0) / surface.unit
-    free = np.full(len(surface.triangles), -1)
-    traces = trace(surface, planes, starts, limit, free, Progress())
+    starts = Starts.plain(triangle, z, direction / np.abs(direction), family, limit)
+    traces = trace(surface, planes, starts, Obstacles.none(surface), Progress())
     assert (traces.end == LIMIT).sum() >= 57  # one may lose its way in an umbilic's triangle
     points = points_of(surface, planes, traces.triangle, traces.z) * surface.unit + surface.origin
     off = []
@@ -268,11 +276,14 @@ def test_lines_end_at_borders_and_limits():
     z = planes.corner[triangle].mean(axis=1)
     along = np.sqrt(-planes.deviator(triangle, z))
     count = len(triangle)
-    starts = Starts.plain(triangle, z, along / np.abs(along), np.ones(count))
-    free = np.full(len(surface.triangles), -1)
-    far = trace(surface, planes, starts, np.full(count, 100.0), free, Progress())
+    free = Obstacles.none(surface)
+    starts = Starts.plain(
+        triangle, z, along / np.abs(along), np.ones(count), np.full(count, 100.0)
+    )
+    far = trace(surface, planes, starts, free, Progress())
     assert (far.end == BORDER).all()
-    near = trace(surface, planes, starts, np.full(count, 1e-3), free, Progress())
+    starts = dataclasses.replace(starts, limit=np.full(count, 1e-3))
+    near = trace(surface, planes, starts, free, Progress())
     assert (near.end == LIMIT).all()
     assert near.travelled[near.start[1:] - 1] == pytest.approx(1e-3)
 
@@ -293,10 +304,9 @@ def test_a_line_goes_by_what_it_does_not_go_towards():
     row = row[np.linalg.norm((middle[row] - point)[:, :2], axis=1) * surface.unit < 0.6]
     z = planes.corner[row].mean(axis=1)
     up = in_plane(surface, row, np.tile([0.0, 0.0, 1.0], (len(row), 1)))
-    starts = Starts.plain(row, z, up, np.ones(len(row)))
-    limit = np.full(len(row), np.inf)
-    every = trace(surface, planes, starts, limit, obstacle, Progress())
-    some = trace(surface, planes, starts, limit, obstacle, Progress(), place=place)
+    starts = Starts.plain(row, z, up, np.ones(len(row)), np.full(len(row), np.inf))
+    every = trace(surface, planes, starts, Obstacles(obstacle), Progress())
+    some = trace(surface, planes, starts, Obstacles(obstacle, place), Progress())
     beside = np.linalg.norm((middle[row] - point)[:, :2], axis=1) * surface.unit / reach
     near, far = beside < 0.8, (beside > 0.9) & (beside < 0.96)
     assert near.sum() > 8 and far.any()
@@ -473,10 +483,9 @@ def winding():
     middle = surface.vertices[surface.triangles].mean(axis=1) * surface.unit + surface.origin
     triangle = np.linalg.norm(middle - (0.5, 0.0, 0.0), axis=1).argmin(keepdims=True)
     z = planes.corner[triangle].mean(axis=1)
-    starts = Starts.plain(triangle, z, np.sqrt(planes.deviator(triangle, z)), np.zeros(1))
-    free = np.full(len(surface.triangles), -1)
-    limit = np.array([9.0]) / surface.unit
-    spiral = trace(surface, planes, starts, limit, free, Progress())
+    ahead, limit = np.sqrt(planes.deviator(triangle, z)), np.array([9.0]) / surface.unit
+    starts = Starts.plain(triangle, z, ahead, np.zeros(1), limit)
+    spiral = trace(surface, planes, starts, Obstacles.none(surface), Progress())
     return surface, planes, spiral, middle
 
 
@@ -582,15 +591,21 @@ def test_separatrices_do_not_run_in_bundles(name, real_separatrices):
     assert beside_others(found, BUNDLED * AUTO_SPACING * np.sqrt(area)) < 0.15
 
 
+def geodesics(surface, planes, triangle, length):
+    """Straight lines from the middles of triangles, along the first axes of their planes."""
+    count, z = len(triangle), planes.corner[triangle].mean(axis=1)
+    limit, ahead = np.full(count, length), np.ones(count, complex)
+    starts = Starts.plain(triangle, z, ahead, np.zeros(count), limit, straight=np.inf)
+    return trace(surface, planes, starts, Obstacles.none(surface), Progress())
+
+
 def test_points_are_left_out_only_where_the_surface_does_not_bend():
     """Lines handed on with few points cut through the folds that they went around, and seemed to
     turn there."""
     guide = guide_of("torus")
     surface, planes = guide.surface, guide.planes(Progress())
-    start, none = np.arange(0, len(surface.triangles), 997), np.full(len(surface.triangles), -1)
-    z = planes.corner[start].mean(axis=1)
-    starts = Starts.plain(start, z, np.ones(len(start), complex), np.zeros(len(start)), np.inf)
-    walk = trace(surface, planes, starts, np.full(len(start), 2.0), none, Progress())
+    start = np.arange(0, len(surface.triangles), 997)
+    walk = geodesics(surface, planes, start, 2.0)
     rows = sparse_rows(walk, 1e9, surface)
     line = np.repeat(np.arange(len(start)), np.diff(walk.start))
     normal, most = surface.face_normal_area[0], 0.0
@@ -610,10 +625,8 @@ def test_chords_beside_a_fold_lie_in_their_triangles():
     vertices = mesh.vertices * [1.0, 0.001, 1.0]
     surface = surface_of(dataclasses.replace(mesh, vertices=vertices))
     planes = lay_out(surface, mesh.curvature_on(surface).lines, Progress())
-    start, none = np.arange(0, len(surface.triangles), 97), np.full(len(surface.triangles), -1)
-    z = planes.corner[start].mean(axis=1)
-    starts = Starts.plain(start, z, np.ones(len(start), complex), np.zeros(len(start)), np.inf)
-    walk = trace(surface, planes, starts, np.full(len(start), 4.0), none, Progress())
+    start = np.arange(0, len(surface.triangles), 97)
+    walk = geodesics(surface, planes, start, 4.0)
     normal = surface.face_normal_area[0][walk.triangle]
     bend = np.arccos(np.einsum("qc,qc->q", normal[1:], normal[:-1]).clip(-1.0, 1.0))
     bend[walk.start[1:-1] - 1] = 0.0

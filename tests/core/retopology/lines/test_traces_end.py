@@ -14,7 +14,7 @@ from core.fields.directions import DirectionField
 from core.fields.planes import lay_out
 from core.mesh.mending.repair import clean
 from core.retopology.lines.headway import MOST_TURNS, Headway
-from core.retopology.lines.tracing import Starts, trace
+from core.retopology.lines.tracing import Obstacles, Starts, trace
 
 # Steps of a progress that nothing of this size needs.
 PATIENCE = 20_000
@@ -119,10 +119,9 @@ def test_no_field_on_no_mesh_makes_a_trace_without_end(seed, flatness, solid):
     triangle = random.integers(0, m, 20)
     z = planes.corner[triangle].mean(axis=1)
     ahead = np.exp(1j * random.uniform(0, 2 * np.pi, 20))
-    starts = Starts.plain(triangle, z, ahead, np.arange(20) % 2)
     # Long enough that only the mesh bounds it.
-    limit = np.full(20, 1e6)
-    found = trace(surface, planes, starts, limit, np.full(m, -1), Impatient())
+    starts = Starts.plain(triangle, z, ahead, np.arange(20) % 2, np.full(20, 1e6))
+    found = trace(surface, planes, starts, Obstacles.none(surface), Impatient())
     assert np.diff(found.start).max() <= MOST_TURNS * m + 2
     assert np.isfinite(found.z).all() and np.isfinite(found.travelled).all()
 

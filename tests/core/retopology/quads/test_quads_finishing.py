@@ -16,7 +16,7 @@ from core.mesh.rings import with_rings
 from core.retopology.quads.conformity import scaled_jacobian, signed
 from core.retopology.quads.finishing import finished
 from core.retopology.quads.finishing.directions import direction_weights
-from core.retopology.quads.finishing.faults import last_check, mending
+from core.retopology.quads.finishing.faults import last_check, mending, worst
 from core.retopology.quads.finishing.faults.mending import (
     against,
     oriented_quality,
@@ -152,8 +152,8 @@ def test_the_last_check_turns_what_faces_against_the_input():
 
 @pytest.mark.once
 def test_quads_are_held_against_their_own_piece_alone():
-    """The lowest of six quads on a ball that is sunk into a plate: nearest to it is the plate, which
-    faces the other way, and the quads beside it lean away."""
+    """The lowest of six quads on a ball that is sunk into a plate: nearest to it is the plate,
+    which faces the other way, and the quads beside it lean away."""
     ball = sphere(subdivisions=3)
     made = core.remesh(ball.vertices, ball.triangles, core.RemeshSettings(quads=8))
     assert len(made.vertices) == 8
@@ -267,6 +267,23 @@ def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
     assert np.array_equal(position[hopeless], start[hopeless])
     others = ~(quads == hopeless).any(axis=1)
     assert quality(position, quads, guides)[others].min() > 0.69
+
+
+def test_the_best_of_the_rounds_on_the_last_bad_quads_is_kept(monkeypatch):
+    position, quads = grid(8)
+    row = int(np.arange(81).reshape(9, 9)[4, 4])
+    regular = position[row].copy()
+    position[row] += [0.8, 0.8, 0.0]
+    guides = guided(*sheet(8, 3.0), len(position))
+    offs = iter([0.8, 0.8, 0.7, 0.6, *[1.5] * 100])
+
+    def wandering(place, *_):
+        off = next(offs)
+        place[row] = regular + np.array([off, off, 0.0])
+
+    monkeypatch.setattr(worst, "_tried", wandering)
+    assert worst_opened(position, quads, guides, Progress()).tolist() == [row]
+    np.testing.assert_allclose(position[row], regular + np.array([0.6, 0.6, 0.0]))
 
 
 def test_slopes_of_squaring_are_those_of_its_sum():

@@ -48,22 +48,29 @@ def worst_opened(
     if not len(rows):
         return none
     random = np.random.default_rng(0)
-    start, worst = position[rows], _worst(position, some, guides)
+    start = kept = position[rows]
+    best = _worth(position, some, guides)
     for number in range(ROUNDS):
         progress.step(number / ROUNDS)
         step = STEPS[number % len(STEPS)]
-        if step == STEPS[0] and _worst(position, some, guides) >= BAD:
-            break
         apart = _apart(rows, some, len(position), random)
         _tried(position, some, guides, apart, step, random)
-    if _worst(position, some, guides) < worst:
-        position[rows] = start
-        return none
-    return rows
+        if step == STEPS[-1]:
+            # A vertex is judged by its own quads, which can turn what those beside them count as.
+            found = _worth(position, some, guides)
+            if found > best:
+                best, kept = found, position[rows]
+            if best[0] >= BAD:
+                break
+    position[rows] = kept
+    return rows[(kept != start).any(axis=1)]
 
 
-def _worst(position: np.ndarray, quads: np.ndarray, guides: Guides) -> float:
-    return float(quality_to_mend(position, quads, guides).min())
+def _worth(position: np.ndarray, quads: np.ndarray, guides: Guides) -> tuple[float, float]:
+    """The worst quality, and what all lack together: more is better."""
+    quality = quality_to_mend(position, quads, guides)
+    lack = float((np.maximum(WANTED - quality, 0.0) ** POWER).sum())
+    return float(quality.min()), -lack
 
 
 def _apart(
@@ -93,24 +100,32 @@ def _tried(
     side = np.linalg.norm(np.roll(at, -1, axis=1) - at, axis=2).mean(axis=1)
     length = step * np.bincount(of, side, len(rows)) / np.bincount(of, minlength=len(rows))
     normal = unit(vertex_normals(position, quads)[rows])
-    start = position[rows]
-    best, place = _lacks(position, around, guides, of, len(rows)), start
-    for _ in range(DIRECTIONS):
-        way = random.normal(size=(len(rows), 3))
-        way = unit(way - np.einsum("rc,rc->r", way, normal)[:, None] * normal)
-        trial = moved_along(start, length[:, None] * way, rows, position, quads, guides)
-        position[rows] = trial
-        lack = _lacks(position, around, guides, of, len(rows))
-        position[rows] = start
-        better = lack < best
-        place = np.where(better[:, None], trial, place)
-        best = np.where(better, lack, best)
-    position[rows] = place
+    way = random.normal(size=(DIRECTIONS, len(rows), 3))
+    way = unit(way - np.einsum("drc,rc->dr", way, normal)[:, :, None] * normal)
+    start, every = position[rows], np.tile(rows, DIRECTIONS)
+    step_by = (length[:, None] * way).reshape(-1, 3)
+    trial = moved_along(np.tile(start, (DIRECTIONS, 1)), step_by, every, position, quads, guides)
+    places = np.concatenate([start[None], trial.reshape(DIRECTIONS, -1, 3)])
+    best = _lacks(position, around, guides, of, rows, places).argmin(axis=0)
+    position[rows] = places[best, np.arange(len(rows))]
 
 
 def _lacks(
-    position: np.ndarray, around: np.ndarray, guides: Guides, of: np.ndarray, count: int
+    position: np.ndarray,
+    around: np.ndarray,
+    guides: Guides,
+    of: np.ndarray,
+    rows: np.ndarray,
+    places: np.ndarray,
 ) -> np.ndarray:
-    """(count,) what the quads `around` each vertex lack."""
-    quality = oriented_quality(position, around, guides)
-    return np.bincount(of, np.maximum(WANTED - quality, 0.0) ** POWER, count)
+    """(k, r) what the quads `around` each of the vertices lack with it in the `places` (k, r, 3),
+    each by itself: the same quads once for each place, on vertices of their own."""
+    used, corner = np.unique(around, return_inverse=True)
+    count, n = len(places), len(used)
+    at = np.tile(position[used], (count, 1, 1))
+    at[:, np.searchsorted(used, rows)] = places
+    copies = (corner.reshape(-1, 4) + n * np.arange(count)[:, None, None]).reshape(-1, 4)
+    quality = oriented_quality(at.reshape(-1, 3), copies, guides)
+    lack = np.maximum(WANTED - quality, 0.0) ** POWER
+    mine = (of + len(rows) * np.arange(count)[:, None]).ravel()
+    return np.bincount(mine, lack, count * len(rows)).reshape(count, -1)

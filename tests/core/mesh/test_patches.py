@@ -4,14 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import sparse
 from surfaces import ellipsoid, noisy, random_ellipsoid
 
 from core.base.progress import Progress
 from core.curvature.fits.jets import fit_jets
-from core.mesh.cells import Patches
 from core.mesh.mending.repair import clean
 from core.mesh.neighbourhoods import Neighbourhood
 from core.mesh.normals import vertex_normals
+from core.mesh.patches import Patches, smoothed
 from core.mesh.rings import Begun, adjacency
 
 RINGS = 6
@@ -116,3 +117,18 @@ def test_fits_to_patches_err_as_those_to_vertices():
     for name in ("noise", "residual", "radius"):
         one, two = (np.median(getattr(fit, name)) for fit in fits)
         assert two == pytest.approx(one, rel=0.12)
+
+
+def test_normals_are_smoothed_by_area_and_stay_where_they_cancel():
+    surface, _, _ = patched(SURFACES["random"])
+    n = len(surface.vertices)
+    everywhere = sparse.csr_array(np.ones((n, 1), bool))
+    normals = np.zeros((n, 3))
+    # Two directions, each of as many vertices, but not of as much area.
+    large = np.argsort(surface.vertex_area) >= n // 2
+    normals[large, 0], normals[~large, 1] = 1.0, 1.0
+    areas = [surface.vertex_area[large].sum(), surface.vertex_area[~large].sum(), 0.0]
+    found = smoothed(surface, normals, everywhere)
+    np.testing.assert_allclose(found, np.tile(areas / np.linalg.norm(areas), (n, 1)), atol=1e-12)
+    nothing = smoothed(surface, np.zeros((n, 3)), everywhere)
+    np.testing.assert_array_equal(nothing, np.zeros((n, 3)))

@@ -16,7 +16,7 @@ from ..base.parallel import at_once
 from ..base.progress import Progress
 from ..base.subsets import spans
 from ..base.unit import unit
-from .rings import Begun, by_size, grow, spread
+from .rings import Begun, by_size, grow, rings_of, spread
 from .surface import Surface
 
 # Vertices in a window over those whose patches make it up: within a patch they tell nothing. On
@@ -165,9 +165,8 @@ class Patches:
         held = self._held[near.indices]
         members = self._order.take(spans(self._start[near.indices], held))
         start = np.append(0, np.cumsum(held))[near.indptr]
-        ones = np.ones(len(members), bool)
-        shape = len(near.indptr) - 1, len(self.size)
-        return sparse.csr_array((ones, members, start), shape=shape)
+        shape = len(start) - 1, len(self.size)
+        return sparse.csr_array((np.ones(len(members), bool), members, start), shape=shape)
 
 
 def smoothed(surface: Surface, normals: np.ndarray, near: sparse.csr_array) -> np.ndarray:
@@ -197,16 +196,19 @@ def _nearest_of(
     points: np.ndarray, middles: np.ndarray, rows: sparse.csr_array, count: int
 ) -> sparse.csr_array:
     """(r, p) of the points (3, p) in each of the rows (r, p) the nearest to the middles (3, r), so
-    many or all."""
+    many or all; what is as far as the last of them as well."""
     length = np.diff(rows.indptr)
     if length.max(initial=0) <= count:
         return rows
-    place, there = _padded(rows)
     square = _squares(points, middles, rows)
-    away = np.where(there, square.take(place, mode="clip"), np.inf)
-    place = rows.indptr[:-1, None] + np.argpartition(away, count - 1, axis=1)[:, :count]
-    members = rows.indices[place[place < rows.indptr[1:, None]]]
-    start = np.append(0, np.cumsum(np.minimum(length, count)))
+    there = np.arange(length.max()) < length[:, None]
+    away = np.full(there.shape, np.inf)
+    away[there] = square
+    # To part numbers takes less than to part their places.
+    away.partition(count - 1, axis=1)
+    near = square <= np.repeat(away[:, count - 1], length)
+    members = rows.indices[near]
+    start = np.append(0, np.cumsum(near))[rows.indptr]
     return sparse.csr_array((np.ones(len(members), bool), members, start), shape=rows.shape)
 
 
@@ -224,11 +226,3 @@ def _padded(rows: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
     are filled up."""
     place = rows.indptr[:-1, None] + np.arange(np.diff(rows.indptr).max(initial=0))
     return place, place < rows.indptr[1:, None]
-
-
-def rings_of(cells: float) -> int:
-    """Rings of cells that hold so many where six cells meet each."""
-    rings = 1
-    while 1 + 3 * rings * (rings + 1) < cells:
-        rings += 1
-    return rings
