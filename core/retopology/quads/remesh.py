@@ -137,10 +137,13 @@ def remesh(
     if plane is not None:
         wishes = [one.laid.wishes for one in done] + [one.wishes for one in unlaid]
         counts = [len(one.vertices) for one in pieces]
-        single = np.repeat([one.single for one in wishes], counts)
-        before = len(made.vertices)
+        single, imaged = (
+            np.repeat(of, counts)
+            for of in zip(*((one.single, one.imaged) for one in wishes), strict=True)
+        )
+        images = plane.reflected(made.vertices[imaged])
+        said = words_of_images(images, guide.surface, prepared.size)
         made = mirrored(made, single, plane, detection.umbilics, prepared.size)
-        said = words_of_images(made.vertices[before:], guide.surface, prepared.size)
         made = replace(made, warnings=(*made.warnings, *said))
     said = words_of_count(len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid))
     return replace(made, warnings=(*made.warnings, *said))

@@ -466,6 +466,7 @@ def test_single_pieces_beside_a_plane_of_symmetry_stay_or_get_an_image(places, s
         assert topology.characteristic == 2 * sum(wanted)
         assert len(made.patch) == len(made.angle) == len(made.quads)
         said = [one for one in made.warnings if "plane of symmetry" in one]
+        assert not any("mirrored half" in one for one in made.warnings)
         told = 0 if mirror_single else single
         assert [int(one.split()[0]) for one in said] == ([told] if told else [])
         assert abs(len(made.quads) / 400 - 1) < 0.2
