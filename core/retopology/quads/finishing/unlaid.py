@@ -60,20 +60,16 @@ class Unlaid:
         return max(round(self.area), FEWEST)
 
 
+def needed(piece: Unlaid, progress: Progress) -> int:
+    """How many quads `cut_in_three` makes of a piece: thin rods cannot have few triangles."""
+    return EACH * len(_coarse(piece, progress).triangles)
+
+
 def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
     """About as many quads as were asked for, fewer where the surface has fewer triangles and more
-    where features and borders have more vertices."""
+    where features and borders have more vertices, or it is thin."""
     surface = piece.working.surface
-    triangles = surface.triangles.astype(np.int64)
-    mesh = Triangles(
-        surface.vertices,
-        triangles,
-        np.zeros((len(surface.vertices), 0)),
-        np.arange(len(triangles)),
-        piece.working.feature,
-    )
-    mesh = _coarse(mesh, piece.asked // EACH, progress)
-    position, quads, held, on_feature = _thirds(mesh)
+    position, quads, held, on_feature = _thirds(_coarse(piece, progress))
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     guides = Guides(
         surface=closest,
@@ -128,9 +124,18 @@ def _on_lines(
     return places
 
 
-def _coarse(mesh: Triangles, most: int, progress: Progress) -> Triangles:
-    """The mesh with about so many triangles; where its features have too many vertices for that,
-    without them."""
+def _coarse(piece: Unlaid, progress: Progress) -> Triangles:
+    """The surface with about as many triangles as are wanted; where its features have too many
+    vertices for that, without them."""
+    surface, most = piece.working.surface, piece.asked // EACH
+    triangles = surface.triangles.astype(np.int64)
+    mesh = Triangles(
+        surface.vertices,
+        triangles,
+        np.zeros((len(surface.vertices), 0)),
+        np.arange(len(triangles)),
+        piece.working.feature,
+    )
     found = coarsened(mesh, most, progress, borders=True)
     if len(found.triangles) <= FAR * most or not mesh.feature.any():
         return found
