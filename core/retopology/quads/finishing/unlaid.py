@@ -21,8 +21,8 @@ from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import SCRAP, WorkingSurface
-from .faults.mending import mend
-from .faults.unfolding import laid_on, unfolded
+from .faults.mending import against, mend
+from .faults.unfolding import laid_on, own_quality, unfolded
 from .guides import Guides, on_curve, vertex_normals
 from .parting import without_folds
 from .projection import ClosestPoints
@@ -73,6 +73,9 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
         piece.working.feature,
     )
     mesh = _coarse(mesh, piece.asked // EACH, progress)
+    if len(piece.working.unrefined.triangles) < len(mesh.triangles):
+        # Along thin rods few of the edges that a map needed can go again.
+        mesh = piece.working.unrefined
     position, quads, held, on_feature = _thirds(mesh)
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     guides = Guides(
@@ -91,7 +94,8 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
     better = position.copy()
     mend(better, quads, guides, progress)
     position = without_folds(better, position, quads, closest)
-    position = unfolded(position, quads, guides, progress)
+    if (own_quality(position, quads) <= 0.0).any() or against(position, quads, closest).any():
+        position = unfolded(position, quads, guides, progress)
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular
