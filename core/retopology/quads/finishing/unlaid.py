@@ -21,8 +21,8 @@ from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import SCRAP, WorkingSurface
-from .faults.mending import mend
-from .faults.unfolding import laid_on, unfolded
+from .faults.mending import against, mend
+from .faults.unfolding import laid_on, own_quality, unfolded
 from .guides import Guides, on_curve, vertex_normals
 from .parting import without_folds
 from .projection import ClosestPoints
@@ -87,7 +87,8 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
     better = position.copy()
     mend(better, quads, guides, progress)
     position = without_folds(better, position, quads, closest)
-    position = unfolded(position, quads, guides, progress)
+    if (own_quality(position, quads) <= 0.0).any() or against(position, quads, closest).any():
+        position = unfolded(position, quads, guides, progress)
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular
@@ -125,8 +126,8 @@ def _on_lines(
 
 
 def _coarse(piece: Unlaid, progress: Progress) -> Triangles:
-    """The surface with about as many triangles as are wanted; where its features have too many
-    vertices for that, without them."""
+    """The surface with about as many triangles as are wanted, or as it came with where these are
+    fewer; where its features have too many vertices for that, without them."""
     surface, most = piece.working.surface, piece.asked // EACH
     triangles = surface.triangles.astype(np.int64)
     mesh = Triangles(
@@ -137,9 +138,10 @@ def _coarse(piece: Unlaid, progress: Progress) -> Triangles:
         piece.working.feature,
     )
     found = coarsened(mesh, most, progress, borders=True)
-    if len(found.triangles) <= FAR * most or not mesh.feature.any():
-        return found
-    return coarsened(replace(mesh, feature=np.zeros_like(mesh.feature)), most, progress, True)
+    if len(found.triangles) > FAR * most and mesh.feature.any():
+        found = coarsened(replace(mesh, feature=np.zeros_like(mesh.feature)), most, progress, True)
+    # Along thin rods few of the edges that a map needed can go again.
+    return min(found, piece.working.unrefined, key=lambda one: len(one.triangles))
 
 
 def _thirds(mesh: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
