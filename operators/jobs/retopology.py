@@ -220,6 +220,11 @@ def _to_read(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[bpy.types.O
 
 def _check_marks(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
     """Raise `ObjectError` where edges of `mesh` are none of the object's own."""
+    if not targets.is_own(obj):
+        raise ObjectError(
+            f"{obj.name} is linked from another file and its edges cannot be marked here. Make it "
+            "and its mesh local: Object > Relations > Make Local."
+        )
     if not _has_edges_of(obj, mesh):
         raise ObjectError(
             f"The edges that are seen are not those of {obj.name}'s own mesh, which marks are "

@@ -69,13 +69,12 @@ def root(tmp_path):
     for name in ("bin", "lib", "lib64"):
         (root / name).symlink_to(f"usr/{name}")
 
-    def enter(*command, **options):
+    def enter(*command):
         # The machine's own programs stand in for those of the root.
         script = 'mount --bind /usr "$1/usr" && shift && exec bash "$@"'
         start = ["unshare", "--mount", "--propagation", "private", "bash", "-c", script, "bash"]
         start += [root, TOOLS / "enter_debian_root.sh", root]
-        command = [*start, *command]
-        return subprocess.run(command, check=False, capture_output=True, text=True, **options)
+        return subprocess.run([*start, *command], capture_output=True, text=True, check=False)
 
     return enter
 

@@ -133,6 +133,28 @@ def test_results_that_come_with_it_are_seen_and_cannot_be_changed(addon, library
     bpy.context.scene.umbilics_display.kinds = {"star"}
 
 
+def with_a_linked_mesh(path):
+    far = link(path)
+    bpy.context.scene.collection.objects.unlink(far)
+    mine = bpy.data.objects.new("Mine", far.data)
+    bpy.context.scene.collection.objects.link(mine)
+    return active(mine)
+
+
+@pytest.mark.parametrize("way", [*WAYS, with_a_linked_mesh])
+def test_edges_that_cannot_be_marked_are_refused_for_the_true_reason(library, way):
+    """To apply modifiers, of which there are none, or to take the base mesh, which is refused, was
+    no help."""
+    obj = way(library)
+    bpy.ops.umbilics.detect()
+    before = census()
+    with pytest.raises(RuntimeError) as caught:
+        bpy.ops.umbilics.mark_seams()
+    assert f"{obj.name} is linked from another file and its edges cannot" in str(caught.value)
+    assert "Make Local" in str(caught.value)
+    assert census() == before
+
+
 def test_made_local_it_is_as_any_other(library):
     obj = linked(library)
     obj.make_local()
@@ -142,15 +164,11 @@ def test_made_local_it_is_as_any_other(library):
 
 
 def test_a_local_object_with_a_mesh_of_another_file_is_cleared(library):
-    far = link(library)
-    bpy.context.scene.collection.objects.unlink(far)
-    mine = bpy.data.objects.new("Mine", far.data)
-    bpy.context.scene.collection.objects.link(mine)
-    active(mine)
-    before = census()
+    mine = with_a_linked_mesh(library)
+    far_mesh, before = mine.data, census()
     for name in ("detect", "guide", "lines"):
         assert getattr(bpy.ops.umbilics, name)() == {"FINISHED"}
-    assert mine.data == far.data
+    assert mine.data == far_mesh
     assert len(empties(mine)) == 4
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
     assert census() == before
