@@ -81,8 +81,8 @@ def remesh(
     InvalidMeshError
         As `detect`.
     RemeshError
-        There is no area to cover, or nothing on the chosen side of the plane of symmetry; more than a
-        million quads by their edge length; or the mesh is so small or large that areas are no numbers.
+        There is no area to cover, or nothing on the chosen side of the plane of symmetry; the edge
+        length makes more than a million quads; or areas of so small or large a mesh are no numbers.
 
     Examples
     --------
