@@ -82,12 +82,15 @@ class Form:
     share:
         (n,) how much of each is wide fits', 0 to 1.
     radius:
-        Root mean square distance of the samples of the widest.
+        (n,) root mean square distance of the samples of each.
+    widest:
+        That of the widest fits.
     """
 
     field: CurvatureField
     share: np.ndarray
-    radius: float
+    radius: np.ndarray
+    widest: float
 
 
 @dataclass(frozen=True)
@@ -244,15 +247,19 @@ class Level:
 
 
 def form_of(
-    surface: Surface, levels: list[Level], field: CurvatureField, progress: Progress
+    surface: Surface,
+    levels: list[Level],
+    field: CurvatureField,
+    radius: np.ndarray,
+    progress: Progress,
 ) -> Form:
     """The form at levels of `levels_of`, one at least, of a surface with the shape operators of
-    `field` of its own."""
+    `field` of its own, whose samples have the root mean square distances `radius` (n,)."""
     under = field.normal
     e1, e2 = tangents(under)
     rest = np.ones(len(under))
     deviator = np.zeros(len(under), np.complex128)
-    mean, noise = np.zeros((2, len(under)))
+    mean, noise, size = np.zeros((3, len(under)))
     for level in levels:
         jets = _jets(surface, level, rest > 0.0, progress)
         turn = level.radius * np.maximum(np.abs(jets.k1), np.abs(jets.k2))
@@ -264,12 +271,14 @@ def form_of(
         deviator[rows] += share[rows] * wide
         mean[rows] += 0.5 * share[rows] * (jets.k1 + jets.k2)[rows]
         noise += share * level.factor * jets.noise
+        size += share * level.radius
         rest = rest - share
     deviator += rest * doubled_angle(field.d1, e1, e2, field.gap)
     mean += 0.5 * rest * (field.k1 + field.k2)
     noise += rest * field.noise
+    size += rest * radius
     shape = field_from_deviators(mean, deviator, under, noise)
-    return Form(shape, 1.0 - rest, levels[0].radius)
+    return Form(shape, 1.0 - rest, size, levels[0].radius)
 
 
 def _jets(surface: Surface, level: Level, wanted: np.ndarray, progress: Progress) -> Jets:

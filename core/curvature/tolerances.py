@@ -87,6 +87,10 @@ FIELD_REACH = 1.5
 
 # Persistence -------------------------------------------------------------------------------
 
+# Distance, in radii of the fits, from which on the errors of two fits have nothing in common: of
+# samples spread evenly their correlation is then 0.08 (cubics) and -0.15 (degree four).
+INDEPENDENT = 0.8
+
 # Persistence of a pair over the standard error of the gap below which the pair is noise. On
 # noisy ellipsoids the largest of some hundred such pairs is measured at 1 to 2.5, pairs that the
 # bias of the fits makes on clean patches at up to 2.7, pairs of the surface from 5 up.

@@ -23,7 +23,8 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     """A path to write to in place of `path`, which takes its place when the block has ended well.
 
     The path lies in the same folder, made if it is missing, and has the same ending. Where the
-    block fails nothing is left and the file that was there stays as it was. A link is followed.
+    block fails nothing is left and the file that was there stays as it was. A link is followed. A
+    file that may not be written is not replaced, although its folder may let it be.
     What is no ordinary file, such as a pipe, and what the process has open, as /dev/stdout and
     /dev/fd/3 name it, be it a file or not, gets the whole at its end: what writes it may read it
     again, or put another file into its place.
@@ -52,6 +53,8 @@ def whole_file(path: Path | str) -> Iterator[Path]:
                 with open(partial, "rb") as whole, stream() as out:
                     shutil.copyfileobj(whole, out)
         return
+    with _named(path, place):
+        _refuse_protected(place)
     place.parent.mkdir(parents=True, exist_ok=True)
     # Short, as a name may be as long as the file system allows.
     name = f"{PARTIAL}{os.getpid()}-{secrets.token_hex(4)}{place.suffix[:16]}"
@@ -65,11 +68,30 @@ def whole_file(path: Path | str) -> Iterator[Path]:
                 os.fsync(file.fileno())
             if place.exists():
                 shutil.copymode(place, partial)
-            os.replace(partial, place)
+            replace(partial, place)
     except BaseException:
         with contextlib.suppress(OSError):
             partial.unlink()
         raise
+
+
+def replace(made: Path, place: Path) -> None:
+    """Put a file into the place of another on the same file system, unless that may not be written.
+
+    Raises
+    ------
+    OSError
+        It may not, or the system does not let it be.
+    """
+    _refuse_protected(place)
+    os.replace(made, place)
+
+
+def _refuse_protected(place: Path) -> None:
+    """Unix asks for the folder alone where a file takes the place of another, and a file that the
+    user has protected would be gone; Windows asks for the file."""
+    if place.exists() and not os.access(place, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(place))
 
 
 def _stream(path: Path | str) -> Callable[[], BinaryIO] | None:

@@ -140,7 +140,7 @@ def detect(
         )
         shown: FormUmbilics | None = None
         if levels:
-            form = form_of(surface, levels, own.field, part)
+            form = form_of(surface, levels, own.field, own.radius, part)
             shown = umbilics_of_form(surface, own, form, part)
             fitted = shown.fitted
             warnings.append(
@@ -197,7 +197,7 @@ def detect(
                 persistence,
                 partner,
                 of_form,
-                0.0 if shown is None else shown.radius,
+                0.0 if shown is None else shown.widest,
                 tree,
             ),
             InputMesh(len(vertices), len(triangles), join, tuple(warnings)),

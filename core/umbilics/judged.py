@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..curvature.tolerances import INDEPENDENT
 from ..mesh.borders import distance_to_border
 from ..mesh.surface import Surface
 from .located import Located
@@ -26,9 +27,6 @@ CERTAIN = 1e-8
 # pair; of fields and metaballs of 500 and 501 this keeps 253 for 237, none false.
 SEPARATE = 0.3
 TOGETHER = 0.15
-# Distance, in radii of the fits, from which on the errors of two fits have nothing in common: of
-# samples spread evenly their correlation is then 0.08 (cubics) and -0.15 (degree four).
-INDEPENDENT = 0.8
 # Distance of a pair, in radii of the jets, that the finer fit at one of the two spans.
 PAIR_REACH = 2.0
 # Rings from a border within which a place must be better than that: what three rings of samples

@@ -1,5 +1,6 @@
 """tools/validate: the page, the matching and the planes of symmetry that it rests on."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,33 @@ from validation import equations, symmetry
 from validation.page import Page, number
 from validation.surfaces_found import in_patch, match, operators, paper_points
 
-COMMAND = Path(__file__).resolve().parents[2] / "tools" / "run_validation.py"
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = ROOT / "tools" / "run_validation.py"
+INSTALLED = "bl_ext.user_default.umbilics"
+
+
+def top_names(file):
+    """What a module has by name at its top."""
+    for part in ast.parse(file.read_text("utf-8")).body:
+        if isinstance(part, ast.FunctionDef | ast.ClassDef):
+            yield part.name
+        elif isinstance(part, ast.Import | ast.ImportFrom):
+            yield from (alias.asname or alias.name for alias in part.names)
+        else:
+            yield from (name.id for name in ast.walk(part) if isinstance(name, ast.Name))
+
+
+@pytest.mark.parametrize("file", sorted(ROOT.glob("tools/**/*.py")), ids=lambda file: file.stem)
+def test_what_a_tool_imports_of_the_installed_extension_is_there(file):
+    """Only a run in Blender would tell, and no test runs them all."""
+    for part in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if not isinstance(part, ast.ImportFrom) or not (part.module or "").startswith(INSTALLED):
+            continue
+        place = ROOT.joinpath(*part.module.removeprefix(INSTALLED).strip(".").split("."))
+        module = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+        for alias in part.names:
+            inside = (place / alias.name).is_dir() or (place / f"{alias.name}.py").is_file()
+            assert inside or alias.name in set(top_names(module)), f"{part.module}: {alias.name}"
 
 
 def test_a_page(tmp_path):

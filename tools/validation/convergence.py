@@ -21,6 +21,29 @@ KINDS = {
 }
 
 
+# What is measured, what it is called, and meshes of each size.
+SURFACES = {
+    "ellipsoid": (
+        "the ellipsoid 3 : 2 : 1, subdivided icosphere",
+        [[lambda s=s: ellipsoid(subdivisions=s)] for s in (3, 4, 5, 6, 7)],
+    ),
+    "random ellipsoid": (
+        "the ellipsoid 3 : 2 : 1, random points",
+        [
+            [lambda n=n, k=k: random_ellipsoid(n, seed=k) for k in range(repeats)]
+            for n, repeats in ((1200, 8), (4800, 6), (19200, 4), (76800, 3), (307200, 1))
+        ],
+    ),
+    "patch": (
+        "the patch, random points",
+        [
+            [lambda n=n, k=k: seed_patch(n, seed=200 + k) for k in range(repeats)]
+            for n, repeats in ((1350, 8), (5400, 6), (21600, 4), (86400, 3), (345600, 1))
+        ],
+    ),
+}
+
+
 def write(page: Page) -> None:
     page.heading("Convergence (Proposition 5.2, Corollary 5.4)")
     page.text(
@@ -33,45 +56,11 @@ def write(page: Page) -> None:
     )
     orders = {}
     series = {}
-    for name, label, meshes in (
-        (
-            "ellipsoid",
-            "the ellipsoid 3 : 2 : 1, subdivided icosphere",
-            [[lambda s=s: ellipsoid(subdivisions=s)] for s in (3, 4, 5, 6, 7)],
-        ),
-        (
-            "random ellipsoid",
-            "the ellipsoid 3 : 2 : 1, random points",
-            [
-                [lambda n=n, k=k: random_ellipsoid(n, seed=k) for k in range(repeats)]
-                for n, repeats in ((1200, 8), (4800, 6), (19200, 4), (76800, 3), (307200, 1))
-            ],
-        ),
-        (
-            "patch",
-            "the patch, random points",
-            [
-                [lambda n=n, k=k: seed_patch(n, seed=200 + k) for k in range(repeats)]
-                for n, repeats in ((1350, 8), (5400, 6), (21600, 4), (86400, 3), (345600, 1))
-            ],
-        ),
-    ):
+    for name, (label, meshes) in SURFACES.items():
         h, errors, missed = _measure(meshes)
         page.text(f"**{label[0].upper()}{label[1:]}.**")
-        rows = [
-            [
-                number(h[k]),
-                *(
-                    f"{errors[kind][k]:.2e} ({number(errors[kind][k] / h[k], 2)})"
-                    + (f", {missed[kind][k]} missed" if missed[kind][k] else "")
-                    for kind in KINDS
-                ),
-            ]
-            for k in range(len(h))
-        ]
         order = {kind: plots.fitted_order(h, errors[kind])[0] for kind in KINDS}
-        rows.append(["p", *(f"**{order[kind]:.2f}**" for kind in KINDS)])
-        page.table(["h", *(f"{text}: error (edges)" for text in KINDS.values())], rows)
+        page.table(*_table(h, errors, missed, order))
         orders[name], series[name] = order, (h, errors)
     path = page.figure(
         "convergence", "Error of the umbilics' places against the mean edge length h."
@@ -92,6 +81,23 @@ def write(page: Page) -> None:
         ],
     )
     _judge(page, orders)
+
+
+def _table(
+    h: np.ndarray,
+    errors: dict[str, np.ndarray],
+    missed: dict[str, list[int]],
+    order: dict[str, float],
+) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: what `_measure` gives, and the fitted order."""
+
+    def cell(kind: str, k: int) -> str:
+        text = f"{errors[kind][k]:.2e} ({number(errors[kind][k] / h[k], 2)})"
+        return f"{text}, {missed[kind][k]} missed" if missed[kind][k] else text
+
+    rows = [[number(h[k]), *(cell(kind, k) for kind in KINDS)] for k in range(len(h))]
+    rows.append(["p", *(f"**{order[kind]:.2f}**" for kind in KINDS)])
+    return ["h", *(f"{text}: error (edges)" for text in KINDS.values())], rows
 
 
 def _measure(

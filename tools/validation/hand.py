@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,13 +24,13 @@ _LOST = (0.85, 0.30, 0.25, 1.0)
 
 
 def write(page: Page, model: Model) -> None:
+    arrays = model.arrays
     seam, wrist = _seam_around_wrist(model)
     page.text(
-        f"""{len(model.arrays.triangles):,} triangles, closed. For method C a seam of {len(seam)}
+        f"""{len(arrays.triangles):,} triangles, closed. For method C a seam of {len(seam)}
         edges around the wrist cuts it into the hand, a disk of
         {np.count_nonzero(~wrist):,} triangles, and the cap of the wrist. S needs no cut."""
     )
-    arrays = model.arrays
     along = replace(TRIVIAL, charts="seams")
     results = core.compare(arrays.vertices, arrays.triangles, along, seams=seam)
     by_shape, by_index, by_tensor = (result.detection for result in results[:3])
@@ -39,30 +40,78 @@ def write(page: Page, model: Model) -> None:
     page.table(heading, [*rows[:3], ["C, automatic seams", *row[1:]], *rows[3:]])
     page.text(BASELINES)
     clusters(page, model, by_index, "hand")
-    page.text(f"The unfolding, in the words of the extension: “{_distortion(by_tensor)}”")
-    scale = by_tensor.conformal_scale
-    low = np.nanmin(scale[arrays.triangles], axis=1)
-    hit = within_edges(
-        arrays.vertices,
-        arrays.triangles,
-        by_shape.umbilics.triangle,
-        by_shape.umbilics.position,
-        by_tensor.umbilics.position,
+    shrunken = _Shrunken.of(model, by_shape, by_tensor)
+    shrunken.describe(page, by_tensor)
+    false = unfoldings.write(page, model, by_shape, seam, shrunken.low < 0.1)
+    _figure(page, model, by_shape, by_index, by_tensor, shrunken.low)
+    page.differences.append(shrunken.difference(false))
+    page.differences.append(
+        f"""Charts of their own for each finger are not needed: with automatic seams the unfolding
+        of the hand shrinks lengths to {_least(alone.detection):.2g} at the worst (1 % of its area
+        to less than {_least(alone.detection, 1.0):.2g}), along the wrist alone to
+        {_least(by_tensor):.0e}; C then misses {alone.missed} umbilics of S and has
+        {alone.unmatched} elsewhere, with the wrist alone {results[2].missed} and
+        {results[2].unmatched}."""
     )
-    there = low[by_shape.umbilics.triangle]
-    bounds = [(0.0, 0.01), (0.01, 0.03), (0.03, 0.1), (0.1, 0.3), (0.3, np.inf)]
-    rows = []
-    for least, most in bounds:
-        mask = (there >= least) & (there < most)
-        triangles = np.count_nonzero((low >= least) & (low < most))
-        label = f"{least:g} to {most:g}" if np.isfinite(most) else f"above {least:g}"
-        rows.append([label, f"{triangles:,}", mask.sum(), np.count_nonzero(mask & ~hit)])
-    page.text(
-        f"""By how much the unfolding shrinks lengths (to {np.nanmin(scale):.0e} at the worst),
-        and where C misses umbilics of S:"""
-    )
-    page.table(["conformal scale", "triangles", "umbilics of S", "of them missed by C"], rows)
-    false = unfoldings.write(page, model, by_shape, seam, low < 0.1)
+
+
+@dataclass(frozen=True)
+class _Shrunken:
+    """How far an unfolding shrinks lengths in the triangles, `low` (m,), and at the k umbilics of
+    S, `there` (k,), and which of these C finds, `hit` (k,) bool."""
+
+    low: np.ndarray
+    there: np.ndarray
+    hit: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, by_shape: core.Detection, by_tensor: core.Detection) -> _Shrunken:
+        vertices, triangles = model.arrays.vertices, model.arrays.triangles
+        own, other = by_shape.umbilics, by_tensor.umbilics
+        low = np.nanmin(by_tensor.conformal_scale[triangles], axis=1)
+        hit = within_edges(vertices, triangles, own.triangle, own.position, other.position)
+        return cls(low, low[own.triangle], hit)
+
+    def describe(self, page: Page, by_tensor: core.Detection) -> None:
+        """The distortion in words, and a table of what C misses by it."""
+        page.text(f"The unfolding, in the words of the extension: “{_distortion(by_tensor)}”")
+        rows = []
+        for least, most in pairwise((0.0, 0.01, 0.03, 0.1, 0.3, np.inf)):
+            mask = (self.there >= least) & (self.there < most)
+            triangles = np.count_nonzero((self.low >= least) & (self.low < most))
+            label = f"{least:g} to {most:g}" if np.isfinite(most) else f"above {least:g}"
+            missed = np.count_nonzero(mask & ~self.hit)
+            rows.append([label, f"{triangles:,}", mask.sum(), missed])
+        page.text(
+            f"""By how much the unfolding shrinks lengths (to {_least(by_tensor):.0e} at the
+            worst), and where C misses umbilics of S:"""
+        )
+        page.table(["conformal scale", "triangles", "umbilics of S", "of them missed by C"], rows)
+
+    def difference(self, false: dict[str, int]) -> str:
+        """What is to be said of the fingers; `false` counts false points there by solver."""
+        small = self.there < 0.1
+        missed, wide = (np.count_nonzero(part & ~self.hit) for part in (small, ~small))
+        if missed > 0.3 * small.sum():
+            return f"""C on the hand misses {missed} of the {small.sum()} umbilics of S on the
+            fingers, as in the paper."""
+        return f"""C on the hand: of the {small.sum()} umbilics of S on the fingers, where the
+        unfolding shrinks lengths to less than a tenth, C misses {missed}, of the
+        {np.count_nonzero(~small)} others {wide}, if the map is solved in double precision; scale
+        as such does no harm. The same map in single precision gives
+        {false["single precision"]} false points on the fingers, by an iterative solver
+        {false["iterative"]}: the paper's failure near the fingertips is one of the solver."""
+
+
+def _figure(
+    page: Page,
+    model: Model,
+    by_shape: core.Detection,
+    by_index: core.Detection,
+    by_tensor: core.Detection,
+    low: np.ndarray,
+) -> None:
+    arrays = model.arrays
     opened = model.detect(replace(TRIVIAL, opening=2))
     path = page.figure(
         "hand",
@@ -89,27 +138,6 @@ def write(page: Page, model: Model) -> None:
             ),
         ],
         2,
-    )
-    small = there < 0.1
-    missed, wide = np.count_nonzero(small & ~hit), np.count_nonzero(~small & ~hit)
-    page.differences.append(
-        f"""C on the hand: of the {small.sum()} umbilics of S on the fingers, where the unfolding
-        shrinks lengths to less than a tenth, C misses {missed}, of the
-        {np.count_nonzero(~small)} others {wide}, if the map is solved in double precision; scale
-        as such does no harm. The same map in single precision gives
-        {false["single precision"]} false points on the fingers, by an iterative solver
-        {false["iterative"]}: the paper's failure near the fingertips is one of the solver."""
-        if missed <= 0.3 * small.sum()
-        else f"""C on the hand misses {missed} of the {small.sum()} umbilics of S on the fingers, as
-        in the paper."""
-    )
-    page.differences.append(
-        f"""Charts of their own for each finger are not needed: with automatic seams the unfolding
-        of the hand shrinks lengths to {_least(alone.detection):.2g} at the worst (1 % of its area
-        to less than {_least(alone.detection, 1.0):.2g}), along the wrist alone to
-        {_least(by_tensor):.0e}; C then misses {alone.missed} umbilics of S and has
-        {alone.unmatched} elsewhere, with the wrist alone {results[2].missed} and
-        {results[2].unmatched}."""
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from bl_ext.user_default.umbilics.operators.command_line import importers
+from bl_ext.user_default.umbilics.operators.command_line.files import importers
 from bl_ext.user_default.umbilics.operators.command_line.pictures import panels
 from bl_ext.user_default.umbilics.operators.command_line.pictures.panels import (
     Panel,

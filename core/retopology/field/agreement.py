@@ -11,7 +11,7 @@ from ...fields.directions import DirectionField
 from ...fields.winding import Winding
 from ...mesh.surface import Surface
 from .settling import balances, settle
-from .turns import Patch, turns_at_vertices
+from .turns import Cutout, turns_at_vertices
 
 # Rings around charges that are to move, within which they are looked for to cancel first; where
 # that is most of the surface, or not enough, it is all of it.
@@ -74,24 +74,24 @@ def with_index(
     if not len(changing):
         return before
     angle = np.zeros(len(surface.vertices))
-    nearby = Patch.around(surface, surface.triangles[changing], NEARBY)
-    patches = [Patch.whole(surface)]
+    nearby = Cutout.around(surface, surface.triangles[changing], NEARBY)
+    cutouts = [Cutout.whole(surface)]
     if len(nearby.triangles) < MOST * len(index):
-        patches.insert(0, nearby)
-    for number, patch in enumerate(patches):
-        turns = turns_at_vertices(surface, patch, field, winding)
-        mine, rim = charge[patch.triangles], patch.rim(surface)
+        cutouts.insert(0, nearby)
+    for number, cutout in enumerate(cutouts):
+        turns = turns_at_vertices(surface, cutout, field, winding)
+        mine, rim = charge[cutout.triangles], cutout.rim(surface)
         if held is not None:
-            rim |= held[patch.vertices]
-        last = number == len(patches) - 1
+            rim |= held[cutout.vertices]
+        last = number == len(cutouts) - 1
         if not last and not balances(turns, mine, rim):
             continue
         part = progress.part("Simplifying the field", 0.1, 0.9)
         settled = settle(
-            turns, mine, priority[patch.triangles], rim, stiffness[patch.vertices], part
+            turns, mine, priority[cutout.triangles], rim, stiffness[cutout.vertices], part
         )
         if last or not settled.left.any():
-            angle[patch.vertices] = settled.angle
+            angle[cutout.vertices] = settled.angle
             break
     turned = replace(
         field, direction=rotated(field.direction, field.across, angle / field.symmetry)

@@ -20,7 +20,7 @@ from ...fields.winding import Winding
 from ...mesh.half_edges import ends_of
 from ...mesh.surface import Surface
 from .agreement import rotated
-from .turns import Patch
+from .turns import Cutout
 
 # Rings around the triangles whose index is to change in which directions turn.
 RINGS = 3
@@ -56,19 +56,19 @@ def filled_in(
     certainty:
         (n,) float64 how sure the directions are, 0 to 1.
     """
-    patch = Patch.around(surface, surface.triangles[changing], RINGS)
-    free = ~(held[patch.vertices] | patch.rim(surface))
+    cutout = Cutout.around(surface, surface.triangles[changing], RINGS)
+    free = ~(held[cutout.vertices] | cutout.rim(surface))
     rows = np.flatnonzero(free)
     if not len(rows):
         return field, winding
-    half, twin = patch.edges(surface)
-    weight = patch.weights(surface, half, twin)
+    half, twin = cutout.edges(surface)
+    weight = cutout.weights(surface, half, twin)
     turn = winding.turns(surface, half, field.direction, field.across)
-    row = places_in(patch.vertices, len(surface.vertices))
+    row = places_in(cutout.vertices, len(surface.vertices))
     tail, head = (row[end] for end in ends_of(surface.triangles, half))
-    count = len(patch.vertices)
+    count = len(cutout.vertices)
     total = np.bincount(tail, weight, count) + np.bincount(head, weight, count)
-    pull = np.maximum(SURE * certainty[patch.vertices], LEAST) * total
+    pull = np.maximum(SURE * certainty[cutout.vertices], LEAST) * total
     # The unknowns are factors of the powers of the directions, 1 where nothing turns.
     carried = weight * np.exp(1j * turn)
     right = pull[rows].astype(complex)
@@ -87,6 +87,6 @@ def filled_in(
     factor = np.ones(count, complex)
     factor[rows] = solve_diagonal(matrix.tocsr(), right, progress, TOLERANCE)
     angle = np.zeros(len(surface.vertices))
-    angle[patch.vertices] = np.angle(factor) / field.symmetry
+    angle[cutout.vertices] = np.angle(factor) / field.symmetry
     found = replace(field, direction=rotated(field.direction, field.across, angle))
-    return found, winding.after(surface, patch.vertices, found.direction, found.across)
+    return found, winding.after(surface, cutout.vertices, found.direction, found.across)

@@ -23,7 +23,7 @@ from ..features import Features
 from .agreement import rotated, with_index
 from .settling import settle
 from .simplified import STIFF
-from .turns import Patch, turns_in_triangles
+from .turns import Cutout, turns_in_triangles
 
 # Rings around the singular vertices that differ, within which triangles turn.
 NEARBY = 12
@@ -178,23 +178,23 @@ def _faces(
         changing = np.flatnonzero(charge)
         if not len(changing):
             break
-        patch = Patch.around(surface, changing, NEARBY) if near else Patch.whole(surface)
-        turns = turns_in_triangles(surface, patch, planes, direction)
-        _, twin, inner = patch.sides(surface)
+        cutout = Cutout.around(surface, changing, NEARBY) if near else Cutout.whole(surface)
+        turns = turns_in_triangles(surface, cutout, planes, direction)
+        _, twin, inner = cutout.sides(surface)
         held = np.any(((twin >= 0) & ~inner).reshape(-1, 3), axis=1)
         keeps = beside
         if yielding:
             keeps = beside.copy()
-            keeps[Patch.around(surface, changing, ROOM).triangles] = False
-        held |= keeps[patch.triangles]
-        stiffness = np.where(beside, STIFF, sure)[patch.triangles]
-        mine = patch.vertices
+            keeps[Cutout.around(surface, changing, ROOM).triangles] = False
+        held |= keeps[cutout.triangles]
+        stiffness = np.where(beside, STIFF, sure)[cutout.triangles]
+        mine = cutout.vertices
         settled = settle(
             turns, charge[mine], none[mine], held, stiffness, progress, exact, again=True
         )
         if np.count_nonzero(settled.left) < len(changing):
             angle = np.zeros(len(direction))
-            angle[patch.triangles] = settled.angle / 4.0
+            angle[cutout.triangles] = settled.angle / 4.0
             direction = rotated(direction, np.cross(upright, direction), angle)
             charge[mine] = settled.left
     found, _, quarters = _met(surface, planes, direction, triangle, sign)

@@ -61,7 +61,7 @@ class Turns:
 
 
 @dataclass(frozen=True)
-class Patch:
+class Cutout:
     """A part of a surface to work on.
 
     Attributes
@@ -74,7 +74,7 @@ class Patch:
     vertices: np.ndarray
 
     @classmethod
-    def around(cls, surface: Surface, vertices: np.ndarray, rings: int) -> Patch:
+    def around(cls, surface: Surface, vertices: np.ndarray, rings: int) -> Cutout:
         """The triangles of all vertices within so many edges of the given ones."""
         near = np.zeros(len(surface.vertices), bool)
         near[vertices] = True
@@ -84,13 +84,13 @@ class Patch:
         return cls(triangles, np.flatnonzero(near))
 
     @classmethod
-    def whole(cls, surface: Surface) -> Patch:
+    def whole(cls, surface: Surface) -> Cutout:
         """All of a surface."""
         return cls(np.arange(len(surface.triangles)), np.arange(len(surface.vertices)))
 
     def sides(self, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(3 r,) the half-edges of its triangles, the twin of each (-1 on a border of the surface)
-        and whether the patch goes on beyond it."""
+        and whether the cutout goes on beyond it."""
         half = (3 * self.triangles[:, None] + np.arange(3)).ravel()
         twin = surface.twin[half]
         inside = np.zeros(len(surface.triangles), bool)
@@ -99,7 +99,7 @@ class Patch:
 
     def edges(self, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
         """(e,) a half-edge of each of its edges but those beyond which the surface goes on and the
-        patch does not, and the twin of each."""
+        cutout does not, and the twin of each."""
         half, twin, inner = self.sides(surface)
         chosen = np.flatnonzero((twin < 0) | (inner & (half < twin)))
         return half[chosen], twin[chosen]
@@ -125,9 +125,9 @@ class Patch:
 
 
 def turns_at_vertices(
-    surface: Surface, patch: Patch, field: DirectionField, winding: Winding
+    surface: Surface, cutout: Cutout, field: DirectionField, winding: Winding
 ) -> Turns:
-    """The turns of a field at the vertices of a patch; its charges, the index times the symmetry,
+    """The turns of a field at the vertices of a cutout; its charges, the index times the symmetry,
     in triangles. Charges go rather where the magnitude is small.
 
     Parameters
@@ -135,7 +135,7 @@ def turns_at_vertices(
     winding:
         That of the field.
     """
-    half, twin = patch.edges(surface)
+    half, twin = cutout.edges(surface)
     tail, head = ends_of(surface.triangles, half)
     here, there = half // 3, twin // 3
     # From the middle of one triangle to that of the other, by a third of their heights.
@@ -146,25 +146,25 @@ def turns_at_vertices(
     size = np.nan_to_num(field.magnitude)
     # Where most of a surface is flat the usual magnitude is nothing.
     typical = max(float(np.median(size)), USUAL * float(size.max()), np.finfo(float).tiny)
-    place = places_in(patch.triangles, len(surface.triangles))
-    row = places_in(patch.vertices, len(surface.vertices))
+    place = places_in(cutout.triangles, len(surface.triangles))
+    row = places_in(cutout.vertices, len(surface.vertices))
     return Turns(
         tail=row[tail],
         head=row[head],
         turn=winding.turns(surface, half, field.direction, field.across),
-        weight=patch.weights(surface, half, twin),
+        weight=cutout.weights(surface, half, twin),
         left=place[here],
         right=np.where(twin >= 0, place[there], -1),
         cost=way * (0.5 * (size[tail] + size[head]) / typical + LEAST_COST),
-        directions=len(patch.vertices),
-        places=len(patch.triangles),
+        directions=len(cutout.vertices),
+        places=len(cutout.triangles),
     )
 
 
 def turns_in_triangles(
-    surface: Surface, patch: Patch, planes: FaceFrames, direction: np.ndarray
+    surface: Surface, cutout: Cutout, planes: FaceFrames, direction: np.ndarray
 ) -> Turns:
-    """The turns of a cross field in the triangles of a patch, each the smallest one across its
+    """The turns of a cross field in the triangles of a cutout, each the smallest one across its
     edge; its charges, four times the index, at vertices. Border edges enclose nothing.
 
     Parameters
@@ -172,16 +172,16 @@ def turns_in_triangles(
     direction:
         (m, 3) float64 one direction of the cross in each triangle.
     """
-    half, twin, inner = patch.sides(surface)
+    half, twin, inner = cutout.sides(surface)
     chosen = inner & (half < twin)
     half, twin = half[chosen], twin[chosen]
     cross = np.zeros(len(surface.triangles), complex)
-    cross[patch.triangles] = in_plane(surface, patch.triangles, direction[patch.triangles]) ** 4
+    cross[cutout.triangles] = in_plane(surface, cutout.triangles, direction[cutout.triangles]) ** 4
     here, there = half // 3, twin // 3
     carried = cross[here] * planes.turn[half] ** 4
     tail, head = ends_of(surface.triangles, half)
-    row = places_in(patch.triangles, len(surface.triangles))
-    place = places_in(patch.vertices, len(surface.vertices))
+    row = places_in(cutout.triangles, len(surface.triangles))
+    place = places_in(cutout.vertices, len(surface.vertices))
     # At a border a charge is outside already.
     place[surface.border] = -1
     return Turns(
@@ -192,6 +192,6 @@ def turns_in_triangles(
         left=place[head],
         right=place[tail],
         cost=np.linalg.norm(surface.vertices[head] - surface.vertices[tail], axis=1),
-        directions=len(patch.triangles),
-        places=len(patch.vertices),
+        directions=len(cutout.triangles),
+        places=len(cutout.vertices),
     )

@@ -107,10 +107,10 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
         )
     if plane is None:
         cut = pieces(mesh)
-        single = np.zeros(len(cut), bool)
+        single = imaged = np.zeros(len(cut), bool)
     else:
         offset = (plane.offset - whole.origin @ plane.normal) / whole.unit
-        cut, single = on_sides(
+        cut, single, imaged = on_sides(
             mesh, plane.normal, offset, size / whole.unit, settings.mirror_single
         )
         areas = np.array([piece.area for piece in cut])
@@ -146,6 +146,7 @@ def prepare(guide: Guide, given: Given, settings: RemeshSettings, progress: Prog
             avoided=_in_zone(surface, given.triangles, given.zone),
             mirror=_on_plane(surface, None if single[number] else plane),
             single=bool(single[number]),
+            imaged=bool(imaged[number]),
             umbilics=umbilics,
             umbilic_row=rows,
             strokes=given.strokes,

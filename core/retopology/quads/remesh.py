@@ -25,10 +25,10 @@ from ..planner import Guide
 from .finishing.faults.crossings import OwnCrossings, crossings
 from .finishing.faults.last_check import checked
 from .finishing.finished import filled
-from .finishing.mirroring import mirrored
+from .finishing.mirroring import mirrored, words_of_images
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
-from .finishing.unlaid import Unlaid, cut_in_three
+from .finishing.unlaid import Unlaid, cut_in_three, needed
 from .layout.counting import countable, grids_of_about
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
@@ -138,8 +138,14 @@ def remesh(
     if plane is not None:
         wishes = [one.laid.wishes for one in done] + [one.wishes for one in unlaid]
         counts = [len(one.vertices) for one in pieces]
-        single = np.repeat([one.single for one in wishes], counts)
+        single, imaged = (
+            np.repeat(of, counts)
+            for of in zip(*((one.single, one.imaged) for one in wishes), strict=True)
+        )
+        images = plane.reflected(made.vertices[imaged])
+        said = words_of_images(images, guide.surface, prepared.size)
         made = mirrored(made, single, plane, detection.umbilics, prepared.size)
+        made = replace(made, warnings=(*made.warnings, *said))
     said = words_of_count(len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid))
     return replace(made, warnings=(*made.warnings, *said))
 
@@ -196,12 +202,16 @@ def _whole_numbers(
         made = grids_of_about(parts, asked, progress) if parts else []
     unlaid = [Unlaid(laid.working, laid.wishes) for laid in without]
     # Poles that are nearer together than quads need many: then what is asked for counts more. Thin
-    # rods need as many in any way.
+    # rods need as many in any way, and cut in three even more.
     crowded = []
     for laid, grid in zip(parts, made, strict=True):
-        fit = Unlaid(laid.working, laid.wishes).asked
+        instead = Unlaid(laid.working, laid.wishes)
         poles = int(np.count_nonzero(laid.map_.crosses.singular))
-        crowded.append(len(grid.quads) > CROWDED * fit and poles * LEAST_EACH > fit)
+        crowded.append(
+            len(grid.quads) > CROWDED * instead.asked
+            and poles * LEAST_EACH > instead.asked
+            and needed(instead, progress) < len(grid.quads)
+        )
     if any(crowded):
         unlaid += [
             Unlaid(one.working, one.wishes) for one, no in zip(parts, crowded, strict=True) if no

@@ -18,6 +18,7 @@ from ...base.progress import Progress
 from ...curvature.estimate import Estimate
 from ...curvature.field import CurvatureField, field_from_deviators
 from ...curvature.form import Form
+from ...curvature.tolerances import INDEPENDENT
 from ...fields.transport import doubled_angle, tangents
 from ...fields.winding import Winding
 from ...mesh.surface import Surface
@@ -41,8 +42,8 @@ class FormUmbilics:
         (k,) int64 and float64, as in `RawUmbilics`.
     persistence, partner:
         (k,) as `measure_persistence` gives them.
-    radius:
-        That of the form's widest fits.
+    widest:
+        Radius of the form's widest fits.
     """
 
     fitted: Estimate
@@ -50,7 +51,7 @@ class FormUmbilics:
     index: np.ndarray
     persistence: np.ndarray
     partner: np.ndarray
-    radius: float
+    widest: float
 
 
 def umbilics_of_form(
@@ -60,11 +61,12 @@ def umbilics_of_form(
     error: above the change to the next radius, as much larger where residuals are.
 
     Where fits are no wider than those of the surface itself, the highest that many pairs may reach
-    counts, as there.
+    counts, as there. Opposite ones that the same fits show have cancelled before.
     """
     field = form.field
     winding = Winding.of(surface, field.d1, field.d2, progress.quiet())
     triangle = np.flatnonzero(winding.index)
+    triangle = triangle[_told_apart(surface, form, triangle, winding.index[triangle])]
     index = winding.index[triangle]
     persistence, partner = measure_persistence(surface, field.gap, triangle, index)
     corners = surface.triangles[triangle]
@@ -77,7 +79,37 @@ def umbilics_of_form(
     triangle = triangle[kept]
     laid = _laid_over(surface, fitted, form, triangle)
     persistence, partner = persistence[kept], place[partner[kept]]
-    return FormUmbilics(laid, triangle, index[kept], persistence, partner, form.radius)
+    return FormUmbilics(laid, triangle, index[kept], persistence, partner, form.widest)
+
+
+def _told_apart(
+    surface: Surface, form: Form, triangle: np.ndarray, index: np.ndarray
+) -> np.ndarray:
+    """(k,) bool, umbilics in the triangles (k,) that are left once opposite ones nearer to each
+    other than independent fits have cancelled, the nearest first: the deviator of one cubic is
+    linear and has one zero, so that the two are how fits beside each other were joined."""
+    corners = surface.triangles[triangle]
+    left = np.ones(len(triangle), bool)
+    if not len(triangle):
+        return left
+    places, reach = surface.vertices[corners].mean(axis=1), form.radius[corners].mean(axis=1)
+    reach = INDEPENDENT * np.nan_to_num(reach)
+    near = cKDTree(places).query_ball_point(places, reach)
+    one = np.repeat(np.arange(len(triangle)), [len(rows) for rows in near])
+    two = np.concatenate([np.asarray(rows, np.int64) for rows in near])
+    normal = form.field.normal[corners[:, 0]]
+    both = (index[one] > 0.0) & (index[two] < 0.0)
+    # The other side of a thin sheet is seen by other fits.
+    both &= np.einsum("rc,rc->r", normal[one], normal[two]) > 0.0
+    both &= surface.component[corners[one, 0]] == surface.component[corners[two, 0]]
+    one, two = one[both], two[both]
+    apart = np.linalg.norm(places[one] - places[two], axis=1)
+    seen = np.flatnonzero(apart <= np.minimum(reach[one], reach[two]))
+    for row in seen[np.argsort(apart[seen], kind="stable")]:
+        pair = [one[row], two[row]]
+        if left[pair].all():
+            left[pair] = False
+    return left
 
 
 def paired_by_form(
@@ -118,7 +150,7 @@ def _laid_over(surface: Surface, fitted: Estimate, form: Form, triangle: np.ndar
     middle = surface.vertices[corners].mean(axis=1)
     share = np.zeros(len(surface.vertices))
     if len(triangle):
-        reach = DISC * form.radius
+        reach = DISC * form.widest
         away, nearest = cKDTree(middle).query(surface.vertices, distance_upper_bound=reach)
         near = np.flatnonzero(np.isfinite(away))
         normal = form.field.normal

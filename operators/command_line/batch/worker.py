@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from ....core.formats.whole import replace
 from ..files.guard import shown
 from . import machine, summary
 from .plan import Task
@@ -174,7 +175,7 @@ class Worker:
         for _, made, place in self._moves():
             try:
                 place.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(made, place)
+                replace(made, place)
             except OSError as error:
                 reason = "it is a folder" if place.is_dir() else error.strerror
                 raise DeliveryError(f"{shown(place)}: cannot be written ({reason}).") from error

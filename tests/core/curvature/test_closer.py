@@ -7,7 +7,8 @@ from exact_fields import surface_of
 
 import core
 from core.base.progress import Progress
-from core.curvature.close_up.closer import look_closer
+from core.base.unit import angles_between
+from core.curvature.close_up.closer import _closer_scale, look_closer
 from core.curvature.close_up.windows import best_fits, ladder
 from core.curvature.field import CurvatureField
 from core.curvature.fits.jets import fit_jets
@@ -126,3 +127,19 @@ def test_a_pair_within_the_errors_of_its_places_is_not_resolved():
     reach = np.hypot(found.uncertainty[paired], found.uncertainty[other])
     within = apart < 2.0 * reach
     assert within.any() and not found.resolved[paired[within]].any()
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_normals_that_no_fit_has_made_are_smoothed_as_the_rings_grow(fitted):
+    exact = surfaces.quartic(5)
+    surface = surface_of(surfaces.noisy(exact, 0.1, seed=3))
+    normals = vertex_normals(surface)
+    scale = choose(surface, normals, Neighbourhood(surface, adjacency(surface)), Progress())
+    vertices = np.arange(0, len(normals), 20)
+    grown, found = _closer_scale(surface, normals, scale, vertices, Progress(), fitted)
+    assert grown.neighbourhood.rings > scale.neighbourhood.rings
+    true = exact.normal[surface.source_vertex]
+    if fitted:
+        assert (found == normals).all()
+    else:
+        assert angles_between(found, true).mean() < 0.7 * angles_between(normals, true).mean()

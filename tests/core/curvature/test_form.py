@@ -8,9 +8,9 @@ from surfaces import ellipsoid
 
 import core
 from core.base.progress import Progress
-from core.curvature import form
 from core.curvature.field import CurvatureField
 from core.curvature.form import form_of, levels_of
+from core.curvature.tolerances import INDEPENDENT
 from core.fields.transport import tangents
 from core.mesh.mending.repair import clean
 from core.mesh.normals import vertex_normals
@@ -34,10 +34,11 @@ def rough(seed, size=0.03, octaves=OCTAVES):
     return made.vertices + heights[:, None] * away, made.triangles
 
 
-def looked_at(vertices, triangles):
-    """The surface and its vertex normals."""
-    surface, _ = clean(vertices, triangles)
-    return surface, vertex_normals(surface)
+def horned(vertices, length):
+    """The vertices with a horn of that length along the last axis."""
+    away = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    angle = np.arccos(np.clip(away[:, 2], -1.0, 1.0))
+    return vertices + (length * np.exp(-np.square(angle / 0.3)))[:, None] * away
 
 
 def found(vertices, triangles):
@@ -48,7 +49,8 @@ def found(vertices, triangles):
         for name, value in vars(curvature).items()
     }
     levels = levels_of(surface, vertex_normals(surface), Progress())
-    return form_of(surface, levels, CurvatureField(**values), Progress()) if levels else None
+    field, radius = CurvatureField(**values), np.zeros(len(surface.vertices))
+    return form_of(surface, levels, field, radius, Progress()) if levels else None
 
 
 def test_a_surface_with_a_size_of_its_own_has_no_form():
@@ -65,12 +67,10 @@ def test_a_surface_whose_detail_ends_has_a_size_of_its_own(seed, octaves):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_where_the_surface_turns_too_far_narrower_fits_of_the_form_see_it(seed):
     vertices, triangles = rough(seed)
-    away = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    angle = np.arccos(np.clip(away[:, 2], -1.0, 1.0))
-    horn = 0.6 * np.exp(-np.square(angle / 0.3))
-    seen = found(vertices + horn[:, None] * away, triangles)
-    assert seen is not None
-    assert seen.share[angle < 0.1].mean() > 0.95
+    form = found(horned(vertices, 0.6), triangles)
+    assert form is not None
+    tip = vertices[:, 2] > np.cos(0.1) * np.linalg.norm(vertices, axis=1)
+    assert form.share[tip].mean() > 0.95
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -79,22 +79,22 @@ def test_a_border_leaves_out_what_lies_within_a_fit_of_it_and_nothing_else(seed)
     inner = triangles[vertices[triangles][:, :, 2].min(axis=1) > -0.3]
     used, place = np.unique(inner, return_inverse=True)
     vertices, triangles = vertices[used], place.reshape(inner.shape)
-    reach = found(vertices, triangles).radius
+    form = found(vertices, triangles)
     surface, _ = clean(vertices, triangles)
     rim = surface.vertices[surface.border] * surface.unit + surface.origin
     raw = core.detect(vertices, triangles).candidates
     raw = raw.select(raw.resolved)
     away = np.linalg.norm(raw.position[:, None] - rim, axis=2).min(axis=1)
-    reach *= surface.unit
+    reach = form.widest * surface.unit
     assert raw.at_border[away < 0.95 * reach].all()
     assert not raw.at_border[away > 1.05 * reach].any()
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_detail_at_every_size_has_a_form(seed):
-    seen = found(*rough(seed))
-    assert seen is not None
-    assert seen.share.mean() > 0.5
+    form = found(*rough(seed))
+    assert form is not None
+    assert form.share.mean() > 0.5
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -106,28 +106,36 @@ def test_umbilics_of_the_form_balance_and_none_is_certain(seed):
     assert (turning == detection.umbilics.index).all()
 
 
+def looked_at(vertices, triangles):
+    """The surface and its vertex normals."""
+    surface, _ = clean(vertices, triangles)
+    return surface, vertex_normals(surface)
+
+
 def test_levels_begin_where_the_surface_turns_little_enough(monkeypatch):
     surface, normals = looked_at(*rough(0))
     usual = [level.radius for level in levels_of(surface, normals, Progress())]
     assert len(usual) == 3
     # Between what this body turns within the widest and the next radius.
-    monkeypatch.setattr(form, "MOST_TURN", 0.22)
+    monkeypatch.setattr("core.curvature.form.MOST_TURN", 0.22)
     levels = levels_of(surface, normals, Progress())
     assert [level.radius for level in levels] == usual[1:]
 
 
-def cylindrical(normals):
-    """Shape operators of cylinders, without errors."""
+def form_over_cylinders(surface, normals, levels):
+    """The form of a surface whose own shape operators are those of cylinders, without errors."""
     n = len(normals)
-    return CurvatureField(np.ones(n), np.zeros(n), *tangents(normals), normals, np.zeros(n))
+    own = CurvatureField(np.ones(n), np.zeros(n), *tangents(normals), normals, np.zeros(n))
+    return form_of(surface, levels, own, np.zeros(n), Progress())
 
 
 def test_errors_of_the_form_are_what_its_change_says():
     surface, normals = looked_at(*rough(0))
-    field = cylindrical(normals)
     levels = levels_of(surface, normals, Progress())
     wider = [replace(level, factor=2.0 * level.factor) for level in levels]
-    one, two = (form_of(surface, some, field, Progress()).field.noise for some in (levels, wider))
+    one, two = (
+        form_over_cylinders(surface, normals, some).field.noise for some in (levels, wider)
+    )
     assert np.median(one) > 0.0
     np.testing.assert_allclose(two, 2.0 * one)
 
@@ -138,9 +146,34 @@ def test_wide_fits_say_nothing_of_what_faces_another_way():
     turned = np.arange(0, len(normals), 50)
     other = normals.copy()
     other[turned] *= -1.0
-    share = form_of(surface, levels, cylindrical(other), Progress()).share
+    share = form_over_cylinders(surface, other, levels).share
     assert (share[turned] == 0.0).all()
-    usual = form_of(surface, levels, cylindrical(normals), Progress()).share
+    usual = form_over_cylinders(surface, normals, levels).share
     assert (usual[turned] > 0.0).any()
     usual[turned] = 0.0
     np.testing.assert_array_equal(share, usual)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_other_side_of_a_thin_body_is_none_of_what_fits_see(seed):
+    """With it the change would rise at the rim as it does where a surface has a size."""
+    vertices, triangles = rough(seed)
+    levels = levels_of(*looked_at(vertices * [1.0, 1.0, 0.15], triangles), Progress())
+    assert levels and levels[0].sees_detail
+
+
+@pytest.mark.parametrize("horn", [0.0, 0.6])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_opposite_umbilics_of_the_form_are_as_far_apart_as_independent_fits(seed, horn):
+    vertices, triangles = rough(seed, 0.1)
+    vertices = horned(vertices, horn)
+    form = found(vertices, triangles)
+    surface, _ = clean(vertices, triangles)
+    raw = core.detect(vertices, triangles).umbilics
+    corners = surface.triangles[raw.triangle]
+    places = surface.vertices[corners].mean(axis=1)
+    reach = INDEPENDENT * form.radius[corners].mean(axis=1)
+    apart = np.linalg.norm(places[:, None] - places, axis=2)
+    opposite = raw.index[:, None] * raw.index < 0.0
+    assert opposite.any()
+    assert (apart > np.minimum(reach[:, None], reach))[opposite].all()

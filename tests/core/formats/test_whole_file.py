@@ -44,6 +44,29 @@ def test_a_link_leads_to_the_file_and_the_mode_stays(tmp_path):
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
 
 
+@pytest.fixture
+def protected(tmp_path, monkeypatch):
+    """A file that may not be written, as for a user who is not root, in a folder that may."""
+    path = tmp_path / "f.txt"
+    path.write_text("before")
+    path.chmod(0o444)
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda p, mode: access(p, mode) and path != p)
+    return path
+
+
+@pytest.mark.parametrize("through_link", [False, True])
+def test_a_protected_file_is_not_replaced(protected, through_link):
+    path = protected.with_name("link") if through_link else protected
+    if through_link:
+        path.symlink_to(protected)
+    with pytest.raises(PermissionError) as caught, core.whole_file(path) as partial:
+        partial.write_text("after")
+    assert caught.value.filename == str(path)
+    assert protected.read_text() == "before"
+    assert {one.name for one in protected.parent.iterdir()} == {"f.txt", path.name}
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
 def test_a_pipe_or_device_stays_one_and_gets_the_whole(tmp_path):
     """Whoever writes it reads it again, to see whether it is whole: a pipe would have him wait for

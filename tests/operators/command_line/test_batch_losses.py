@@ -211,6 +211,22 @@ def test_a_folder_in_the_place_of_a_result_fails_one_file(do, tmp_path):
     assert "a.obj.json: cannot be written (it is a folder)" in next(iter(rows.values()))["error"]
 
 
+def test_a_protected_file_in_the_place_of_a_result_fails_one_file(do, tmp_path, monkeypatch):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.obj").write_text("well")
+    kept = tmp_path / "out" / "a.obj.json"
+    kept.parent.mkdir()
+    kept.write_text("the user's")
+    access = os.access
+    # As for a user who is not root.
+    monkeypatch.setattr(os, "access", lambda path, mode: access(path, mode) and path != kept)
+    code, rows = do(*sorted(tmp_path.glob("*.obj")))
+    assert code == 1
+    assert [row["status"] for row in rows.values()] == ["failed", "done"]
+    assert "a.obj.json: cannot be written (" in next(iter(rows.values()))["error"]
+    assert kept.read_text() == "the user's"
+
+
 def test_guidance_of_every_file_has_a_folder(do, tmp_path):
     for folder in ("a", "b"):
         (tmp_path / "in" / folder).mkdir(parents=True)

@@ -145,3 +145,47 @@ def test_a_map_that_came_with_a_joined_mesh_is_drawn_anew_and_cleared(addon):
     two.data.color_attributes.new("umbilics_map", "BYTE_COLOR", "POINT")
     assert bpy.ops.umbilics.clear() == {"FINISHED"}
     assert not [one.name for one in two.data.attributes if one.name.startswith("umbilics_")]
+
+
+def copy_without_a_record(obj, stamped):
+    """Another object with the results of one and nothing that tells of them but, if `stamped`, the
+    mesh's own word, as of a mesh that came from another file."""
+    mesh = obj.data.copy()
+    for key in [key for key in mesh.keys() if key.startswith("umbilics")]:  # noqa: SIM118
+        if not stamped:
+            del mesh[key]
+    other = bpy.data.objects.new("Other", mesh)
+    bpy.context.collection.objects.link(other)
+    bpy.ops.object.select_all(action="DESELECT")
+    other.select_set(True)
+    bpy.context.view_layer.objects.active = other
+    return other
+
+
+@pytest.mark.parametrize("operator", ["clear", "clear_file"])
+@pytest.mark.parametrize(
+    ("stamped", "whole", "cleared"),
+    [(True, True, True), (True, False, True), (False, True, True), (False, False, False)],
+)
+def test_results_that_came_with_a_mesh_are_told_by_its_word_or_as_a_whole(
+    addon, stamped, whole, cleared, operator
+):
+    obj = add_ellipsoid(subdivisions=2)
+    bpy.ops.umbilics.detect()
+    other = copy_without_a_record(obj, stamped)
+    if not whole:
+        other.data.attributes.remove(other.data.attributes["umbilics_gap"])
+    said_by(operator)
+    left = [one.name for one in other.data.attributes if one.name.startswith("umbilics_")]
+    assert bool(left) != cleared
+    assert ("umbilics_k1" in obj.data.attributes) == (operator == "clear")
+
+
+def test_results_of_an_earlier_version_are_told_by_their_object(addon):
+    obj = add_ellipsoid(subdivisions=2)
+    bpy.ops.umbilics.detect()
+    for key in [key for key in obj.data.keys() if key.startswith("umbilics")]:  # noqa: SIM118
+        del obj.data[key]
+    obj.data.attributes.remove(obj.data.attributes["umbilics_gap"])
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert not [one.name for one in obj.data.attributes if one.name.startswith("umbilics_")]

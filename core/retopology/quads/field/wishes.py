@@ -29,8 +29,8 @@ class Wishes:
         (n,) bool vertices where no pole is wanted.
     mirror:
         (n,) bool vertices on the plane of symmetry.
-    single:
-        Whether it stays as it is where others are mirrored.
+    single, imaged:
+        Whether it stays as it is where others are mirrored, and whether its image is on the input.
     umbilics, umbilic_row:
         Those kept on the surface, in its triangles, and the rows (u,) int64 that they have among
         all that were kept.
@@ -61,6 +61,7 @@ class Wishes:
     strokes: Strokes | None = None
     wanted: WantedPoles | None = None
     single: bool = False
+    imaged: bool = False
     reach: float = 1.0
     plain: np.ndarray | None = None
     failed: np.ndarray | None = None

@@ -21,8 +21,10 @@ from ....umbilics.result import Detection, Umbilics
 from ..conformity import conformity
 from ..result import QuadMesh
 from ..surface.subdivision import Triangles, chosen, pieces, split_edges, taken_apart
+from .projection import ClosestPoints
 
-# Vertices nearer to the plane than this part of a typical edge are put on it.
+# Vertices nearer to the plane than this part of a typical edge are put on it, and what is mirrored
+# is as near to the surface as this part of a quad's edge, or it is said.
 NEAR = 0.02
 # A vertex of the result lies on the plane within this part of the size of the surface.
 ON = 1e-7
@@ -72,9 +74,9 @@ def wanted_plane(
 
 def on_sides(
     mesh: Triangles, normal: np.ndarray, offset: float, size: float, mirror_single: bool
-) -> tuple[list[Triangles], np.ndarray]:
-    """The pieces of a mesh that are to be remeshed, and which (p,) bool of them stay as they are;
-    the others are to be mirrored.
+) -> tuple[list[Triangles], np.ndarray, np.ndarray]:
+    """The pieces of a mesh that are to be remeshed, which (p,) bool of them stay as they are, the
+    others being mirrored, and which (p,) bool have an image in the mesh.
 
     Pieces that cross the plane and pairs of images lose what lies where normal . x < offset. A
     piece on one side without an image on the other is single: it stays, if not `mirror_single`,
@@ -105,7 +107,7 @@ def on_sides(
     single = side != 0
     single[here[there >= 0]] = single[beyond[there[there >= 0]]] = False
     keep = single & (len(here) < len(found)) & (not mirror_single)
-    cut, stays = [], []
+    cut, stays, imaged = [], [], []
     for row, piece in enumerate(found):
         if side[row] < 0 and not single[row]:
             continue
@@ -113,12 +115,14 @@ def on_sides(
         if flat or (keep[row] and not _open_along(piece, normal, offset, near)):
             cut.append(piece)
             stays.append(True)
+            imaged.append(False)
             continue
         sign = -1.0 if side[row] < 0 else 1.0
         new = pieces(halved(piece, sign * normal, sign * offset, near))
         cut += new
         stays += [False] * len(new)
-    return cut, np.array(stays)
+        imaged += [not single[row]] * len(new)
+    return cut, np.array(stays), np.array(imaged)
 
 
 def _side(piece: Triangles, normal: np.ndarray, offset: float, near: float) -> int:
@@ -249,6 +253,20 @@ def mirrored(
         angle=np.concatenate([half.angle, half.angle[twin]]),
         source_triangle=twice(half.source_triangle),
     )
+
+
+def words_of_images(images: np.ndarray, whole: Surface, size: float) -> list[str]:
+    """What is said of mirrored vertices (n, 3) that are off the input, where they should be on it
+    and it is no image of itself."""
+    closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
+    place = (images - whole.origin) / whole.unit
+    off = np.linalg.norm(closest(place)[1] - place, axis=1).max(initial=0.0) * whole.unit
+    if off <= NEAR * size:
+        return []
+    return [
+        f"The mirrored half is up to {off:.3g} away from the mesh, which is no image of itself. "
+        "Choose no symmetry to keep both sides as they are."
+    ]
 
 
 def _images(rows: np.ndarray, plane: Plane, umbilics: Umbilics, size: float) -> np.ndarray:

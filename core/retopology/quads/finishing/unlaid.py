@@ -21,8 +21,8 @@ from ..result import QuadMesh
 from ..surface.decimation import coarsened
 from ..surface.subdivision import Triangles
 from ..surface.working_surface import SCRAP, WorkingSurface
-from .faults.mending import mend
-from .faults.unfolding import laid_on, unfolded
+from .faults.mending import against, mend
+from .faults.unfolding import laid_on, own_quality, unfolded
 from .guides import Guides, on_curve, vertex_normals
 from .parting import without_folds
 from .projection import ClosestPoints
@@ -60,20 +60,16 @@ class Unlaid:
         return max(round(self.area), FEWEST)
 
 
+def needed(piece: Unlaid, progress: Progress) -> int:
+    """How many quads `cut_in_three` makes of a piece: thin rods cannot have few triangles."""
+    return EACH * len(_coarse(piece, progress).triangles)
+
+
 def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
     """About as many quads as were asked for, fewer where the surface has fewer triangles and more
-    where features and borders have more vertices."""
+    where features and borders have more vertices, or it is thin."""
     surface = piece.working.surface
-    triangles = surface.triangles.astype(np.int64)
-    mesh = Triangles(
-        surface.vertices,
-        triangles,
-        np.zeros((len(surface.vertices), 0)),
-        np.arange(len(triangles)),
-        piece.working.feature,
-    )
-    mesh = _coarse(mesh, piece.asked // EACH, progress)
-    position, quads, held, on_feature = _thirds(mesh)
+    position, quads, held, on_feature = _thirds(_coarse(piece, progress))
     closest = ClosestPoints(surface.vertices, surface.triangles, surface.twin)
     guides = Guides(
         surface=closest,
@@ -91,7 +87,8 @@ def cut_in_three(piece: Unlaid, progress: Progress) -> QuadMesh:
     better = position.copy()
     mend(better, quads, guides, progress)
     position = without_folds(better, position, quads, closest)
-    position = unfolded(position, quads, guides, progress)
+    if (own_quality(position, quads) <= 0.0).any() or against(position, quads, closest).any():
+        position = unfolded(position, quads, guides, progress)
     triangle, _ = closest(position, vertex_normals(position, quads))
     topology = conformity(quads, len(position))
     irregular = topology.irregular
@@ -128,13 +125,23 @@ def _on_lines(
     return places
 
 
-def _coarse(mesh: Triangles, most: int, progress: Progress) -> Triangles:
-    """The mesh with about so many triangles; where its features have too many vertices for that,
-    without them."""
+def _coarse(piece: Unlaid, progress: Progress) -> Triangles:
+    """The surface with about as many triangles as are wanted, or as it came with where these are
+    fewer; where its features have too many vertices for that, without them."""
+    surface, most = piece.working.surface, piece.asked // EACH
+    triangles = surface.triangles.astype(np.int64)
+    mesh = Triangles(
+        surface.vertices,
+        triangles,
+        np.zeros((len(surface.vertices), 0)),
+        np.arange(len(triangles)),
+        piece.working.feature,
+    )
     found = coarsened(mesh, most, progress, borders=True)
-    if len(found.triangles) <= FAR * most or not mesh.feature.any():
-        return found
-    return coarsened(replace(mesh, feature=np.zeros_like(mesh.feature)), most, progress, True)
+    if len(found.triangles) > FAR * most and mesh.feature.any():
+        found = coarsened(replace(mesh, feature=np.zeros_like(mesh.feature)), most, progress, True)
+    # Along thin rods few of the edges that a map needed can go again.
+    return min(found, piece.working.unrefined, key=lambda one: len(one.triangles))
 
 
 def _thirds(mesh: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ..conformity import conformity, torn
 from .grids import Grids, grids, violations
-from .integer_program import Count
+from .integer_program import Count, sides_of
 from .integers import lengths_of_count, whole_lengths
 from .laying_out import LaidOut
 
@@ -24,6 +24,9 @@ LESS = 0.98
 # Rounds of forbidding merges before every arc gets a length; those in which arcs where quads do not
 # join up get longer, before all do, and the most that each gets.
 MOST_CUTS, LONGER, MOST_LEAST = 12, 8, 3
+# Rectangles of a layout that may be more than its quads. A wireframe of genus 79 has 2,340: at
+# 4,000 quads their whole numbers take half a minute, at 2,000 several.
+MOST_RECTANGLES = 1000
 
 
 def countable(parts: list[LaidOut], progress: Progress) -> tuple[list[LaidOut], list[LaidOut]]:
@@ -33,6 +36,7 @@ def countable(parts: list[LaidOut], progress: Progress) -> tuple[list[LaidOut], 
     without: list[LaidOut] = []
     for laid in parts:
         try:
+            _affordable(laid)
             whole_grids(laid, 1.0, first_cuts(laid), progress)
         except RemeshError:
             without.append(laid)
@@ -49,6 +53,8 @@ def grids_of_about(parts: list[LaidOut], asked: int, progress: Progress) -> list
     RemeshError
         A part has no whole numbers, see `countable`.
     """
+    for laid in parts:
+        _affordable(laid)
     scale = 1.0
     best: tuple[float, float, list[Grids]] = np.inf, scale, []
     cuts: list[set[frozenset[int]]] = [first_cuts(laid) for laid in parts]
@@ -84,6 +90,22 @@ def grids_of_about(parts: list[LaidOut], asked: int, progress: Progress) -> list
     if off > CLOSE and not crowded:
         made = _bounded(parts, asked, scale, made, cuts, progress)
     return made
+
+
+def _affordable(laid: LaidOut) -> None:
+    """Refuse layouts of very many rectangles that outnumber the quads: most would have no width,
+    and what must stay apart is found by hundreds of large linear programs.
+
+    Raises
+    ------
+    RemeshError
+        It is one.
+    """
+    layout = laid.layout
+    if len(layout.rectangles) > MOST_RECTANGLES:
+        width, height = (sides_of(layout) @ layout.length).reshape(-1, 4)[:, :2].T
+        if len(layout.rectangles) > width @ height:
+            raise RemeshError("More rectangles than quads in a piece. Ask for more quads.")
 
 
 def _bounded(

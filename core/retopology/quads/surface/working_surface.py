@@ -55,12 +55,15 @@ class WorkingSurface:
         (3 m,) int8 half-edges on features as in `Triangles`, borders not among them.
     fine:
         What it was coarsened from, in its coordinates; None where it was not.
+    unrefined:
+        The triangles before they were refined, in its coordinates.
     """
 
     surface: Surface
     field: CurvatureField
     feature: np.ndarray
     fine: Surface | None
+    unrefined: Triangles
 
 
 def prepared(
@@ -114,7 +117,7 @@ def working_surface(
     if len(mesh.triangles) > SLACK * most:
         fine = mesh
         mesh = coarsened(mesh, most, progress)
-    mesh = flipped(mesh)
+    unrefined = mesh = flipped(mesh)
     quads = area / size**2
     fewest = np.clip(EACH * quads, LEAST, FEWEST)
     coarsest, finest = (1.5 * float(np.sqrt(area / SHARE / count)) for count in (fewest, LIMIT))
@@ -124,7 +127,7 @@ def working_surface(
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     bordered = np.where(surface.twin < 0, CREASE_BIT, mesh.feature).astype(np.int8)
     mesh = freed(replace(mesh, feature=bordered), surface.border)
-    return _assembled(mesh, whole, fine)
+    return _assembled(mesh, whole, fine, unrefined)
 
 
 def _refined(mesh: Triangles, longest: float, most: int) -> Triangles:
@@ -140,7 +143,9 @@ def _refined(mesh: Triangles, longest: float, most: int) -> Triangles:
         longest *= LONGER
 
 
-def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> WorkingSurface:
+def _assembled(
+    mesh: Triangles, whole: Surface, fine: Triangles | None, unrefined: Triangles
+) -> WorkingSurface:
     surface, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
     values = mesh.values[surface.source_vertex]
     feature = np.where(surface.twin >= 0, mesh.feature, 0).astype(np.int8)
@@ -153,7 +158,15 @@ def _assembled(mesh: Triangles, whole: Surface, fine: Triangles | None) -> Worki
         unit=surface.unit * whole.unit,
     )
     field = _field(_believed(values, surface), surface.unit / whole.unit)
-    return WorkingSurface(surface, field, feature, _fine(fine, surface, whole))
+    place = _mapped(unrefined.vertices, surface, whole)
+    unrefined = replace(unrefined, vertices=place)
+    return WorkingSurface(surface, field, feature, _fine(fine, surface, whole), unrefined)
+
+
+def _mapped(place: np.ndarray, surface: Surface, whole: Surface) -> np.ndarray:
+    """Places (n, 3) in the coordinates of `whole`, in those of the surface that is mapped."""
+    origin = (surface.origin - whole.origin) / whole.unit
+    return np.asarray((place - origin) / (surface.unit / whole.unit))
 
 
 def _fine(mesh: Triangles | None, surface: Surface, whole: Surface) -> Surface | None:
@@ -161,11 +174,9 @@ def _fine(mesh: Triangles | None, surface: Surface, whole: Surface) -> Surface |
     if mesh is None:
         return None
     fine, _ = clean(mesh.vertices, mesh.triangles, join_borders=False)
-    place = fine.vertices * fine.unit + fine.origin
-    origin = (surface.origin - whole.origin) / whole.unit
     return replace(
         fine,
-        vertices=(place - origin) / (surface.unit / whole.unit),
+        vertices=_mapped(fine.vertices * fine.unit + fine.origin, surface, whole),
         source_triangle=mesh.source[fine.source_triangle],
         origin=surface.origin,
         unit=surface.unit,

@@ -34,7 +34,7 @@ from core.retopology.field.charge_paths import charge_paths
 from core.retopology.field.least_excess import with_least_excess
 from core.retopology.field.settling import settle
 from core.retopology.field.simplified import _candidates_at, _nearest
-from core.retopology.field.turns import Patch, Turns, turns_at_vertices
+from core.retopology.field.turns import Cutout, Turns, turns_at_vertices
 
 
 def guided(vertices, triangles, **chosen):
@@ -530,7 +530,7 @@ def test_charges_move_where_a_field_is_nothing_nearly_everywhere():
     field = replace(field, magnitude=magnitude)
     winding = Winding.of(surface, field.direction, field.across, Progress())
     with np.errstate(over="raise"):
-        turns = turns_at_vertices(surface, Patch.whole(surface), field, winding)
+        turns = turns_at_vertices(surface, Cutout.whole(surface), field, winding)
         charge = np.zeros(turns.places, np.int64)
         charge[[3, 70, 150]] = 1, -2, 1
         paths = charge_paths(turns, np.ones(len(turns.cost), bool), charge)

@@ -242,8 +242,16 @@ def last_turns(lines):
 @pytest.mark.once
 def test_separatrices_come_into_umbilics_straight_on():
     turns = last_turns(rough_guide().separatrices(both_ways=True))
-    print(len(turns), (turns > 60).sum(), (turns > 35).sum())
     assert len(turns) > 10 and turns.max() < 60.0
+
+
+def test_separatrices_leave_their_line_as_late_as_that_is_straight():
+    found = guide_of("random ellipsoid").separatrices(both_ways=True)
+    last = []
+    for line in np.flatnonzero(found.target >= 0):
+        chord = np.linalg.norm(np.diff(found.points(line), axis=0), axis=1)
+        last.append(chord[-1] / np.median(chord))
+    assert len(last) == 8 and max(last) < 3.0
 
 
 @pytest.mark.once

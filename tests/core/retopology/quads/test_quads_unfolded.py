@@ -58,6 +58,40 @@ def test_rods_thinner_than_a_quad(minor):
     assert np.abs(np.hypot(ring, made.vertices[:, 2]) - minor).max() < 1.5 * side.mean()
 
 
+def bent_rod(radius=0.02, around=16, along=120):
+    """A closed tube of length 2 and more that winds to and fro."""
+    share = np.linspace(0.0, 1.0, along)
+    turn = 6.0 * np.pi * share
+    line = np.stack([2.0 * share, 0.15 * np.sin(turn), 0.1 * np.cos(turn)], axis=1)
+    ahead = np.gradient(line, axis=0)
+    x = np.cross(ahead, [0.0, 1.0, 0.3])
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    y = np.cross(ahead, x)
+    y /= np.linalg.norm(y, axis=1)[:, None]
+    angle = 2.0 * np.pi * np.arange(around)[:, None] / around
+    ring = np.cos(angle) * x[:, None] + np.sin(angle) * y[:, None]
+    points = np.concatenate([(line[:, None] + radius * ring).reshape(-1, 3), line[[0, -1]]])
+    row = np.arange(along * around).reshape(along, around)
+    beside = np.roll(row, -1, axis=1)
+    first, last = np.full(around, row.size), np.full(around, row.size + 1)
+    triangles = [
+        np.stack([row[:-1], beside[:-1], beside[1:]], axis=-1).reshape(-1, 3),
+        np.stack([row[:-1], beside[1:], row[1:]], axis=-1).reshape(-1, 3),
+        np.stack([first, beside[0], row[0]], axis=-1),
+        np.stack([last, row[-1], beside[-1]], axis=-1),
+    ]
+    return points, np.concatenate(triangles)
+
+
+@pytest.mark.slow
+def test_rods_keep_a_layout_that_needs_fewer_quads_than_their_triangles():
+    """Twelve are far too few for eight poles that far apart; cut in three it had 972."""
+    made = core.remesh(*bent_rod(), core.RemeshSettings(quads=12))
+    assert unfolded(made).characteristic == 2
+    assert len(made.pole_valence) == 8
+    assert len(made.quads) < 200
+
+
 @pytest.mark.once
 @pytest.mark.parametrize("seed", [1])
 def test_torn_sheets_that_are_cut(monkeypatch, seed):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from quad_guarantees import broken_guarantees
 from surfaces import cylinder, ellipsoid, torus
 from surfaces.parts import plate
 
@@ -9,6 +10,7 @@ import core
 from core.retopology.quads import preparation
 from core.retopology.quads.conformity import conformity
 from core.retopology.quads.finishing import finished
+from core.retopology.quads.layout import counting
 
 
 @pytest.fixture
@@ -49,6 +51,44 @@ def test_quads_are_well_shaped_and_on_the_surface(without_layout):
     sides = made.vertices[made.quads]
     normal = np.cross(sides[:, 2] - sides[:, 0], sides[:, 3] - sides[:, 1])
     assert (np.einsum("qc,qc->q", normal, sides.mean(axis=1)) > 0).all()
+
+
+def ring_of_rods(sides, thin):
+    """A ring of straight rods with square sections, of eight triangles each."""
+    turn = np.arange(sides) * 2.0 * np.pi / sides
+    out, up = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1), np.array([0.0, 0.0, 1.0])
+    around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    rows = np.arange(sides), np.roll(np.arange(sides), -1)
+    triangles = []
+    for side in range(4):
+        (a, b), (c, d) = (
+            [first + row for row in rows] for first in (side * sides, (side + 1) % 4 * sides)
+        )
+        triangles += [np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)]
+    vertices = np.concatenate([out + thin * (x * out + y * up) for x, y in around])
+    return vertices, np.concatenate(triangles)
+
+
+@pytest.mark.parametrize("sides, thin, wanted", [(4, 0.02, 30), (4, 0.05, 30), (12, 0.01, 100)])
+def test_thin_rods_get_no_more_quads_than_their_triangles_need(
+    without_layout, sides, thin, wanted
+):
+    """Their edges were made short for a map and hardly go again."""
+    vertices, triangles = ring_of_rods(sides, thin)
+    settings = core.RemeshSettings(quads=wanted, symmetry="none")
+    made = core.remesh(vertices, triangles, settings)
+    assert len(made.quads) <= 3 * len(triangles)
+    assert broken_guarantees(vertices, triangles, made) == []
+
+
+def test_very_many_rectangles_need_as_many_quads(monkeypatch):
+    mesh = ellipsoid(subdivisions=4)
+    for quads, laid in ((12, False), (400, True)):
+        monkeypatch.setattr(counting, "MOST_RECTANGLES", 10)
+        settings = core.RemeshSettings(quads=quads, symmetry="none")
+        made = core.remesh(mesh.vertices, mesh.triangles, settings)
+        assert laid != any(one.startswith("No layout") for one in made.warnings)
+        assert broken_guarantees(mesh.vertices, mesh.triangles, made) == []
 
 
 @pytest.mark.once
