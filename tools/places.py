@@ -67,7 +67,13 @@ def locked(path: Path, shared: bool = False) -> Iterator[None]:
     """Hold a lock, alone or with others; it ends with the process, however that ends."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path, "w") as file:
-        fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+        kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+        try:
+            fcntl.flock(file, kind | fcntl.LOCK_NB)
+        except BlockingIOError:
+            # A run with a limit of its own seems to hang otherwise.
+            say(f"waiting for another that holds {path.name} …")
+            fcntl.flock(file, kind)
         yield
 
 

@@ -125,7 +125,6 @@ def choose(
     begun = Begun()
     scales = [
         _grown(
-            surface,
             normals,
             shape,
             centres,
@@ -133,7 +132,7 @@ def choose(
             DEGREE,
             MOST_RINGS,
             begun,
-            SmoothedNormals(surface, normals, shape, centres, progress.quiet()),
+            SmoothedNormals(normals, shape, centres, progress.quiet()),
         )
         for shape in shapes
     ]
@@ -149,7 +148,6 @@ def choose(
 
 
 def grow_while_it_falls(
-    surface: Surface,
     normals: np.ndarray,
     neighbourhood: Neighbourhood,
     centres: np.ndarray,
@@ -173,13 +171,10 @@ def grow_while_it_falls(
         tilt them, as those of fits.
     """
     begun = Begun()
-    return _grown(
-        surface, normals, neighbourhood, centres, progress, degree, most, begun, smoothing
-    )[0]
+    return _grown(normals, neighbourhood, centres, progress, degree, most, begun, smoothing)[0]
 
 
 def _grown(
-    surface: Surface,
     normals: np.ndarray,
     neighbourhood: Neighbourhood,
     centres: np.ndarray,
@@ -193,7 +188,7 @@ def _grown(
 
     def at(rings: int, start: np.ndarray) -> Jets:
         around = dataclasses.replace(neighbourhood, rings=rings, begun=begun)
-        return fit_jets(surface, start, around, progress, centres, degree)
+        return fit_jets(around.surface, start, around, progress, centres, degree)
 
     axes = normals[centres]
     rings = neighbourhood.rings
@@ -233,14 +228,13 @@ class SmoothedNormals:
 
     def __init__(
         self,
-        surface: Surface,
         normals: np.ndarray,
         neighbourhood: Neighbourhood,
         centres: np.ndarray,
         progress: Progress,
         passes: int = 0,
     ) -> None:
-        self.surface, self.normals, self.passes = surface, normals, passes
+        self.normals, self.passes = normals, passes
         self.neighbourhood, self.centres, self.progress = neighbourhood, centres, progress
 
     def further(self, rings: int) -> np.ndarray:
@@ -249,7 +243,7 @@ class SmoothedNormals:
         patches = dataclasses.replace(self.neighbourhood, rings=rings + 2).patches
         if patches is not None:
             return patches.normals
-        smoothing = Smoothing(self.surface)
+        smoothing = Smoothing(self.neighbourhood.surface)
         if self.neighbourhood.patching is not None:
             return smoothing.smoothed_at(self.normals, rings, self.centres)
         self.normals = smoothing.smoothed(self.normals, rings - self.passes, self.progress)

@@ -233,7 +233,8 @@ class Guide(Groundwork):
         Raises
         ------
         GuidanceError
-            The surface has no preferred direction nearly everywhere.
+            The surface has no preferred direction nearly everywhere, or the spacing is far below
+            what the mesh tells.
         """
         settings, progress = settings or GuidanceSettings(), progress or Progress()
         part = progress.part("Laying out triangles", 0.0, 0.2)

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import threading
 from pathlib import Path
 
 import places
@@ -232,3 +233,21 @@ def test_a_window_can_be_photographed(tmp_path):
     assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (1600, 900)
     # An empty screen packs to next to nothing.
     assert picture.stat().st_size > 50_000
+
+
+def test_who_waits_for_another_run_says_so(tmp_path, monkeypatch):
+    lock, said, held = tmp_path / "blender.lock", threading.Event(), threading.Event()
+    monkeypatch.setattr(places, "say", lambda words: said.set())
+
+    def wait():
+        with places.locked(lock):
+            held.set()
+
+    with places.locked(lock, shared=True):
+        with places.locked(lock, shared=True):
+            assert not said.is_set()
+        other = threading.Thread(target=wait)
+        other.start()
+        assert said.wait(60.0) and not held.is_set()
+    other.join()
+    assert held.is_set()

@@ -143,7 +143,7 @@ def _at_one_scale(
             if len(vertices) == 0:
                 break
             normals = field.normal if start is None else start
-            closer, normals = _closer_scale(surface, normals, scale, vertices, ask, start is None)
+            closer, normals = _closer_scale(normals, scale, vertices, ask, start is None)
             # A fit that a border cuts in half sees too little of what its higher terms mean.
             seen |= surface.near_border(closer.neighbourhood.rings // 2 + 1)
             vertices = vertices[~seen[vertices]]
@@ -164,7 +164,6 @@ def _at_one_scale(
 
 
 def _closer_scale(
-    surface: Surface,
     normals: np.ndarray,
     scale: Scale,
     vertices: np.ndarray,
@@ -179,11 +178,9 @@ def _closer_scale(
     some = vertices[:: max(len(vertices) // SAMPLED, 1)]
     passes = around.rings
     around = dataclasses.replace(around, rings=max(passes, 3))
-    smoothing = SmoothedNormals(surface, normals, around, some, progress, passes)
+    smoothing = SmoothedNormals(normals, around, some, progress, passes)
     further = None if fitted else smoothing
-    grown = grow_while_it_falls(
-        surface, normals, around, some, progress, NOISY, MOST_RINGS, further
-    )
+    grown = grow_while_it_falls(normals, around, some, progress, NOISY, MOST_RINGS, further)
     return grown, smoothing.normals
 
 

@@ -81,7 +81,8 @@ def remesh(
     InvalidMeshError
         As `detect`.
     RemeshError
-        There is no area to cover, or nothing on the chosen side of the plane of symmetry.
+        There is no area to cover, or nothing on the chosen side of the plane of symmetry; the edge
+        length makes more than a million quads; or areas of so small or large a mesh are no numbers.
 
     Examples
     --------

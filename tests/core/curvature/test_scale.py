@@ -98,7 +98,7 @@ def test_rings_stay_long_where_the_surface_is_straight_along_them(stretch, disc,
 
 
 def test_neighbourhoods_do_not_reach_over_a_mesh_of_threads(monkeypatch):
-    def grown(surface, normals, neighbourhood, *others):
+    def grown(normals, neighbourhood, *others):
         return module.Scale(dataclasses.replace(neighbourhood, rings=3)), None
 
     monkeypatch.setattr(module, "_grown", grown)
@@ -135,7 +135,7 @@ def series(monkeypatch, changes, noise=0.1, falls=1.0, residual=1.0, undetermine
     begin = dataclasses.replace(around(surface), rings=2)
     normals = surfaces.sphere(subdivisions=1).normal[: len(surface.vertices)]
     monkeypatch.setattr(module, "frame", lambda _: (np.eye(3)[[0]].T, np.eye(3)[[1]].T))
-    grown = grow_while_it_falls(surface, normals, begin, np.arange(5), Progress())
+    grown = grow_while_it_falls(normals, begin, np.arange(5), Progress())
     assert grown.tilted == (np.max(residual) > 1e-4)
     return grown.neighbourhood.rings, grown.factor, grown.clean, grown.shared
 
