@@ -272,18 +272,18 @@ def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):
 def test_the_best_of_the_rounds_on_the_last_bad_quads_is_kept(monkeypatch):
     position, quads = grid(8)
     row = int(np.arange(81).reshape(9, 9)[4, 4])
-    regular = position[row].copy()
+    regular, way = position[row].copy(), np.array([1.0, 1.0, 0.0])
     position[row] += [0.8, 0.8, 0.0]
     guides = guided(*sheet(8, 3.0), len(position))
     offs = iter([0.8, 0.8, 0.7, 0.6, *[1.5] * 100])
 
     def wandering(place, *_):
         off = next(offs)
-        place[row] = regular + np.array([off, off, 0.0])
+        place[row] = regular + off * way
 
     monkeypatch.setattr(worst, "_tried", wandering)
     assert worst_opened(position, quads, guides, Progress()).tolist() == [row]
-    np.testing.assert_allclose(position[row], regular + np.array([0.6, 0.6, 0.0]))
+    np.testing.assert_allclose(position[row], regular + 0.6 * way)
 
 
 def test_slopes_of_squaring_are_those_of_its_sum():
