@@ -12,7 +12,7 @@ from ..curvature.field import CurvatureField
 from ..mesh.input_map import at_vertices, places_in_input, sums_at_triangles
 from ..mesh.surface import Surface
 from . import kind as cubic_form
-from .compounds import merged, settled, unresolved_groups
+from .compounds import merged, other_places, settled, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
 from .located import Analysed, Turning, bias_of, locate, standard_errors
@@ -110,6 +110,9 @@ def _umbilics(
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
+    off = np.zeros(len(found))
+    if jets and settings.certified and turning.of_form is None:
+        off = other_places(surface, found, verdict, analysed.radius)
     bias = np.full(len(found), bias_of(fitted))
     if turning.of_form is not None:
         bias[turning.of_form] = 1.0
@@ -126,7 +129,7 @@ def _umbilics(
         curvature=found.curvature / surface.unit,
         persistence=verdict.persistence / surface.unit,
         partner=verdict.partner,
-        uncertainty=standard_errors(found, bias) * surface.unit,
+        uncertainty=np.hypot(standard_errors(found, bias), off) * surface.unit,
         noise=found.noise / surface.unit,
         separatrix=_rays(found.p, found.q, found.x, found.y),
         at_border=verdict.at_border,

@@ -180,3 +180,32 @@ def test_method_i_sums_to_the_euler_characteristic_where_nothing_is_smooth():
         wild = points + 0.3 * np.random.default_rng(seed).normal(size=points.shape)
         detection = core.detect(wild, triangles, core.Settings(method="I"))
         assert detection.index_sum == 2.0
+
+
+def rings_of_thin_triangles(rings, segments, axis):
+    """Vertices and triangles of an ellipsoid 3:2:1, its poles on an axis."""
+    polar = np.linspace(0.0, np.pi, rings + 1)[1:-1]
+    around = np.arange(segments) * 2.0 * np.pi / segments
+    points = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
+    points += [
+        (np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)) for a in polar for b in around
+    ]
+    rows = 2 + np.arange((rings - 1) * segments).reshape(rings - 1, segments)
+    after = np.roll(rows, -1, axis=1)
+    a, b, c, d = (some.ravel() for some in (rows[:-1], after[:-1], rows[1:], after[1:]))
+    triangles = [np.column_stack([np.zeros(segments, int), rows[0], after[0]])]
+    triangles += [np.column_stack([a, c, b]), np.column_stack([b, c, d])]
+    triangles += [np.column_stack([np.ones(segments, int), after[-1], rows[-1]])]
+    vertices = np.roll(np.array(points), axis - 2, axis=1) * (3.0, 2.0, 1.0)
+    return vertices, np.concatenate(triangles)
+
+
+@pytest.mark.parametrize(("rings", "segments", "axis"), [(16, 100, 0), (50, 16, 1)])
+def test_the_stated_error_covers_the_other_place_of_one_of_which_two_cancel(rings, segments, axis):
+    detection = core.detect(*rings_of_thin_triangles(rings, segments, axis))
+    kept = detection.umbilics
+    true = np.array([[3.0 * np.sqrt(5.0 / 8.0), 0.0, np.sqrt(3.0 / 8.0)]])
+    off = np.linalg.norm(np.abs(kept.position) - true, axis=1)
+    assert len(kept) == 4
+    assert off.min() > 0.5
+    assert (kept.uncertainty > off / 2.0).all()
