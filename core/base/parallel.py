@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from .progress import Progress
 
+# Begins a work beside what follows, and gives what waits for its result.
+Begin = Callable[[Callable[[], Any]], Callable[[], Any]]
 # Whether a thread is one of those that works share: what these ask of more would be in their way.
 _busy = threading.local()
 
@@ -35,10 +39,7 @@ def run(work: Callable[[int], None], firsts: Sequence[int], progress: Progress) 
             work(first)
         return
     with ThreadPoolExecutor(threads()) as pool:
-        try:
-            tasks = [pool.submit(work, first) for first in firsts]
-        except RuntimeError as error:
-            raise MemoryError("There is no memory for another thread.") from error
+        tasks = [_begun(pool, partial(work, first)) for first in firsts]
         try:
             for task in progress.track(as_completed(tasks), len(tasks)):
                 task.result()
@@ -52,8 +53,34 @@ def at_once(*works: Callable[[], Any]) -> list[Any]:
     results: list[Any] = [None] * len(works)
 
     def one(number: int) -> None:
-        _busy.thread = True
-        results[number] = works[number]()
+        results[number] = _alone(works[number])
 
     run(one, range(len(works)), Progress())
     return results
+
+
+@contextmanager
+def beside() -> Iterator[Begin]:
+    """What begins works in threads beside what follows in the block, and returns what waits for
+    the result of each; the block ends after them.
+
+    Raises
+    ------
+    MemoryError
+        As for `run`.
+    """
+    with ThreadPoolExecutor(threads()) as pool:
+        yield lambda work: _begun(pool, partial(_alone, work)).result
+
+
+def _alone(work: Callable[[], Any]) -> Any:
+    """What a work gives that asks for no more threads."""
+    _busy.thread = True
+    return work()
+
+
+def _begun(pool: ThreadPoolExecutor, work: Callable[[], Any]) -> Future[Any]:
+    try:
+        return pool.submit(work)
+    except RuntimeError as error:
+        raise MemoryError("There is no memory for another thread.") from error

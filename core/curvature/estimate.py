@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -60,9 +61,6 @@ class Estimate:
         As in `Closer`.
     winding:
         Of the field, where it was asked for on the way; else None.
-    cubic:
-        Field and radius as jets over one scale gave them, before umbilics were looked at more
-        closely; None where they are those above.
     """
 
     field: CurvatureField
@@ -77,7 +75,6 @@ class Estimate:
     rings: np.ndarray | None = None
     degrees: np.ndarray | None = None
     winding: Winding | None = None
-    cubic: tuple[CurvatureField, np.ndarray] | None = None
 
 
 def estimate(
@@ -88,6 +85,8 @@ def estimate(
     sharp: np.ndarray | None,
     progress: Progress,
     part: Tessellation | None = None,
+    wide: Callable[[], None] | None = None,
+    begun: Callable[[Estimate], None] | None = None,
 ) -> Estimate:
     """Shape operators by `settings.curvature`.
 
@@ -102,6 +101,12 @@ def estimate(
         (s, 2) pairs of input vertices whose edges are not fitted across, or None.
     part:
         The exact faces of a tessellated part, on which nothing is fitted, or None.
+    wide:
+        Called where errors of the points ask for wide windows, before these are made; None to tell
+        nobody.
+    begun:
+        Told what jets at the scale that was chosen give, before umbilics are looked at more
+        closely; None to tell nobody.
 
     Raises
     ------
@@ -114,7 +119,7 @@ def estimate(
         passes = settings.normal_smoothing
         smoothed = fitted_normals if settings.normal_filter == "fit" else smooth_normals
         return _from_normals(surface, smoothed(surface, normals, passes, progress))
-    return _from_jets(surface, normals, settings, sharp, progress, part)
+    return _from_jets(surface, normals, settings, sharp, progress, part, wide, begun)
 
 
 def _from_normals(surface: Surface, normals: np.ndarray) -> Estimate:
@@ -129,6 +134,8 @@ def _from_jets(
     sharp: np.ndarray | None,
     progress: Progress,
     part: Tessellation | None,
+    wide: Callable[[], None] | None,
+    begun: Callable[[Estimate], None] | None,
 ) -> Estimate:
     centres, exact = None, None
     if part is not None:
@@ -141,9 +148,15 @@ def _from_jets(
     crease_vertices = _crease_vertices(surface, settings, sharp, part)
     cells = thinned(surface, normals, crease_vertices, progress)
     graph = adjacency(surface)
+
+    def patches() -> Patches:
+        if wide is not None:
+            wide()
+        return Patches(surface, normals, graph, progress.quiet())
+
     patching = None
     if crease_vertices is None and cells is None and len(normals) >= FEWEST:
-        patching = cache(lambda: Patches(surface, normals, graph, progress.quiet()))
+        patching = cache(patches)
     neighbourhood = Neighbourhood(
         surface, graph, crease_vertices, thinned=cells, patching=patching
     )
@@ -157,6 +170,8 @@ def _from_jets(
     whole = _at_scale(surface, normals, scale, centres, part, progress)
     if not automatic:
         return whole
+    if begun is not None:
+        begun(whole)
     looking = progress.part("Looking closer", 0.9, 1)
     start = None
     if scale.neighbourhood.patching is None:
@@ -171,7 +186,6 @@ def _from_jets(
         rings=closer.rings,
         degrees=closer.degrees,
         winding=closer.winding,
-        cubic=(whole.field, whole.radius),
     )
 
 

@@ -55,9 +55,9 @@ NOISY = 0.65
 WIDEST = 0.7
 # Cosine between the normals of the wide fits and of the surface below which they are not of it.
 ALIKE = 0.5
-# Patches that are fitted by one thread at once, at most, and of so many parts at least: whatever
-# number of threads there is, the same are summed together. And what is nothing beside one.
-CHUNK, PARTS, TINY = 512, 2, 1e-6
+# Patches that are fitted by one thread at once, at most: whatever number of threads there is, the
+# same are summed together. And what is nothing beside one.
+CHUNK, TINY = 512, 1e-6
 # Windows that are summed together: many calls for few take longer, and more leave the cache.
 TOGETHER = 64
 # Patches that are fitted to see whether the surface has a size of its own.
@@ -312,7 +312,7 @@ def _fits(
     sums = np.empty((len(radii), sum_count(DEGREE), c))
     size, count = np.empty((2, len(radii), c))
     coordinates, normals = (np.ascontiguousarray(a.T) for a in (patches.middle, patches.normal))
-    parts = max(-(-c // CHUNK), min(PARTS, c))
+    parts = -(-c // CHUNK)
     cuts = c * np.arange(parts + 1) // max(parts, 1)
 
     def fit(part: int) -> None:

@@ -86,11 +86,12 @@ class Patches:
         self._start = np.cumsum(self._held) - self._held
         one = np.repeat(self._cell, np.diff(surface.neighbour_start))
         other = self._cell.take(surface.neighbours)
-        across = one != other
-        own = np.arange(c, dtype=one.dtype)
-        ends = np.concatenate([one[across], own]), np.concatenate([other[across], own])
+        # Every edge once: each is listed from both of its ends.
+        across = np.flatnonzero(one < other)
+        ends = one.take(across), other.take(across)
+        upper = sparse.coo_array((np.ones(len(across), bool), ends), shape=(c, c)).tocsr()
         # Which cells a cell is beside, itself among them.
-        self._graph = sparse.coo_array((np.ones(len(ends[0]), bool), ends), shape=(c, c)).tocsr()
+        self._graph = (upper + upper.T + sparse.eye_array(c, dtype=bool)).tocsr()
 
     def windows(
         self,

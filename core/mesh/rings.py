@@ -246,7 +246,8 @@ def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np
 
 def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
     """(c,) ascending nodes of a symmetric graph, no two of them adjacent, and every other node
-    adjacent to one: a maximal independent set (Luby 1986, https://doi.org/10.1137/0215074).
+    adjacent to one: a maximal independent set (Luby 1986, https://doi.org/10.1137/0215074). Edges
+    of nodes with themselves tell nothing.
 
     Of nodes in a random order those that come before all their neighbours are taken, their
     neighbours are left out, and so on with the rest.
@@ -264,7 +265,7 @@ def independent(graph: sparse.csr_array, progress: Progress) -> np.ndarray:
             rows = graph[some]
             # A rank of zero is that of a node that is decided.
             highest = np.maximum.reduceat(rank.take(rows.indices), rows.indptr[:-1])
-            new = np.flatnonzero(rank[some] > highest)
+            new = np.flatnonzero(rank[some] >= highest)
             taken[some[new]] = True
             decided.extend((some[new], rows[new].indices))
 
@@ -305,10 +306,7 @@ def spread(graph: sparse.csr_array, rounds: int, edges: int, progress: Progress)
         return Spread(nodes, _near(graph, nodes, edges, progress))
     finer = Spread(nodes, _near(graph, nodes, 1, progress))
     # Two nodes are neighbours that some node is next to.
-    both = (finer.near.T @ finer.near).tocoo()
-    apart = both.row != both.col
-    ones = np.ones(int(apart.sum()), bool)
-    beside = sparse.csr_array((ones, (both.row[apart], both.col[apart])), both.shape)
+    beside = finer.near.T.tocsr() @ finer.near
     nodes = nodes[independent(beside, progress)]
     return Spread(nodes, _near(graph, nodes, edges, progress), finer)
 
@@ -318,13 +316,17 @@ def _near(
 ) -> sparse.csr_array:
     """(n, c) bool, whether a node is within so many edges of each of the `nodes` (c,)."""
     parts: dict[int, sparse.csr_array] = {}
+    alone = np.diff(graph.indptr) == 0
+    if alone.any():
+        # Edges lead back to where they come from, but for these.
+        graph = (graph + sparse.diags_array(alone, dtype=bool)).tocsr()
 
     def block(first: int) -> None:
         # From the few nodes, which as many edges lead back to, and not from all others.
         reach = selection(nodes[first : first + GATHERED_BLOCK, None], graph.shape[0])
-        for _ in range(edges):
-            reach = (reach + reach @ graph).tocsr()
-            reach.data[:] = True
+        reach = (reach + reach @ graph).tocsr()
+        for _ in range(edges - 1):
+            reach = reach @ graph
         parts[first] = reach
 
     run(block, range(0, len(nodes), GATHERED_BLOCK), progress)

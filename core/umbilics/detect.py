@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -12,7 +12,7 @@ import numpy as np
 from ..base.arguments import vertex_pairs
 from ..base.blas import one_blas_thread
 from ..base.options import AUTO
-from ..base.parallel import at_once
+from ..base.parallel import Begin, beside
 from ..base.progress import Progress
 from ..base.settings import Settings
 from ..base.words import counted
@@ -102,8 +102,32 @@ def detect(
     >>> bool(np.allclose(np.abs(detection.umbilics.position[:, 0]), x, atol=0.02))
     True
     """
-    settings = settings or Settings()
-    progress = progress or Progress()
+    with beside() as begin:
+        return _detected(
+            vertices,
+            triangles,
+            settings or Settings(),
+            progress or Progress(),
+            given,
+            seams,
+            uv,
+            sharp,
+            begin,
+        )
+
+
+def _detected(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    settings: Settings,
+    progress: Progress,
+    given: CurvatureField | None,
+    seams: np.ndarray | None,
+    uv: np.ndarray | None,
+    sharp: np.ndarray | None,
+    begin: Begin,
+) -> Detection:
+    """As `detect`; `begin` as from `beside`."""
     clock = _Clock()
     with clock.stage("cleaning"):
         progress.part("Reading the surface", 0.0, 0.1)
@@ -126,21 +150,41 @@ def detect(
                     f"Vertices that stick out of the surface around them: {len(outlying)}. They "
                     "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
-        fitted = estimate(surface, normals, settings, given, sharp, part, cad)
+        levels: Callable[[], list[Level]] | None = None
+        unresolved: Callable[[], UnresolvedSets | None] | None = None
+        quiet = part.quiet()
+
+        def ask_for_form() -> None:
+            nonlocal levels
+            if levels is None and _form_wanted(settings, cad):
+                levels = begin(lambda: levels_of(surface, normals, quiet))
+
+        def begun(fitted: Estimate) -> None:
+            nonlocal unresolved
+            if fitted.rough:
+                ask_for_form()
+            # A curve is as long and as narrow everywhere, where windows of their own would make
+            # the field patchy.
+            errors = fitted.field.noise, fitted.radius
+            unresolved = begin(lambda: _curves(surface, fitted, *errors, settings, cad, quiet))
+
+        fitted = estimate(surface, normals, settings, given, sharp, part, cad, ask_for_form, begun)
     with clock.stage("form"):
         # Regions are what the surface's own fits do not tell apart: the form's errors hold its
-        # detail, and none asks anything of the others. What takes longest begins.
+        # detail.
         own, part = fitted, part.quiet()
         errors = _noise(surface, own)
         rings = _rings(own)
-        sets, levels, regions = at_once(
-            lambda: _curves(surface, own, *errors, settings, cad, part),
-            lambda: _levels(surface, normals, own, settings, cad, part),
-            lambda: _regions(surface, own, *errors, rings, settings, cad, part),
-        )
+        regions = _regions(surface, own, *errors, rings, settings, cad, part)
+        if unresolved is None:
+            sets = _curves(surface, own, *errors, settings, cad, part)
+        else:
+            sets = unresolved()
         shown: FormUmbilics | None = None
-        if levels:
-            form = form_of(surface, levels, own.field, own.radius, part)
+        # Where finest fits do not follow anything but the shape, it has a size.
+        wide = levels() if levels is not None and own.rough else []
+        if wide:
+            form = form_of(surface, wide, own.field, own.radius, part)
             shown = umbilics_of_form(surface, own, form, part)
             fitted = shown.fitted
             warnings.append(
@@ -166,12 +210,13 @@ def detect(
                     "circles of surfaces of revolution: reported as regions, because no point of "
                     "them is an umbilic of its own."
                 )
+        drowned: Callable[[], float] = float
         if settings.regions and settings.certified and settings.curvature != "given":
-            share = drowned_share(surface, shape.gap, noise, radius, regions.label >= 0)
-            if share > 0.0:
-                warnings.append(drowned_words(share))
+            label = regions.label
+            drowned = begin(lambda: drowned_share(surface, shape.gap, noise, radius, label >= 0))
         outside = regions.label[found.raw.triangle] < 0
         raw = found.raw.select(outside)
+    typed = begin(lambda: _types(surface, shape, settings))
     with clock.stage("persistence"):
         progress.part("Pairing umbilics", 0.85, 0.9)
         of_form, tree = None, None
@@ -181,10 +226,9 @@ def detect(
         else:
             persistence, partner, of_form = paired_by_form(surface, shape.gap, raw, shown)
     with clock.stage("surface types"):
-        tolerance = settings.flatness * typical_curvature(surface, shape.k1, shape.k2)
-        types = surface_types(shape.k1, shape.k2, tolerance)
-        # Also where the opening is off, so that it can be turned on without a new detection.
-        inside = opened_elliptic_part(surface, types, settings.opening or USUAL_OPENING)
+        if share := drowned():
+            warnings.append(drowned_words(share))
+        types, inside = typed()
         elliptic = lies_within(surface, inside, raw.triangle, raw.barycentric)
     with clock.stage("location"):
         part = progress.part("Locating umbilics", 0.9, 1.0)
@@ -272,19 +316,6 @@ def _regions(
     return regions if cad is None else with_faces(cad, regions)
 
 
-def _levels(
-    surface: Surface,
-    normals: np.ndarray,
-    fitted: Estimate,
-    settings: Settings,
-    cad: Tessellation | None,
-    progress: Progress,
-) -> list[Level]:
-    """Where a surface that has detail at every size has a form; none of others."""
-    asked = _may_have_no_scale(settings, cad, fitted)
-    return levels_of(surface, normals, progress) if asked else []
-
-
 def _curves(
     surface: Surface,
     fitted: Estimate,
@@ -299,9 +330,6 @@ def _curves(
     if not settings.regions or not settings.certified or cad is not None:
         return None
     shape = fitted.field
-    if fitted.cubic is not None:
-        shape, radius = fitted.cubic
-        noise = shape.noise
     low = low_vertices(surface, shape.gap)
     return unresolved_sets(surface, shape, noise, radius, CURVE, low, progress, CURVE_MISS)
 
@@ -335,12 +363,22 @@ def _tessellated(surface: Surface, settings: Settings) -> Tessellation | None:
     return tessellation(surface, angle) if angle < 180.0 else None
 
 
-def _may_have_no_scale(settings: Settings, cad: Tessellation | None, fitted: Estimate) -> bool:
-    """Whether the scale was to be chosen and what is found by the index is judged, on a surface
-    whose finest fits follow something else than its shape: where they do not, it has a size."""
+def _form_wanted(settings: Settings, cad: Tessellation | None) -> bool:
+    """Whether the scale is to be chosen and what is found by the index is judged: on a surface
+    whose finest fits follow something else than its shape, the form may be what there is."""
     chosen = settings.curvature == "jets" and not settings.normal_smoothing
     chosen &= settings.scale == AUTO and cad is None
-    return chosen and settings.method == "S" and settings.certified and fitted.rough
+    return chosen and settings.method == "S" and settings.certified
+
+
+def _types(
+    surface: Surface, shape: CurvatureField, settings: Settings
+) -> tuple[np.ndarray, np.ndarray]:
+    """Surface types and whether vertices lie in the opened elliptic part (n,)."""
+    tolerance = settings.flatness * typical_curvature(surface, shape.k1, shape.k2)
+    types = surface_types(shape.k1, shape.k2, tolerance)
+    # Also where the opening is off, so that it can be turned on without a new detection.
+    return types, opened_elliptic_part(surface, types, settings.opening or USUAL_OPENING)
 
 
 def _paired(

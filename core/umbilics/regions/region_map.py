@@ -52,14 +52,15 @@ def connected(surface: Surface, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Number the edge-connected sets of the chosen triangles; (m,) int32, -1 elsewhere."""
     place = np.cumsum(within, dtype=np.int32) - 1
     chosen = np.flatnonzero(within)
-    twin = surface.twin.reshape(-1, 3)[chosen]
-    other = twin // 3
-    joined = (twin >= 0) & within[other] & (other < chosen[:, None])
-    first = np.repeat(np.arange(len(chosen), dtype=np.int32), joined.sum(axis=1))
-    second = place[other[joined]]
-    graph = sparse.coo_array(
-        (np.ones(len(first), dtype=np.int8), (first, second)), shape=(len(chosen), len(chosen))
-    )
+    first, second = [], []
+    # Side by side: several times faster than over the last axis of (k, 3).
+    for twin in surface.twin.reshape(-1, 3).T:
+        other = twin.take(chosen) // 3
+        joined = np.flatnonzero((other >= 0) & within.take(other) & (other < chosen))
+        first.append(joined)
+        second.append(place.take(other.take(joined)))
+    ends = np.concatenate(first).astype(np.int32), np.concatenate(second)
+    graph = sparse.coo_array((np.ones(len(ends[0])), ends), shape=(len(chosen), len(chosen)))
     count, piece = csgraph.connected_components(graph, directed=False)
     label = np.full(len(within), -1, dtype=np.int32)
     label[chosen] = piece

@@ -105,10 +105,12 @@ def unresolved_sets(
     number = np.bincount(own, minlength=count)
     mean = np.bincount(own, weights=missed, minlength=count) / number
     if (mean > most_missed).any():
-        some = mean[own] <= most_missed
-        tail, head, mean = tail[some], head[some], mean[mean <= most_missed]
-        vertices, graph, count, piece = _pieces(surface, tail, head)
-        of_vertex = np.full(len(surface.vertices), -1, np.int32)
+        kept = mean <= most_missed
+        rows = np.flatnonzero(kept[piece])
+        vertices, graph = vertices[rows], graph[rows][:, rows]
+        piece = (np.cumsum(kept) - 1)[piece[rows]]
+        mean, count = mean[kept], int(kept.sum())
+        of_vertex[:] = -1
         of_vertex[vertices] = piece
     if not count:
         none = np.zeros(0)
@@ -180,7 +182,7 @@ class _Edges:
     def missed(self, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
         """(e,) by how many of its errors the deviator misses zero along each edge; infinite
         next to a border."""
-        start, end = self.field.gap.take(tail), self.field.gap.take(head)
+        start, end = self._gap.take(tail), self._gap.take(head)
         # The deviator at the head is turned by twice the angle between the frames.
         (a, b), (c, d) = (
             (self.field.d1.take(end, axis=0), self.field.d2.take(end, axis=0))
@@ -194,15 +196,21 @@ class _Edges:
             square = along * along + across * across
             share = np.clip(np.nan_to_num(-start * along / square), 0.0, 1.0)
             least = np.sqrt((start + share * along) ** 2 + (share * across) ** 2)
-            allowed = (1.0 - share) * self._error(tail) + share * self._error(head)
+            allowed = (1.0 - share) * self._error.take(tail) + share * self._error.take(head)
             allowed = np.maximum(allowed, EDGE_BEND * np.sqrt(square))
             missed = np.where(least <= 0.0, 0.0, least / allowed)
         return np.where(self.beside[tail] | self.beside[head], np.inf, missed)
 
-    def _error(self, vertices: np.ndarray) -> np.ndarray:
-        error = self.level * self.noise.take(vertices)
+    @cached_property
+    def _gap(self) -> np.ndarray:
+        return self.field.gap
+
+    @cached_property
+    def _error(self) -> np.ndarray:
+        """(n,) of the deviator at the vertices."""
+        error = self.level * self.noise
         # What is as large as the bend of the surface over the fit is no error of a smooth surface.
-        smooth = np.isfinite(error) & (error * self.radius.take(vertices) <= REGION_BEND)
+        smooth = np.isfinite(error) & (error * self.radius <= REGION_BEND)
         return np.where(smooth, error, 0.0)
 
 

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from core.base.parallel import at_once, run
+from core.base.parallel import at_once, beside, run
 from core.base.progress import Progress
 
 
@@ -57,3 +57,41 @@ def test_works_at_once_give_what_each_does_and_ask_for_no_more_threads():
     where = []
     run(lambda _: where.append(threading.current_thread()), range(9), Progress())
     assert threading.current_thread() not in where
+
+
+def test_works_beside_others_are_waited_for_where_asked_and_at_the_end():
+    go, done = threading.Event(), []
+
+    def one():
+        go.wait(10.0)
+        where = []
+        run(lambda _: where.append(threading.current_thread()), range(9), Progress())
+        assert set(where) == {threading.current_thread()}
+        done.append("one")
+        return "one"
+
+    def fails():
+        raise ValueError("two")
+
+    with beside() as begin:
+        first, second = begin(one), begin(fails)
+        assert not done
+        go.set()
+        assert first() == "one"
+        with pytest.raises(ValueError, match="two"):
+            second()
+    go.clear()
+    with pytest.raises(ValueError, match="here"), beside() as begin:
+        begin(one)
+        go.set()
+        raise ValueError("here")
+    assert done == ["one", "one"]
+
+
+def test_a_thread_beside_that_cannot_start_is_a_lack_of_memory(monkeypatch):
+    def start(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    with pytest.raises(MemoryError, match="thread"), beside() as begin:
+        begin(print)
