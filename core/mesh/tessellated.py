@@ -32,8 +32,9 @@ from .half_edges import inner_edges
 from .surface import Surface
 
 # Share of flat edges from which a mesh may be a part: 0.35 to 0.6 on parts written by SolidWorks
-# and OpenSCAD, 0.33 where all faces are quads, below 0.1 on scans and sculptures.
-MOST_FLAT = 0.34
+# and OpenSCAD, 0.31 and 0.33 on a modeller's cone and cube, below 0.1 on scans and sculptures.
+# Round bodies of quads have 0.33 as well, but no creases.
+MOST_FLAT = 0.2
 # Some creases turn by this many degrees at least, the others by the next, and all of them by so
 # many times more than any facet.
 CREASE, LEAST_CREASE, GAP = 35.0, 15.0, 2.0

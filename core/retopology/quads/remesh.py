@@ -165,7 +165,7 @@ def quad_layout(
 ) -> QuadLayout:
     """The layout that `remesh` would fill with quads; arguments and errors are the same.
 
-    With a plane of symmetry it is the half that is laid out.
+    With a plane of symmetry it is the half, and what is not mirrored, that is laid out.
 
     Examples
     --------

@@ -136,7 +136,7 @@ def test_normals_that_no_fit_has_made_are_smoothed_as_the_rings_grow(fitted):
     normals = vertex_normals(surface)
     scale = choose(surface, normals, Neighbourhood(surface, adjacency(surface)), Progress())
     vertices = np.arange(0, len(normals), 20)
-    grown, found = _closer_scale(surface, normals, scale, vertices, Progress(), fitted)
+    grown, found = _closer_scale(normals, scale, vertices, Progress(), fitted)
     assert grown.neighbourhood.rings > scale.neighbourhood.rings
     true = exact.normal[surface.source_vertex]
     if fitted:

@@ -69,6 +69,28 @@ def test_cone_cylinder_and_dome(seed):
     assert ball.area / wall.area == pytest.approx(0.5**2 / 2.0, rel=0.02)
 
 
+def box() -> tuple[np.ndarray, np.ndarray]:
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+@pytest.mark.parametrize(
+    "mesh, kinds",
+    [
+        (box(), {"planar": 6}),
+        (turned(np.array([0, 1, 0]), np.array([-1, -1, 1]), 32), {"planar": 1, "conical": 1}),
+        (turned(np.array([0, 1, 1, 0]), np.array([-1, -1, 1, 1]), 6), {"planar": 8}),
+    ],
+    ids=["cube", "cone", "prism"],
+)
+def test_few_quads_between_creases_are_a_part(mesh, kinds):
+    detection = core.detect(*mesh)
+    assert kinds_of(detection) == kinds
+    assert len(detection.umbilics) == 0
+    assert detection.index_sum == 2.0
+
+
 def test_round_faces_that_leave_flat_ones_without_a_crease():
     """A slab whose four upright edges are rounded: eight facets of ten degrees and more."""
     angle = np.concatenate([np.arange(9) * np.pi / 16 + k * np.pi / 2 for k in range(4)])
