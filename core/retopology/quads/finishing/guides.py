@@ -15,7 +15,7 @@ from .projection import ClosestPoints
 OWN_PLANE = 0.5
 # Points times segments that are looked at together.
 BLOCK = 1 << 18
-# A vertex on a curve goes this part of the way to the next at most.
+# A vertex on a curve goes this part of the way to the next at most, along the curve.
 NEAREST = 0.4
 
 
@@ -60,17 +60,54 @@ class Guides:
 
 def on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Closest points (p, 3) of a polyline with the given segments."""
+    segment, share = _nearest(points, start, end)
+    return np.asarray(start[segment] + share[:, None] * (end - start)[segment])
+
+
+def _nearest(
+    points: np.ndarray, start: np.ndarray, end: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The segment (p,) of a polyline that is closest to each of points (p, 3), and the part (p,) of
+    it before the closest place."""
     along = end - start
     square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    found = np.empty_like(points)
+    segment, part = np.empty(len(points), np.int64), np.empty(len(points))
     size = max(BLOCK // len(start), 1)
     for first in range(0, len(points), size):
         some = points[first : first + size]
         share = np.clip(((some[:, None] - start) * along).sum(axis=2) / square, 0.0, 1.0)
         place = start + share[:, :, None] * along
         nearest = ((place - some[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-        found[first : first + size] = place[np.arange(len(some)), nearest]
-    return found
+        segment[first : first + size] = nearest
+        part[first : first + size] = share[np.arange(len(some)), nearest]
+    return segment, part
+
+
+def _slid(
+    at: np.ndarray, step: np.ndarray, ends: np.ndarray, start: np.ndarray, end: np.ndarray
+) -> np.ndarray:
+    """Where points (p, 3) of a polyline, with those before and after them there, `ends` (p, 2, 3),
+    come by a step (p, 3): towards the closest place, a part of what is between at most, measured
+    along the line. Where that is jagged the closest may lie beyond the next one.
+    """
+    length = np.linalg.norm(end - start, axis=1)
+    passed = np.concatenate([[0.0], np.cumsum(length)])
+
+    def at_length(along: np.ndarray) -> np.ndarray:
+        segment = np.clip(np.searchsorted(passed, along, side="right") - 1, 0, len(start) - 1)
+        part = (along - passed[segment]) / np.maximum(length[segment], np.finfo(float).tiny)
+        part = np.clip(part, 0.0, 1.0)[:, None]
+        return np.asarray(start[segment] + part * (end - start)[segment])
+
+    points = np.concatenate([at, ends[:, 0], ends[:, 1]])
+    points, row = np.unique(points, axis=0, return_inverse=True)
+    segment, part = _nearest(points, start, end)
+    here, before, after = (passed[segment] + part * length[segment])[row.ravel()].reshape(3, -1)
+    # On a ring both ends are one place.
+    before, after = np.where(before > here, 0.0, before), np.where(after < here, passed[-1], after)
+    segment, part = _nearest(at + step, start, end)
+    by = passed[segment] + part * length[segment] - here
+    return at_length(here + np.clip(by, -NEAREST * (here - before), NEAREST * (after - here)))
 
 
 def vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
@@ -148,16 +185,11 @@ def moved_along(
     """Where the vertices `rows` (r,) at `start` (r, 3) come by a step (r, 3): on the surface, and
     on its curve who slides along one, without coming too near to the next."""
     held = guides.curve[rows] >= 0
-    step = step.copy()
-    if held.any():
-        ends = position[guides.beside[rows[held]]]
-        room = NEAREST * np.linalg.norm(ends - start[held][:, None], axis=2).min(axis=1)
-        length = np.linalg.norm(step[held], axis=1)
-        step[held] *= np.minimum(1.0, room / np.maximum(length, np.finfo(float).tiny))[:, None]
     moved = start + step
     for curve in np.unique(guides.curve[rows[held]]):
         mine = np.flatnonzero(guides.curve[rows] == curve)
-        moved[mine] = on_curve(moved[mine], *guides.curves[int(curve)])
+        ends = position[guides.beside[rows[mine]]]
+        moved[mine] = _slid(start[mine], step[mine], ends, *guides.curves[int(curve)])
     normals = vertex_normals(position, quads)[rows[~held]]
     moved[~held] = guides.surface(moved[~held], normals)[1]
     return moved

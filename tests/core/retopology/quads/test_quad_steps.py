@@ -15,7 +15,7 @@ from core.mesh.mending.repair import clean
 from core.retopology.quads.conformity import conformity
 from core.retopology.quads.field.crosses import crosses
 from core.retopology.quads.field.pole_moves import with_better_poles
-from core.retopology.quads.field.sectors import sector_turns
+from core.retopology.quads.field.sectors import sector_angles, sector_turns
 from core.retopology.quads.finishing.projection import ClosestPoints
 from core.retopology.quads.layout import laying_out
 from core.retopology.quads.layout.grids import grids, violations
@@ -204,6 +204,42 @@ def test_corners_take_back_what_a_pole_beside_them_has():
     # The field decides between two and three else, but where a layout has failed.
     assert turns_at_bend(with_better_poles(far, nowhere)) == [3]
     assert turns_at_bend(with_better_poles(far, nowhere, plain=~nowhere)) == [2]
+
+
+@pytest.mark.parametrize("crease", [False, True])
+@pytest.mark.parametrize("bend", [0.0, 0.6, np.pi / 2])
+def test_jags_of_a_feature_that_bends_are_no_corners(bend, crease):
+    # A sheet whose middle line has teeth of 60 degrees and bends as a whole, by what they leave.
+    count, apart = 41, 0.1
+    teeth = np.where(np.arange(count) % 2, 1.0, -1.0) * np.pi / 3.0
+    teeth[: count // 2 - 3] = teeth[count // 2 + 5 :] = 0.0
+    heading = np.cumsum(teeth) + bend * (np.arange(count) >= count // 2)
+    step = apart * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    line = np.concatenate([[[0.0, 0.0]], np.cumsum(step, axis=0)])
+    rows = np.arange(-4 if crease else 0, 5)
+    side = np.array([-np.sin(0.5 * bend), np.cos(0.5 * bend)])
+    flat = (line + 0.3 * rows[:, None, None] * side).reshape(-1, 2)
+    points = np.column_stack([flat, np.zeros(len(flat))])
+    wide = count + 1
+    first = (wide * np.arange(len(rows) - 1)[:, None] + np.arange(count)).ravel()
+    square = np.stack([first, first + 1, first + wide + 1, first + wide], axis=1)
+    triangles = np.concatenate([square[:, [0, 1, 2]], square[:, [0, 2, 3]]])
+    surface, _ = clean(points, triangles)
+    m = len(surface.triangles)
+    row = wide * int(np.flatnonzero(rows == 0)[0]) + np.arange(wide)
+    on = np.isin(surface.source_vertex, row)
+    tail, head = surface.triangles.ravel(), surface.triangles[:, [1, 2, 0]].ravel()
+    feature = on[tail] & on[head]
+    along, size = np.tile([1.0, 0.0, 0.0], (m, 1)), np.full(m, 0.5)
+    twin = surface.twin
+    crossed = crosses(surface.vertices, surface.triangles, twin, along, size, feature)
+    start, _ = sector_turns(crossed)
+    middle = on[crossed.tail[start]] & on[crossed.head[start]]
+    angle = np.pi - sector_angles(crossed, start[middle])
+    inner = np.isin(surface.source_vertex[crossed.tail[start[middle]]], row[3:-3])
+    turning = np.abs(angle[inner])
+    corners = np.count_nonzero(turning > np.pi / 4)
+    assert corners == ((1 + crease) if bend > 1.0 else 0)
 
 
 def test_splitting_keeps_a_manifold_and_its_features():

@@ -24,7 +24,7 @@ from core.retopology.quads.finishing.faults.mending import (
 )
 from core.retopology.quads.finishing.faults.unfolding import unfolded
 from core.retopology.quads.finishing.faults.worst import worst_opened
-from core.retopology.quads.finishing.guides import Guides
+from core.retopology.quads.finishing.guides import Guides, moved_along
 from core.retopology.quads.finishing.opening import Squaring
 from core.retopology.quads.finishing.placement import Placement
 from core.retopology.quads.finishing.projection import ClosestPoints
@@ -384,3 +384,23 @@ def test_squaring_makes_the_mean_better_and_costs_no_angle(monkeypatch):
         checked = core.check_topology(one.vertices, one.quads.ravel(), starts, guide, poles)
         angles.append(checked.mean_angle)
     assert angles[1] < angles[0] + 0.1
+
+
+@pytest.mark.parametrize("across", [0.01, 0.02, 0.05])
+def test_vertices_on_a_line_that_turns_back_keep_their_order(across):
+    """Beside each other on a narrow tooth, each is nearest to where others are."""
+    up = np.linspace(0.0, 1.0, 11)
+    side = np.stack([0.0 * up, up, 0.0 * up], axis=1)
+    line = np.concatenate([side, side[::-1] + np.array([across, 0.0, 0.0])])
+    position, quads = grid(4, 0.25)
+    row = np.arange(5)
+    position[row] = line[[0, 3, 6, 9, 12]]
+    guides = guided(position, quads[:, :3], len(position))
+    curve, beside = guides.curve.copy(), guides.beside.copy()
+    rows = row[1:-1]
+    curve[rows], beside[rows] = 0, np.stack([rows - 1, rows + 1], axis=1)
+    guides = replace(guides, curve=curve, beside=beside, curves={0: (line[:-1], line[1:])})
+    step = np.tile([across, 0.0, 0.0], (3, 1))
+    moved = moved_along(position[rows], step, rows, position, quads, guides)
+    assert (np.abs(moved[:, 0]) <= 1e-12).all()
+    assert (np.diff(moved[:, 1]) > 0.1).all()
