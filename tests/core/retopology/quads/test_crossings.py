@@ -1,6 +1,7 @@
-"""Where a surface passes through itself, asked for place by place."""
+"""Faces that pass through each other, at once and asked for place by place."""
 
 import numpy as np
+from quad_surfaces import bumpy
 from surfaces import sphere
 
 from core.mesh.mending.repair import clean
@@ -32,3 +33,14 @@ def test_crossings_are_told_of_the_places_that_they_reach_whatever_was_asked_bef
         expected = near[:, pairs].all(axis=2).any(axis=1)
         assert told == expected.tolist()
         assert 0.1 < np.mean(told) < 0.9
+
+
+def test_crossing_faces_are_found():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    upright = square[:, [2, 0, 1]] + [0.5, 0.25, -0.5]
+    both = np.concatenate([square, upright])
+    quads = np.arange(8).reshape(2, 4)
+    assert crossings(both, quads).tolist() == [[0, 1]]
+    assert not len(crossings(both + (np.arange(8) > 3)[:, None] * [0.0, 0.0, 0.6], quads))
+    vertices, triangles = bumpy(0, level=3)
+    assert not len(crossings(vertices, triangles))
