@@ -322,7 +322,7 @@ def _bends(facets: _Facets, axes: np.ndarray, change: np.ndarray) -> np.ndarray:
     radius = np.sqrt(np.maximum(level + np.square(centre).sum(axis=0), 0.0))
     far = np.hypot(*(plane - centre[:, vertex.of]))
     off = np.abs(far - np.abs(radius[vertex.of] + growth))
-    fits &= vertex.largest(off) <= ON_SHAPE * vertex.largest(far)
+    fits &= vertex.largest(off) <= ON_SHAPE * np.maximum(vertex.largest(far), 1e-300)
     place = middle[1:] + scale * centre
     across, facing = (
         np.einsum("kct,ct->kt", sides[:, :, face.of], vectors)
