@@ -29,11 +29,11 @@ from .finishing.mirroring import mirrored, words_of_images
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three, needed
-from .layout.counting import countable, grids_of_about
+from .layout.counting import countable, grids_of_about, outnumbered
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
-from .layout.words import words, words_of_count, words_of_unlaid
+from .layout.words import words, words_of_count, words_of_outnumbered, words_of_unlaid
 from .preparation import Given, prepare, scrap
 from .result import QuadMesh
 from .settings import RemeshSettings
@@ -112,7 +112,9 @@ def remesh(
     done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     clock.lap("evening out")
     unlaid = prepared.unlaid + without + torn
-    warnings += words_of_unlaid(len(unlaid), sum(one.scrap for one in unlaid))
+    many = sum(map(outnumbered, prepared.parts))
+    warnings += words_of_unlaid(len(unlaid) - many, sum(one.scrap for one in unlaid))
+    warnings += words_of_outnumbered(many)
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     part = progress.part("Evening out", 0.95, 0.98)
     cut = [cut_in_three(one, part) for one in unlaid]
@@ -185,6 +187,7 @@ def quad_layout(
     prepared = prepare(guide, given, settings, part)
     progress.step(1.0)
     said = words_of_unlaid(len(prepared.unlaid), sum(one.scrap for one in prepared.unlaid))
+    said += words_of_outnumbered(sum(map(outnumbered, prepared.parts)))
     said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
 
