@@ -28,8 +28,8 @@ from .quads.finishing.projection import ClosestPoints
 from .quads.result import QuadMesh
 
 # Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
-# that an artist has moved out of the way of a crease or a joint is still that pole. So is one in the
-# pole's triangle or beside it, where these are larger.
+# that an artist has moved out of the way of a crease or a joint is still that pole. So is one in
+# the pole's triangle or beside it, where these are larger.
 REACH = 3.0
 # Places of the surface, each of as much area, that are looked for on the checked mesh.
 SAMPLES = 20_000

@@ -87,7 +87,7 @@ def test_very_many_rectangles_need_as_many_quads(monkeypatch):
         monkeypatch.setattr(counting, "MOST_RECTANGLES", 10)
         settings = core.RemeshSettings(quads=quads, symmetry="none")
         made = core.remesh(mesh.vertices, mesh.triangles, settings)
-        # What refuses them is no fault of the mesh, and the preview says so before any quad is made.
+        # It is no fault of the mesh, and the preview says so before any quad is made.
         shown = core.quad_layout(mesh.vertices, mesh.triangles, settings)
         for warnings in (made.warnings, shown.warnings):
             assert laid != any("Ask for more quads" in one for one in warnings)
