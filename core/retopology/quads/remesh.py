@@ -28,11 +28,11 @@ from .finishing.mirroring import mirrored, words_of_images
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three, needed
-from .layout.counting import countable, grids_of_about
+from .layout.counting import countable, grids_of_about, outnumbered
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
-from .layout.words import words, words_of_count, words_of_unlaid
+from .layout.words import words, words_of_count, words_of_outnumbered, words_of_unlaid
 from .preparation import Given, Prepared, prepare, scrap
 from .result import QuadMesh
 from .settings import RemeshSettings
@@ -107,7 +107,10 @@ def remesh(
         part = progress.part("Evening out", 0.75, 0.95)
         done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     unlaid = prepared.unlaid + without + torn
-    warnings = prepared.warnings + words_of_unlaid(len(unlaid), sum(one.scrap for one in unlaid))
+    many = sum(map(outnumbered, prepared.parts))
+    scraps = sum(one.scrap for one in unlaid)
+    warnings = prepared.warnings + words_of_unlaid(len(unlaid) - many, scraps)
+    warnings += words_of_outnumbered(many)
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
     with clock.stage("report"):
         part = progress.part("Evening out", 0.95, 0.98)
@@ -177,6 +180,7 @@ def quad_layout(
     _, prepared = _prepared(vertices, given, settings, part)
     progress.step(1.0)
     said = words_of_unlaid(len(prepared.unlaid), sum(one.scrap for one in prepared.unlaid))
+    said += words_of_outnumbered(sum(map(outnumbered, prepared.parts)))
     said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
 
