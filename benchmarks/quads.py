@@ -28,6 +28,7 @@ from surfaces import cylinder, ellipsoid, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
+from core.base.unit import unit
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.projection import ClosestPoints
 
@@ -155,8 +156,7 @@ class Directions:
         row, _ = self.closest(at.mean(axis=1))
         deviator = self.frames.deviator(row, self.frames.corner[row].mean(axis=1))
         corner = self.surface.vertices[self.surface.triangles[row]]
-        x = corner[:, 1] - corner[:, 0]
-        x /= np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
+        x = unit(corner[:, 1] - corner[:, 0])
         y = np.cross(self.closest.normal[row], x)
         axis = np.zeros(len(quads), complex)
         for turn, along in (
@@ -164,7 +164,7 @@ class Directions:
             (-1j, at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]),
         ):
             value = np.einsum("qc,qc->q", along, x) + 1j * np.einsum("qc,qc->q", along, y)
-            axis += turn * value / np.maximum(np.abs(value), 1e-300)
+            axis += turn * value / np.maximum(np.abs(value), np.finfo(float).tiny)
         off = np.angle(axis) - 0.5 * np.angle(deviator)
         off = np.degrees(np.abs(off - 0.5 * np.pi * np.rint(off / (0.5 * np.pi))))
         gap = np.minimum(np.abs(deviator), np.quantile(np.abs(deviator), 0.95))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +11,7 @@ from ..base.arguments import vertex_pairs
 from ..base.blas import one_blas_thread
 from ..base.options import AUTO
 from ..base.parallel import Begin, beside
-from ..base.progress import Progress
+from ..base.progress import Clock, Progress
 from ..base.settings import Settings
 from ..base.words import counted
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
@@ -128,7 +126,7 @@ def _detected(
     begin: Begin,
 ) -> Detection:
     """As `detect`; `begin` as from `beside`."""
-    clock = _Clock()
+    clock = Clock()
     with clock.stage("cleaning"):
         progress.part("Reading the surface", 0.0, 0.1)
         # Seams that charts are cut along may be borders already, and stay so.
@@ -251,19 +249,6 @@ def _detected(
     progress.step(1.0)
     detection.timings.update(clock.seconds)
     return replace(detection, crease_angle=_crease_angle(settings, cad))
-
-
-@dataclass(frozen=True)
-class _Clock:
-    """Seconds spent in named stages."""
-
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = time.perf_counter() - start
 
 
 def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import unit
 from ..curvature.estimate import Estimate
 from ..curvature.fits.flattened import FlatFit, fit_flattened, round_operator
 from ..fields.frames import frame
@@ -213,10 +214,8 @@ def _fitted(
     weights = places.barycentric[rows]
     centre = np.einsum("rk,rkc->rc", weights, surface.vertices[corners])
     normal = np.einsum("rk,rkc->rc", weights, normals[corners])
-    length = np.linalg.norm(normal, axis=1)
-    normal = np.where(
-        length[:, None] > 1e-3, normal / np.maximum(length, 1e-300)[:, None], normals[corners[:, 0]]
-    )
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-3, unit(normal), normals[corners[:, 0]])
     axes = np.stack([*frame(normal.T), normal.T])
     offset = surface.vertices[members] - centre
     x, y, z = (np.einsum("sbc,cb->sb", offset, axis) for axis in axes)

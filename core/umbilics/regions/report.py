@@ -51,7 +51,8 @@ def describe_regions(
         known = np.isfinite(mean_curvature[corners]).all(axis=1)
         curvature = weighted_median(mean_curvature[corners[known]].mean(axis=1), weight[known])
         # The errors of fits that share samples are not independent.
-        independent = total / (np.pi * max(_mean(radius[corners], weight) ** 2, 1e-300))
+        reach = max(_mean(radius[corners], weight) ** 2, np.finfo(float).tiny)
+        independent = total / (np.pi * reach)
         error = 0.5 * _mean(noise[corners], weight) / np.sqrt(max(independent, 1.0))
         extent = np.sqrt(max(total, np.finfo(float).tiny) / np.pi)
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)

@@ -142,7 +142,8 @@ def filled_corner(position: np.ndarray, quads: np.ndarray, beside: np.ndarray) -
     out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     sine = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
-    sine /= np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), 1e-300)
+    length = np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2)
+    sine /= np.maximum(length, np.finfo(float).tiny)
     row, worst = np.arange(len(quads)), sine.argmin(axis=1)
     corner = quads[row, worst]
     found = np.ones(len(quads), bool)
