@@ -37,6 +37,7 @@ from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
 from .regions.round_shapes import resolved_by_wider_fits, standing_off
+from .regions.too_few import too_few_words, with_too_few
 from .regions.unresolved import UnresolvedSets, low_vertices, unresolved_sets
 from .result import Detection
 from .shown_curves import without_shown
@@ -208,6 +209,8 @@ def _detected(
                     "circles of surfaces of revolution: reported as regions, because no point of "
                     "them is an umbilic of its own."
                 )
+        if regions.few:
+            warnings.append(too_few_words(regions.few, surface.component_count))
         drowned: Callable[[], float] = float
         if settings.regions and settings.certified and settings.curvature != "given":
             label = regions.label
@@ -298,7 +301,9 @@ def _regions(
         dropped = np.array(resolved_by_wider_fits(surface, rows, WIDER * rings, ratio), bool)
         dropped |= standing_off(surface, rows, rings, _scatter(fitted, noise, radius))
         regions = without(regions, dropped)
-    return regions if cad is None else with_faces(cad, regions)
+    if cad is not None:
+        return with_faces(cad, regions)
+    return with_too_few(surface, regions)
 
 
 def _curves(

@@ -8,7 +8,7 @@ from ...base.median import weighted_median
 from ...curvature.tolerances import PLANAR_BEND, PLANAR_ERRORS
 from ...mesh.exact_shapes import PLANAR, SPHERICAL
 from ...mesh.surface import Surface
-from ..result import CURVE, Region
+from ..result import CURVE, UNRESOLVED, Region
 from .region_map import RegionMap
 
 
@@ -57,8 +57,11 @@ def describe_regions(
         extent = np.sqrt(max(total, np.finfo(float).tiny) / np.pi)
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
         kind = PLANAR if abs(curvature) <= flat else SPHERICAL
-        if number >= regions.count - regions.curves:
+        first = regions.count - regions.curves
+        if number >= first:
             kind = CURVE
+        elif number >= first - regions.few:
+            kind = UNRESOLVED
         found.append(
             Region(
                 triangles=_of_input(surface, rows),
