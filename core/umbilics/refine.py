@@ -6,6 +6,7 @@ higher degree around the triangle gives the deviator as a smooth function; its z
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,10 +151,11 @@ def refine(
             # Each has samples of its own number, and all are looked for at once.
             fits: dict[int, list[_Fit]] = {}
             around = neighbourhood.around_triangles(corners, so_many, 1 << 15, ask)
-            for some, members in around:
+            for some, members, held in around:
                 ask.ask()
-                fit = _fitted(surface, normals, same[some], members, degree, focused, places)
-                fits.setdefault(fit.degree, []).append(fit)
+                samples = members, held
+                for fit in _fitted(surface, normals, same[some], samples, degree, focused, places):
+                    fits.setdefault(fit.degree, []).append(fit)
             for own, found in fits.items():
                 exact = focused and own == CLEAN[0]
                 _look_for_zeros(surface, _Fit.joined(found), exact, factor, walk, places)
@@ -203,12 +205,14 @@ def _fitted(
     surface: Surface,
     normals: np.ndarray,
     rows: np.ndarray,
-    members: np.ndarray,
+    samples: tuple[np.ndarray, np.ndarray],
     degree: int,
     focused: bool,
     places: Refined,
-) -> _Fit:
-    """Fits of a degree, or of what they can hold, to samples (s, r) around the umbilics `rows`."""
+) -> Iterator[_Fit]:
+    """Fits of a degree, or of what they can hold, to `samples`, (s, r) members of which the (r,)
+    first are meant, around the umbilics `rows`."""
+    members, held = samples
     corners = surface.triangles[places.triangle[rows]]
     weights = places.barycentric[rows]
     centre = np.einsum("rk,rkc->rc", weights, surface.vertices[corners])
@@ -221,11 +225,15 @@ def _fitted(
     offset = surface.vertices[members] - centre
     x, y, z = (np.einsum("sbc,cb->sb", offset, axis) for axis in axes)
     # Where a small piece or a border leaves few samples, the degree that they can hold.
-    while degree > 3 and len(members) < SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2:
-        degree -= 1
-    focus = FOCUS if focused and degree == CLEAN[0] else None
-    (flat,) = fit_flattened(x, y, z, [degree], focus)
-    return _Fit(rows, centre, axes, np.full(len(rows), len(members)), flat, degree)
+    degrees = np.full(len(rows), degree)
+    for high in range(degree, 3, -1):
+        degrees[held < SAMPLES_PER_TERM * (high + 1) * (high + 2) / 2] = high - 1
+    for own in np.unique(degrees).tolist():
+        some = np.flatnonzero(degrees == own)
+        focus = FOCUS if focused and own == CLEAN[0] else None
+        columns = x[:, some], y[:, some], z[:, some]
+        (flat,) = fit_flattened(*columns, [own], focus, held=held[some])
+        yield _Fit(rows[some], centre[some], axes[:, :, some], held[some], flat, own)
 
 
 def _look_for_zeros(
