@@ -144,12 +144,13 @@ def _shifts(
     ring = graph[centres]
     middle = (ring @ surface.vertices) / np.diff(ring.indptr)[:, None]
     around = Neighbourhood(surface, graph, rings=RINGS, focused=False)
-    for rows, members in around.blocks(centres, BLOCK, progress):
-        normal = unit(normals[members].sum(axis=0))
+    for rows, members, held in around.blocks(centres, BLOCK, progress):
+        there = np.arange(len(members))[:, None] < held
+        normal = unit(np.where(there[:, :, None], normals[members], 0.0).sum(axis=0))
         axes = np.stack([*frame(normal.T), normal.T])
         offset = surface.vertices[members] - surface.vertices[centres[rows]]
         x, y, z = np.einsum("sbc,kcb->ksb", offset, axes)
-        weights = np.where(asked[members], 0.0, 1.0)
+        weights = np.where(asked[members] | ~there, 0.0, 1.0)
         radius = np.sqrt((weights * (x * x + y * y)).sum(axis=0) / np.maximum(weights.sum(0), 1.0))
         radius = np.maximum(radius, np.sqrt(np.finfo(float).tiny))
         x, y, z = x / radius, y / radius, z / radius

@@ -265,8 +265,10 @@ def _stretch(neighbourhood: Neighbourhood, centres: np.ndarray) -> float:
     """Median length over width of the rings around some vertices."""
     points = neighbourhood.surface.vertices
     stretch = np.ones(len(centres))
-    for rows, members in neighbourhood.blocks(centres, SAMPLES_PER_BLOCK):
-        offset = points[members] - points[members].mean(axis=0)
+    for rows, members, held in neighbourhood.blocks(centres, SAMPLES_PER_BLOCK):
+        there = (np.arange(len(members))[:, None] < held)[:, :, None]
+        middle = np.where(there, points[members], 0.0).sum(axis=0) / held[:, None]
+        offset = np.where(there, points[members] - middle, 0.0)
         _, width, length = np.linalg.eigvalsh(np.einsum("sbi,sbj->bij", offset, offset)).T
         # A width of less is round-off of the length.
         width = np.maximum(width, np.finfo(float).eps * length)

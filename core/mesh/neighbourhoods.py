@@ -12,7 +12,7 @@ from scipy import sparse
 
 from ..base.progress import Progress
 from .patches import Patches
-from .rings import Begun, by_size, even_count, grow, grown_rows, selection
+from .rings import Begun, by_similar_size, by_size, even_count, grow, grown_rows, selection
 from .surface import Surface
 from .thinning import Thinned
 
@@ -27,6 +27,9 @@ MOST_RINGS = 24
 # Rings from which on nearest samples are taken from rings that vertices within so many edges of
 # each other share; and samples that are listed at once so.
 SHARED, NEAR, MOST_LISTED = 12, 3, 1 << 22
+
+# Rows (b,), their samples (s, b), the shorter filled up, and how many each has (b,).
+Block = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -82,8 +85,9 @@ class Neighbourhood:
 
     def around_triangles(
         self, corners: np.ndarray, rings: int, most: int, progress: Progress | None = None
-    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`."""
+    ) -> Iterator[Block]:
+        """The samples around triangles (r, 3) of vertices, in blocks as those of `blocks`, filled
+        up with their first corners."""
         if self.thinned is not None:
             crowded = self.thinned.crowded[corners].any(axis=1)
             yield from self._in_cells(
@@ -94,25 +98,40 @@ class Neighbourhood:
             return
         start = selection(self._nodes(corners), self.graph.shape[0])
         for some, reach in self._around(start, self._grown(rings), progress):
-            for rows, members in by_size(self._named(reach), most):
-                rows = some[rows]
-                if self.stretch > 1.0:
-                    points = self.surface.vertices[corners[rows]].mean(axis=1)
-                    members = self._nearest(members, points, rings)
-                yield rows, members
+            first, places = corners[some, 0], self.surface.vertices[corners[some]].mean(axis=1)
+            for rows, members, held in self._in_blocks(
+                self._named(reach), most, first, places, rings
+            ):
+                yield some[rows], members, held
+
+    def _in_blocks(
+        self,
+        reach: sparse.csr_array,
+        most: int,
+        filling: np.ndarray,
+        points: np.ndarray,
+        rings: int,
+    ) -> Iterator[Block]:
+        """The samples of rows (r, n) around points (r, 3), in blocks as from `by_similar_size`."""
+        if self.stretch <= 1.0:
+            yield from by_similar_size(reach, most, filling)
+            return
+        for rows, members in by_size(reach, most):
+            members = self._nearest(members, points[rows], rings)
+            yield rows, members, np.full(len(rows), len(members))
 
     def _in_cells(
         self,
         cells: Thinned,
         crowded: np.ndarray,
-        samples: Callable[[Neighbourhood, np.ndarray], Iterator[tuple[np.ndarray, np.ndarray]]],
-    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        samples: Callable[[Neighbourhood, np.ndarray], Iterator[Block]],
+    ) -> Iterator[Block]:
         """Samples by rings of vertices and, where the rows are `crowded` (r,), by rings of
         cells."""
         rows = np.flatnonzero(~crowded)
         if len(rows):
-            for some, members in samples(dataclasses.replace(self, thinned=None), rows):
-                yield rows[some], members
+            for some, members, held in samples(dataclasses.replace(self, thinned=None), rows):
+                yield rows[some], members, held
         rows = np.flatnonzero(crowded)
         if len(rows):
             net = dataclasses.replace(
@@ -126,8 +145,8 @@ class Neighbourhood:
                 cells=cells,
                 begun=None,
             )
-            for some, members in samples(net, rows):
-                yield rows[some], members
+            for some, members, held in samples(net, rows):
+                yield rows[some], members, held
 
     def _nodes(self, vertices: np.ndarray) -> np.ndarray:
         """Vertices as nodes of the graph."""
@@ -166,15 +185,17 @@ class Neighbourhood:
 
     def blocks(
         self, centres: np.ndarray, most: int, progress: Progress | None = None
-    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """The samples of each of the vertices `centres`, in blocks of equal size.
+    ) -> Iterator[Block]:
+        """The samples of each of the vertices `centres`, in blocks of about equal size.
 
         Yields
         ------
         rows:
             (b,) rows of `centres`, with b * s <= `most` (at least one row).
         members:
-            (s, b) intp samples of each: vertices, or `patches`.
+            (s, b) intp samples of each: vertices, filled up with their centre, or `patches`.
+        held:
+            (b,) how many of them, the first ones, are samples.
         """
         if self.thinned is not None:
             crowded = self.thinned.crowded[centres]
@@ -184,8 +205,10 @@ class Neighbourhood:
             return
         patches = self.patches
         if patches is not None:
-            held = even_count(self.rings)
-            yield from patches.windows(centres, held, self.stretch, most, progress, self.begun)
+            for rows, members in patches.windows(
+                centres, even_count(self.rings), self.stretch, most, progress, self.begun
+            ):
+                yield rows, members, np.full(len(rows), len(members))
             return
         pending = np.arange(len(centres))
         count = self.rings
@@ -209,12 +232,12 @@ class Neighbourhood:
                     enough, chosen = reach[ready], asked[ready]
                     short.append(asked[~ready])
                     sizes[short[-1]] = grown[~ready]
-                for rows, members in by_size(enough, most):
-                    rows = chosen[rows]
-                    if self.stretch > 1.0:
-                        points = self.surface.vertices[centres[rows]]
-                        members = self._nearest(members, points, count)
-                    yield rows, members
+                middle = centres[chosen]
+                places = self.surface.vertices[middle]
+                for rows, members, held in self._in_blocks(
+                    enough, most, middle, places, count
+                ):
+                    yield chosen[rows], members, held
             pending = np.concatenate(short) if short else pending[:0]
             count += 1
 

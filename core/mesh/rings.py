@@ -21,6 +21,9 @@ from .surface import Surface
 MOST_GATHERED = 1 << 25
 # Rings from which on only the outermost leads further; with fewer that takes longer than it saves.
 BY_FRONTS = 5
+# A block of rows costs as much more as so many samples in it do: with fewer it is worth to fill the
+# shorter rows up.
+FILLED = 1 << 12
 # Nodes that one thread looks around at once, and such that it gathers all within some edges of.
 NEAR_BLOCK, GATHERED_BLOCK = 1 << 15, 1 << 12
 
@@ -241,6 +244,48 @@ def by_size(reach: sparse.csr_array, most: int) -> Iterator[tuple[np.ndarray, np
                 # NumPy gathers by its own integers several times faster than by others.
                 slots = reach.indptr[rows] + np.arange(size, dtype=np.intp)[:, None]
                 yield rows, reach.indices[slots].astype(np.intp)
+        begin = end
+
+
+def by_similar_size(
+    reach: sparse.csr_array, most: int, filling: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """As `by_size`, with fewer and larger blocks, in which the shorter rows are filled up with the
+    vertices `filling` (r,).
+
+    Yields
+    ------
+    rows, members:
+        As there; size is that of the longest.
+    held:
+        (b,) how many of the members are of the row, the first ones.
+    """
+    sizes = np.diff(reach.indptr)
+    order = np.argsort(sizes, kind="stable")
+    count = np.bincount(sizes)
+    held = np.flatnonzero(count)
+    ends = np.cumsum(count[held]).tolist()
+    begin, longest = 0, held.tolist()
+    for place, (size, end) in enumerate(zip(longest, ends, strict=True)):
+        if place + 1 < len(ends):
+            wider = longest[place + 1]
+            together = (end - begin) * (wider - size) <= FILLED
+            if size and together and (ends[place + 1] - begin) * wider <= most:
+                continue
+        step = max(most // max(size, 1), 1)
+        for low in range(begin, end, step):
+            rows = order[low : min(low + step, end)]
+            if not size:
+                continue
+            own, first = sizes[rows], reach.indptr[rows]
+            # NumPy gathers by its own integers several times faster than by others.
+            slots = np.arange(size, dtype=np.intp)[:, None]
+            if own[0] == size:
+                yield rows, reach.indices[first + slots].astype(np.intp), own
+                continue
+            there = slots < own
+            members = reach.indices[np.where(there, first + slots, first)]
+            yield rows, np.where(there, members, filling[rows]).astype(np.intp), own
         begin = end
 
 

@@ -6,6 +6,7 @@ higher degree around the triangle gives the deviator as a smooth function; its z
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,10 +146,11 @@ def refine(
             # Each has samples of its own number, and all are looked for at once.
             fits: dict[int, list[_Fit]] = {}
             around = neighbourhood.around_triangles(corners, so_many, 1 << 15, ask)
-            for some, members in around:
+            for some, members, held in around:
                 ask.ask()
-                fit = _fitted(surface, normals, same[some], members, degree, focused, places)
-                fits.setdefault(fit.degree, []).append(fit)
+                samples = members, held
+                for fit in _fitted(surface, normals, same[some], samples, degree, focused, places):
+                    fits.setdefault(fit.degree, []).append(fit)
             for own, found in fits.items():
                 exact = focused and own == CLEAN[0]
                 _look_for_zeros(surface, _Fit.joined(found), exact, factor, walk, places)
@@ -209,21 +211,27 @@ def _fitted(
     surface: Surface,
     normals: np.ndarray,
     rows: np.ndarray,
-    members: np.ndarray,
+    samples: tuple[np.ndarray, np.ndarray],
     degree: int,
     focused: bool,
     places: Refined,
-) -> _Fit:
-    """Fits of a degree, or of what they can hold, to samples (s, r) around the umbilics `rows`."""
+) -> Iterator[_Fit]:
+    """Fits of a degree, or of what they can hold, to `samples`, (s, r) members of which the (r,)
+    first are meant, around the umbilics `rows`."""
+    members, held = samples
     centre, axes, (x, y, z) = _seen_from(
         surface, normals, places.triangle[rows], places.barycentric[rows], members
     )
     # Where a small piece or a border leaves few samples, the degree that they can hold.
-    while degree > 3 and len(members) < SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2:
-        degree -= 1
-    focus = FOCUS if focused and degree == CLEAN[0] else None
-    (flat,) = fit_flattened(x, y, z, [degree], focus)
-    return _Fit(rows, centre, axes, np.full(len(rows), len(members)), flat, degree)
+    degrees = np.full(len(rows), degree)
+    for high in range(degree, 3, -1):
+        degrees[held < SAMPLES_PER_TERM * (high + 1) * (high + 2) / 2] = high - 1
+    for own in np.unique(degrees).tolist():
+        some = np.flatnonzero(degrees == own)
+        focus = FOCUS if focused and own == CLEAN[0] else None
+        columns = x[:, some], y[:, some], z[:, some]
+        (flat,) = fit_flattened(*columns, [own], focus, held=held[some])
+        yield _Fit(rows[some], centre[some], axes[:, :, some], held[some], flat, own)
 
 
 def _seen_from(
@@ -289,14 +297,15 @@ def next_order(
         corners = surface.triangles[triangle[same]]
         both = degree, degree + 2
         few, many = ((d + 1) * (d + 2) / 2 for d in both)
-        for some, members in around.around_triangles(corners, rings, 1 << 15, progress):
-            if len(members) < SAMPLES_PER_TERM * many:
+        for some, members, held in around.around_triangles(corners, rings, 1 << 15, progress):
+            enough = held >= SAMPLES_PER_TERM * many
+            if not enough.any():
                 continue
-            rows = same[some]
+            rows, members, held = same[some][enough], members[:, enough], held[enough]
             _, _, (x, y, z) = _seen_from(
                 surface, normals, triangle[rows], barycentric[rows], members
             )
-            one, two = fit_flattened(x, y, z, both)
+            one, two = fit_flattened(x, y, z, both, held=held)
             middle = np.zeros(len(rows))
             lower, higher = (
                 round_operator(flat.heights.coefficients, flat.radius, flat.bend, middle, middle)
@@ -304,7 +313,7 @@ def next_order(
             )
             known = one.heights.determined & two.heights.determined & (two.residual > 0.0)
             left, noise = np.square(one.residual), np.where(known, np.square(two.residual), 1.0)
-            taken = left / noise * (len(members) - few) - (len(members) - many)
+            taken = left / noise * (held - few) - (held - many)
             values = (
                 np.abs(higher.deviator - lower.deviator),
                 np.square(one.heights.gap_error / one.radius),
@@ -312,8 +321,8 @@ def next_order(
                 np.full(len(rows), many - few),
                 np.maximum(taken / (many - few), 0.0),
             )
-            for held, value in zip(vars(found).values(), values, strict=True):
-                held[rows[known]] = value[known]
+            for kept, value in zip(vars(found).values(), values, strict=True):
+                kept[rows[known]] = value[known]
     return found
 
 

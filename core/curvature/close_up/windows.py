@@ -157,21 +157,20 @@ def _window(
         for degree in DEGREES
     ]
     around = dataclasses.replace(scale.neighbourhood, rings=rings)
-    for rows, members in around.around_triangles(corners, rings, BLOCK, progress):
-        held = [d for d in DEGREES if len(members) >= SAMPLES_PER_TERM * (d + 1) * (d + 2) / 2]
-        if not held:
-            continue
+    for rows, members, held in around.around_triangles(corners, rings, BLOCK, progress):
         offset = surface.vertices[members] - centre[rows]
         x, y, z = np.einsum("sbc,kcb->ksb", offset, axes[:, :, rows])
         over = None if planar is None else planar[rows]
-        for flat, step in zip(fit_flattened(x, y, z, held, planar=over), found, strict=False):
+        fits = fit_flattened(x, y, z, DEGREES, planar=over, held=held)
+        for flat, step, degree in zip(fits, found, DEGREES, strict=True):
             fit = flat.heights
+            known = fit.determined & (held >= SAMPLES_PER_TERM * (degree + 1) * (degree + 2) / 2)
             for term, values in fit.coefficients.items():
                 step.coefficients[term][rows] = values
             step.radius[rows], step.bend[rows] = flat.radius, flat.bend
             error = scale.factor * fit.gap_error / flat.radius
-            step.error[rows] = np.where(fit.determined, error, np.inf)
-            step.rings[rows] = np.where(fit.determined, rings, 0)
+            step.error[rows] = np.where(known, error, np.inf)
+            step.rings[rows] = np.where(known, rings, 0)
     return found
 
 

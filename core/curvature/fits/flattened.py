@@ -138,6 +138,7 @@ def fit_flattened(
     degrees: Sequence[int],
     focus: float | None = None,
     planar: np.ndarray | None = None,
+    held: np.ndarray | None = None,
 ) -> list[FlatFit]:
     """Fit heights of each of some degrees to columns of samples (s, b) over the spheres nearest to
     them or over planes.
@@ -150,12 +151,18 @@ def fit_flattened(
         Weights are 1 / (1 + d^2 / focus)^3 of the squared distance d^2 (mean 1) from the origin;
         None for equal ones. Either are divided by the squared scale of the map, by which it makes
         the errors of the points larger.
+    held:
+        (b,) how many samples, the first ones, are meant; None for all.
     """
-    bend = nearest_spheres(x, y, z)
+    there = None
+    if held is not None and held.min() < len(x):
+        there = np.arange(len(x))[:, None] < held
+        x, y, z = (np.where(there, value, 0.0) for value in (x, y, z))
+    bend = nearest_spheres(x, y, z, there)
     if planar is not None:
-        return _fits_over(x, y, z, np.where(planar, 0.0, bend), degrees, focus)
-    spheres = _fits_over(x, y, z, bend, degrees, focus)
-    planes = _fits_over(x, y, z, np.zeros(x.shape[1]), degrees, focus)
+        return _fits_over(x, y, z, np.where(planar, 0.0, bend), degrees, focus, there)
+    spheres = _fits_over(x, y, z, bend, degrees, focus, there)
+    planes = _fits_over(x, y, z, np.zeros(x.shape[1]), degrees, focus, there)
     return [_of_less_left(*pair) for pair in zip(spheres, planes, strict=True)]
 
 
@@ -166,10 +173,13 @@ def _fits_over(
     bend: np.ndarray,
     degrees: Sequence[int],
     focus: float | None,
+    there: np.ndarray | None,
 ) -> list[FlatFit]:
-    """The fits over spheres of curvature `bend` (b,)."""
+    """The fits over spheres of curvature `bend` (b,), to the samples that are `there` (s, b)."""
     x, y, z, shrink = flattened(x, y, z, bend)
     weights = np.where(shrink > HALF, shrink * shrink, 0.0)
+    if there is not None:
+        weights *= there
     if not weights.all():
         # In units of what counts, what does not may lie as far away as no number says.
         x, y, z = (np.where(weights > 0.0, value, 0.0) for value in (x, y, z))
@@ -181,7 +191,7 @@ def _fits_over(
         weights = weights * (1.0 + square / (focus * radius * radius)) ** -3
     most = max(degrees)
     sums, workspace = np.empty((sum_count(most), x.shape[1])), Workspace()
-    even = weights if focus is not None or bend.any() else None
+    even = weights if focus is not None or there is not None or bend.any() else None
     sum_samples(x / radius, y / radius, z / radius, even, most, sums, workspace)
     samples = np.count_nonzero(weights, axis=0)
     return [
@@ -213,14 +223,23 @@ def _of_less_left(one: FlatFit, two: FlatFit) -> FlatFit:
     )
 
 
-def nearest_spheres(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+def nearest_spheres(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, there: np.ndarray | None = None
+) -> np.ndarray:
     """(b,) curvature, positive towards z, of the spheres nearest to samples (s, b), by linear least
-    squares of z = c0 + c1 x + c2 y + c3 (x^2 + y^2 + z^2) / 2 (Coope 1993)."""
+    squares of z = c0 + c1 x + c2 y + c3 (x^2 + y^2 + z^2) / 2 (Coope 1993). Samples that are not
+    `there` (s, b) lie at the origin."""
     size = np.maximum.reduce([np.abs(value).max(axis=0) for value in (x, y, z)])
     size = np.maximum(size, _SHORTEST)
     x, y, z = x / size, y / size, z / size
     square = 0.5 * (x * x + y * y + z * z)
-    x, y, square, z = (value - value.mean(axis=0) for value in (x, y, square, z))
+    if there is None:
+        x, y, square, z = (value - value.mean(axis=0) for value in (x, y, square, z))
+    else:
+        count = np.count_nonzero(there, axis=0)
+        means = (value.sum(axis=0) / count for value in (x, y, square, z))
+        values = zip((x, y, square, z), means, strict=True)
+        x, y, square, z = (np.where(there, value - mean, 0.0) for value, mean in values)
     xx, xy, yy = (x * x).sum(axis=0), (x * y).sum(axis=0), (y * y).sum(axis=0)
     # Less is round-off of samples along a line.
     area = np.maximum(xx * yy - xy * xy, np.finfo(float).eps * xx * yy)

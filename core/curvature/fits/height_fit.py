@@ -138,6 +138,7 @@ def sum_samples(
     degree: int,
     sums: np.ndarray,
     workspace: Workspace,
+    held: np.ndarray | None = None,
 ) -> None:
     """What fits of a degree need to know of their samples.
 
@@ -154,6 +155,9 @@ def sum_samples(
         for a + b <= degree, and of z^2, in the order of `_system_rows`. r is `sum_count`.
     workspace:
         Buffers to work in, for calls in a loop.
+    held:
+        (b,) how many samples of equal weights there are, where others at the origin fill them up;
+        None for all.
     """
     monomials = workspace.array("monomials", len(_monomials(degree)), *x.shape)
     monomials[0] = 1.0
@@ -175,6 +179,9 @@ def sum_samples(
         np.einsum("sb,qsb->qb", left, right, out=sums[begin : begin + len(right)])
         begin += len(right)
     np.einsum("sb,sb->b", left, z, out=sums[begin])
+    if held is not None and weights is None:
+        # What lies at the origin counts nowhere else.
+        sums[0] = held
 
 
 def solve_heights(

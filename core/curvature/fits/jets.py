@@ -191,20 +191,22 @@ def _fit_some(
     patches = around.patches
     seen = coordinates if patches is None else patches.coordinates
     blocks, end = [np.zeros(0, int)], 0
-    for some, members in around.blocks(centres, SAMPLES_PER_BLOCK, progress):
+    for some, members, held in around.blocks(centres, SAMPLES_PER_BLOCK, progress):
         block = slice(end, end := end + len(some))
         blocks.append(some)
-        count[block] = len(members)
+        count[block] = held
         # `take` gives arrays that run along b; indexed with [..., some] they would not.
         origin = coordinates.take(centres[some], axis=1)
         along = axes.take(some, axis=2)
-        samples, radius[block] = samples_about(seen, members, origin, along, workspace)
-        weights = near_weights(samples[:2], FOCUS[degree], workspace) if around.focused else None
+        samples, radius[block] = samples_about(seen, members, held, origin, along, workspace)
+        weights = None
+        if around.focused:
+            weights = near_weights(samples[:2], held, FOCUS[degree], workspace)
         if patches is not None:
             weights = patches.size.take(members)
             count[block] = weights.sum(axis=0)
         x, y, height = samples
-        sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
+        sum_samples(x, y, height, weights, degree, sums[:, block], workspace, held)
         if patches is not None:
             # Squares of all heights, not of their means alone.
             sums[-1, block] += patches.scatter.take(members).sum(axis=0) / radius[block] ** 2
@@ -216,16 +218,18 @@ def _fit_some(
 def samples_about(
     coordinates: np.ndarray,
     members: np.ndarray,
+    held: np.ndarray | int,
     origin: np.ndarray,
     axes: np.ndarray,
     workspace: Workspace,
 ) -> tuple[np.ndarray, np.ndarray]:
     """(3, s, b) coordinates of the vertices `members` (s, b) about `origin` (3, b) along three
-    `axes` (3, 3, b), in units of their root mean square distance, and (b,) that radius."""
+    `axes` (3, 3, b), in units of their root mean square distance, and (b,) that radius. All but
+    the `held` (b,) first lie at the origin."""
     offset = workspace.array("offset", 3, *members.shape)
     for here, centre, away in zip(coordinates, origin, offset, strict=True):
         np.subtract(here[members], centre, out=away)
-    radius = np.sqrt(np.einsum("csb,csb->b", offset, offset) / len(members))
+    radius = np.sqrt(np.einsum("csb,csb->b", offset, offset) / held)
     radius = np.maximum(radius, _SHORTEST)
     samples = workspace.array("samples", 3, *members.shape)
     # Axis by axis: NumPy takes three times as long for one contraction with all of them.
@@ -234,14 +238,20 @@ def samples_about(
     return samples, radius
 
 
-def near_weights(plane: np.ndarray, focus: float, workspace: Workspace) -> np.ndarray:
-    """Weights (s, b) of samples at `plane` (2, s, b), up to a factor: 1 / (1 + d^2 / focus)^3."""
+def near_weights(
+    plane: np.ndarray, held: np.ndarray, focus: float, workspace: Workspace
+) -> np.ndarray:
+    """Weights (s, b) of samples at `plane` (2, s, b), up to a factor: 1 / (1 + d^2 / focus)^3; zero
+    but for the `held` (b,) first."""
     spread, other = workspace.array("weights", *plane.shape)
     np.einsum("csb,csb->sb", plane, plane, out=spread)
     spread += focus
     np.multiply(spread, spread, out=other)
     spread *= other
-    return np.reciprocal(spread, out=spread)
+    np.reciprocal(spread, out=spread)
+    if held.min() < len(spread):
+        spread *= np.arange(len(spread))[:, None] < held
+    return np.asarray(spread)
 
 
 def _store(

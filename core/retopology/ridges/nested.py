@@ -74,7 +74,7 @@ class NestedFits:
             origin = self._origin.take(rows, axis=1)
             axes = self._axes.take(rows, axis=2)
             (x, y, height), radius = samples_about(
-                self._coordinates, some, origin, axes, self._workspace
+                self._coordinates, some, len(some), origin, axes, self._workspace
             )
             part = sums[:, : len(rows)]
             sum_samples(x, y, height, None, self._degree, part, self._workspace)

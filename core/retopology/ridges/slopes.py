@@ -188,17 +188,17 @@ def _fit_some(
     sums = workspace.array("sums", sum_count(degree), len(rows))
     radius, count = np.empty((2, len(rows)))
     blocks, end = [np.zeros(0, int)], 0
-    for some, members in fitting.neighbourhood.blocks(rows, SAMPLES_PER_BLOCK):
+    for some, members, held in fitting.neighbourhood.blocks(rows, SAMPLES_PER_BLOCK):
         block = slice(end, end := end + len(some))
         blocks.append(some)
-        count[block] = len(members)
+        count[block] = held
         origin = coordinates.take(rows[some], axis=1)
         along = axes.take(rows[some], axis=2)
-        samples, radius[block] = samples_about(coordinates, members, origin, along, workspace)
+        samples, radius[block] = samples_about(coordinates, members, held, origin, along, workspace)
         focus = fitting.focus
-        weights = None if focus is None else near_weights(samples[:2], focus, workspace)
+        weights = None if focus is None else near_weights(samples[:2], held, focus, workspace)
         x, y, height = samples
-        sum_samples(x, y, height, weights, degree, sums[:, block], workspace)
+        sum_samples(x, y, height, weights, degree, sums[:, block], workspace, held)
     order = np.concatenate(blocks)
     fit = solve_heights(sums[:, :end], count[:end], degree, workspace, ENDS)
     made = slopes_of(fit, radius[:end], axes.take(rows[order], axis=2))

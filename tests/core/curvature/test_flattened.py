@@ -121,6 +121,26 @@ def test_lower_degrees_of_the_same_sums_are_fits_of_their_own():
         np.testing.assert_allclose(found.heights.gap_error, alone.heights.gap_error, rtol=1e-7)
 
 
+@pytest.mark.parametrize("over", [{}, {"focus": 0.7}, {"planar": np.array([True, True])}])
+def test_fits_ask_only_for_the_samples_that_are_meant(over):
+    """Others fill the shorter up, wherever they lie."""
+    x, y = disc(400, 0.3)
+    z = 0.5 * (x * x + y * y) + x**3 + np.random.default_rng(1).normal(size=400) * 1e-3
+    held = np.array([400, 317])
+    columns = [np.column_stack([value, value]) for value in (x, y, z)]
+    for value in columns:
+        value[held[1] :, 1] = 3.0
+    (both,) = fit_flattened(*columns, [4], **over, held=held)
+    for row, count in enumerate(held):
+        alone = {name: value[:1] if name == "planar" else value for name, value in over.items()}
+        (own,) = fit_flattened(*(value[:count, None] for value in (x, y, z)), [4], **alone)
+        np.testing.assert_allclose(both.bend[row], own.bend[0], rtol=1e-9)
+        np.testing.assert_allclose(both.residual[row], own.residual[0], rtol=1e-9)
+        for term, value in own.heights.coefficients.items():
+            found = both.heights.coefficients[term][row]
+            np.testing.assert_allclose(found, value[0], rtol=1e-7, atol=1e-9)
+
+
 def test_a_focus_weighs_samples_by_their_distance_and_residuals_have_their_unit():
     x, y = disc(3000, 0.3)
     z = 0.5 * x * x - y**3 + np.random.default_rng(1).normal(size=3000) * 1e-3

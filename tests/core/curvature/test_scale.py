@@ -265,7 +265,7 @@ def test_vertices_side_by_side_share_rings_that_hold_no_fewer_of_the_nearest(mon
     def missed():
         """How many vertices have a sample that is not among the nearest."""
         beyond = np.ones(len(points), bool)
-        for rows, members in wide.blocks(everywhere, 1 << 16):
+        for rows, members, _ in wide.blocks(everywhere, 1 << 16):
             away = np.linalg.norm(points[members] - points[rows], axis=2).max(axis=0)
             beyond[rows] = (len(members) != 91) | (away > 1.000001 * nearest[rows, -1])
         return int(beyond.sum())

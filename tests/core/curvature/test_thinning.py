@@ -57,9 +57,9 @@ def samples_at(surface, vertices):
     cells = thinned(surface, vertex_normals(surface), None, Progress())
     around = Neighbourhood(surface, adjacency(surface), thinned=cells)
     found = {}
-    for rows, members in around.blocks(vertices, 10_000):
-        for row, column in zip(rows, members.T, strict=True):
-            found[row] = column
+    for rows, members, held in around.blocks(vertices, 10_000):
+        for row, column, count in zip(rows, members.T, held, strict=True):
+            found[row] = column[:count]
     return [found[row] for row in range(len(vertices))]
 
 

@@ -60,7 +60,7 @@ def test_windows_hold_the_nearest_patches(name):
     surface, patches, around = patched(SURFACES[name], 3.0 if name == "stretched" else 1.0)
     centres = np.arange(0, len(surface.vertices), 7)
     seen, shares = np.zeros(len(centres), int), []
-    for rows, members in around.blocks(centres, 1 << 14):
+    for rows, members, _ in around.blocks(centres, 1 << 14):
         seen[rows] += 1
         for row, some in zip(rows, members.T, strict=True):
             offset = patches.coordinates.T - surface.vertices[centres[row]]
@@ -80,7 +80,7 @@ def test_windows_listed_for_all_scales_are_those_of_each():
         lists = []
         for windows in (wide, dataclasses.replace(wide, begun=begun)):
             found = [set()] * len(centres)
-            for rows, members in windows.blocks(centres, 1 << 14):
+            for rows, members, _ in windows.blocks(centres, 1 << 14):
                 for row, some in zip(rows, members.T, strict=True):
                     found[row] = set(some)
             lists.append(found)
@@ -90,7 +90,7 @@ def test_windows_listed_for_all_scales_are_those_of_each():
 
 def test_windows_hold_no_more_than_the_component():
     surface, patches, around = patched(ellipsoid((1.2, 1.1, 1.0), 1))
-    for _, members in around.blocks(np.arange(len(surface.vertices)), 1 << 14):
+    for _, members, _ in around.blocks(np.arange(len(surface.vertices)), 1 << 14):
         assert len(members) <= len(patches.size)
 
 

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import surfaces
+from scipy import sparse
 from scipy.sparse import csgraph
 
 from core.mesh import rings
 from core.mesh.mending.repair import clean
-from core.mesh.rings import adjacency, grow, selection
+from core.mesh.rings import adjacency, by_similar_size, grow, selection
 
 # Closed, and with a border.
 SPHERE, PATCH = surfaces.icosphere(3), surfaces.seed_patch(300)
@@ -33,3 +34,28 @@ def test_rings_hold_what_a_walk_reaches(kind, further, most, monkeypatch):
         seen.append(rows)
     np.testing.assert_array_equal(np.sort(np.concatenate(seen)), np.arange(len(corners)))
     assert (len(seen) > 1) == (most == 3000)
+
+
+@pytest.mark.parametrize("filled", [0, rings.FILLED, 1 << 30])
+@pytest.mark.parametrize("most", [1, 300, 1 << 16])
+def test_blocks_of_similar_size_hold_every_row_once(most, filled, monkeypatch):
+    """The members of each first, and then what fills it up."""
+    monkeypatch.setattr(rings, "FILLED", filled)
+    random = np.random.default_rng(0)
+    reach = sparse.random_array((400, 60), density=0.4, format="csr", rng=random).astype(bool)
+    # One row of nothing and one of all.
+    reach = sparse.vstack([reach, np.zeros((1, 60), bool), np.ones((1, 60), bool)], format="csr")
+    filling = random.integers(60, 99, reach.shape[0])
+    seen, wide = [], []
+    for rows, members, held in by_similar_size(reach, most, filling):
+        assert members.size <= most or len(rows) == 1
+        for row, column, count in zip(rows, members.T, held, strict=True):
+            np.testing.assert_array_equal(column[:count], reach[[row]].indices)
+            assert (column[count:] == filling[row]).all()
+        seen.append(rows)
+        wide.append(len(members))
+    expected = np.flatnonzero(np.diff(reach.indptr))
+    np.testing.assert_array_equal(np.sort(np.concatenate(seen)), expected)
+    if most == 1 << 16:
+        different = len(set(np.diff(reach.indptr))) - 1
+        assert len(wide) == {0: different, 1 << 30: 1}.get(filled, len(wide)) <= different

@@ -264,9 +264,9 @@ def test_the_degree_is_what_the_samples_can_hold(monkeypatch, cells, degree):
     """One and a half samples for each of (d + 1)(d + 2) / 2 terms, but no less than a cubic."""
     seen = []
 
-    def recorded(x, y, z, asked, focus):
-        seen.append((len(x), *asked, focus is not None))
-        return fit_flattened(x, y, z, asked, focus)
+    def recorded(x, y, z, asked, focus, held):
+        seen.extend((count, *asked, focus is not None) for count in held.tolist())
+        return fit_flattened(x, y, z, asked, focus, held=held)
 
     monkeypatch.setattr(refining, "fit_flattened", recorded)
     vertices, triangles = graph(LEMON, cells=cells)
