@@ -53,6 +53,8 @@ FILES = (
     "beetle_bff.obj",
     "skull_os.obj",
 )
+# Control cages, and levels of subdivision after which the directions are those of the surface.
+CAGES = {"suzanne.obj": 3}
 OURS = "Umbilics"
 # Numbers of quads, few to many, that one surface is remeshed to where speed is measured.
 MANY = (300, 20_000, 100_000)
@@ -63,6 +65,8 @@ Written by `benchmarks/quads`, each table by a run of its own.
 
 *Angle*: degrees between the quads' directions and the principal directions of the input, weighed
 with area and with the gap of the curvatures (the largest twentieth of it counting like the next).
+Suzanne is a control cage of 500 faces: its angles are to the directions of its subdivision, the
+surface that it stands for; those of its own triangles hang on how its faces were cut in two.
 *Jacobian*: least and mean scaled Jacobian, and the mean that the irregular vertices leave at most:
 where n sides meet the corners have 360°/n as a mean. *Off*: root mean square distance of the
 vertices from the surface, in thousandths of its size. *Whole*: all quads, manifold, with the Euler
@@ -133,8 +137,8 @@ def bumpy(seed: int, subdivisions: int = 5) -> tuple[np.ndarray, np.ndarray]:
     return mesh.vertices * np.maximum(1.0 + height, 0.3)[:, None], mesh.triangles
 
 
-class Judge:
-    """What quads are measured against: an input surface and its curvature."""
+class Directions:
+    """The principal directions of a surface, for quads to be measured against."""
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
         self.detection = core.detect(vertices, triangles)
@@ -145,32 +149,9 @@ class Judge:
             self.surface.vertices, self.surface.triangles, self.surface.twin
         )
 
-    def row(self, vertices: np.ndarray, quads: np.ndarray) -> list[str]:
-        """Cells of the table from the number of quads to whether they are whole."""
-        surface = self.surface
-        place = (vertices - surface.origin) / surface.unit
-        topology = conformity(quads, len(place))
-        irregular = (topology.valence != 4) & (topology.valence > 0) & ~topology.border
-        whole = (
-            topology.manifold
-            and topology.characteristic == surface.euler_characteristic.sum()
-            and surface.closed.all() == (not topology.border.any())
-        )
-        jacobian = scaled_jacobian(place, quads)
-        _, on = self.closest(place)
-        off = np.sqrt(((place - on) ** 2).sum(axis=1).mean())
-        return [
-            f"{len(quads):,}",
-            f"{np.count_nonzero(irregular)}",
-            f"{self.angle(place, quads):.1f}",
-            f"{jacobian.min():.2f} / {jacobian.mean():.3f} of {most_jacobian(quads, topology):.3f}",
-            f"{1000 * off / np.ptp(surface.vertices, axis=0).max():.2f}",
-            "yes" if whole else "no",
-        ]
-
-    def angle(self, place: np.ndarray, quads: np.ndarray) -> float:
+    def angle(self, vertices: np.ndarray, quads: np.ndarray) -> float:
         """Mean angle in degrees to the principal directions, weighed with area and gap."""
-        at = place[quads]
+        at = ((vertices - self.surface.origin) / self.surface.unit)[quads]
         normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
         row, _ = self.closest(at.mean(axis=1))
         deviator = self.frames.deviator(row, self.frames.corner[row].mean(axis=1))
@@ -189,6 +170,47 @@ class Judge:
         gap = np.minimum(np.abs(deviator), np.quantile(np.abs(deviator), 0.95))
         weight = np.linalg.norm(normal, axis=1) * gap
         return float((weight * off).sum() / weight.sum()) if weight.sum() > 0 else float("nan")
+
+
+class Judge:
+    """What quads are measured against: an input surface and its curvature.
+
+    The directions of a control cage are those of the surface that it stands for, its subdivision
+    by so many `levels`: those of its own triangles hang on how its quads were cut.
+    """
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, levels: int = 0) -> None:
+        self.directions = Directions(vertices, triangles)
+        surface = self.surface = self.directions.surface
+        self.closest = self.directions.closest
+        if levels:
+            place, cage = surface.vertices * surface.unit + surface.origin, surface.triangles
+            for _ in range(levels):
+                place, cage = loop_subdivided(place, cage)
+            self.directions = Directions(place, cage)
+
+    def row(self, vertices: np.ndarray, quads: np.ndarray) -> list[str]:
+        """Cells of the table from the number of quads to whether they are whole."""
+        surface = self.surface
+        place = (vertices - surface.origin) / surface.unit
+        topology = conformity(quads, len(place))
+        irregular = (topology.valence != 4) & (topology.valence > 0) & ~topology.border
+        whole = (
+            topology.manifold
+            and topology.characteristic == surface.euler_characteristic.sum()
+            and surface.closed.all() == (not topology.border.any())
+        )
+        jacobian = scaled_jacobian(place, quads)
+        _, on = self.closest(place)
+        off = np.sqrt(((place - on) ** 2).sum(axis=1).mean())
+        return [
+            f"{len(quads):,}",
+            f"{np.count_nonzero(irregular)}",
+            f"{self.directions.angle(vertices, quads):.1f}",
+            f"{jacobian.min():.2f} / {jacobian.mean():.3f} of {most_jacobian(quads, topology):.3f}",
+            f"{1000 * off / np.ptp(surface.vertices, axis=0).max():.2f}",
+            "yes" if whole else "no",
+        ]
 
 
 def most_jacobian(quads: np.ndarray, topology: Conformity) -> float:
@@ -297,7 +319,7 @@ def main(arguments: list[str] | None = None) -> int:
     ]
     rows: dict[int, list[list[str]]] = {count: [] for count in options.quads}
     for name, vertices, triangles in chosen:
-        judge = Judge(vertices, triangles)
+        judge = Judge(vertices, triangles, CAGES.get(name, 0))
         for count, program in itertools.product(options.quads, known):
             try:
                 made, quads, seconds = known[program](vertices, triangles, count)
