@@ -38,8 +38,8 @@ _TEXTS = {
 }
 
 
-# What was mended for the detection that runs, to be taken back if that comes to nothing; none once an
-# undo or a file has made its data another's.
+# What was mended for the detection that runs, to be taken back if that comes to nothing; none once
+# an undo or a file has made its data another's.
 _mended: list[Transaction] = []
 
 

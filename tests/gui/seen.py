@@ -5,7 +5,8 @@ window. What is found goes into the JSON file named last on the command line.
 import sys
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "operators")]
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "operators"))
 
 import bpy
 import numpy as np
