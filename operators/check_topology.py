@@ -7,7 +7,7 @@ from .base.errors import ObjectError
 from .data import topology
 from .jobs import retopology, works
 from .jobs.modal import GuidanceOperator
-from .mesh.attributes import check_result_names
+from .mesh.attributes import check_result_names, is_whole
 from .mesh.read import polygons_in_world
 from .scene import targets
 from .scene.modes import object_mode
@@ -26,7 +26,9 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> retopology.Job:
         checked = context.active_object
         surface = _surface_of(context, checked)
-        check_result_names(checked, checks.ATTRIBUTES, checks.are_held(checked.data))
+        mesh = checked.data
+        ours = checks.are_held(mesh) or is_whole(mesh, checks.ATTRIBUTES)
+        check_result_names(checked, checks.ATTRIBUTES, ours)
         with object_mode(context, checked, push=False):
             context.view_layer.update()
             seen = checks.depsgraph_of(context, context.scene.umbilics_display.source)

@@ -18,6 +18,9 @@ from .covariance import clustered_covariance
 from .proposals import Similarity
 from .shape import ROUGH, Shape
 
+# From 0.5 to 3 the same 21 of 24 parts of the hand, Spot and the rocker arm are brought onto the
+# whole (a quarter to all of the surface, errors of 0 to 0.3 edges), with less the slower; 60 % of
+# the torso are with 0.5, 0.95, 1.6 and 3, and elsewhere with 1.3 and 2.
 _POWER = 1.3
 # Least share of the samples that is believed to be an overlap.
 LEAST_OVERLAP = 0.2

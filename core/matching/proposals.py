@@ -21,7 +21,10 @@ from .shape import Shape
 # length, in |q| / (|p| + |q|), in the logarithm of a length. Chosen on ellipsoids and on the hand
 # under noise of 5 % of an edge; held on the bunny, spot and the rocker arm.
 _COSINE, _CURVATURE, _CUBIC, _LENGTH = 0.06, 0.2, 0.15, 0.03
-# Pairs of the other shape that each pair is held against, and proposals that are counted.
+# Pairs of the other shape that each pair is held against, and proposals that are counted: bounds
+# of the work. Of 24 parts of the hand, Spot and the rocker arm (a quarter to all of the surface,
+# errors of 0 to 0.3 edges) the same 21 are brought onto the whole with 1 to 16 and with 100 to
+# 10,000; 60 % of the torso are with one pair, and elsewhere with the others.
 _NEAREST, _COUNTED = 8, 3000
 # Distance, in sizes, at which an umbilic meets another, cosine of their normals, and relative
 # difference of their curvatures.

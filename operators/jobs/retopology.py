@@ -22,7 +22,7 @@ from ..base import caches
 from ..base.errors import ObjectError
 from ..data import pins, plans, properties, reading, record, topology
 from ..mesh import fingerprint
-from ..mesh.attributes import check_result_names
+from ..mesh.attributes import check_result_names, is_whole
 from ..mesh.read import current_mesh, edge_vertices
 from ..mesh.scope import Scope, in_vertex_group, scope_in_file
 from ..scene import display_objects, filters, homes, targets
@@ -175,7 +175,7 @@ def gather(
     refusals.check_object(obj, evaluated)
     homes.check_names(obj, guidance_objects.ATTRIBUTES, homes.PLAN)
     for layouts in (marked_edges.MARKS, marked_edges.RIDGE_EDGES):
-        check_result_names(obj, layouts)
+        check_result_names(obj, layouts, is_whole(obj.data, layouts))
     depsgraph = context.evaluated_depsgraph_get() if evaluated else None
     inputs = detect.gather(obj, detecting, names, depsgraph=depsgraph, scope=scope)
     zone_name = scene.umbilics_guidance.zone

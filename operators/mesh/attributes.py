@@ -31,12 +31,11 @@ _OPTIONAL = {"umbilics_conformal_scale", KEPT}
 
 
 def check_result_names(
-    obj: bpy.types.Object, layouts: dict[str, tuple[str, str]], ours: bool = False
+    obj: bpy.types.Object, layouts: dict[str, tuple[str, str]], ours: bool
 ) -> None:
     """Raise `AttributeNameError` if a result's name is taken by something that is not ours; what
-    has our types is, where `ours` says so or the results are there as a whole."""
+    has our types is, where what is called like results is `ours`."""
     mesh = obj.data
-    ours = ours or is_whole(mesh, layouts)
     taken = [
         name
         for name in layouts

@@ -117,6 +117,23 @@ def test_separated_objects(two):
     assert not any(obj.umbilics.detected or result_names(obj) for obj in bpy.data.objects)
 
 
+@pytest.mark.parametrize("command", ["clear", "clear_file"])
+def test_what_is_left_of_results_on_a_mesh_goes_by_its_stamp(two, command):
+    """One each of the values of a detection and of a plan, on a mesh that another object took."""
+    first, second = two
+    for name in result_names(first):
+        if name not in ("umbilics_k1", "umbilics_cross"):
+            first.data.attributes.remove(first.data.attributes[name])
+    heir = bpy.data.objects.new("Heir", first.data)
+    bpy.context.collection.objects.link(heir)
+    bpy.data.objects.remove(first)
+    assert len(result_names(heir)) == 2
+    select(second)
+    assert getattr(bpy.ops.umbilics, command)() == {"FINISHED"}
+    assert not result_names(heir)
+    assert not any(key.startswith("umbilics") for key in heir.data.keys())  # noqa: SIM118
+
+
 def test_results_beside_an_object_outlive_the_clearing_of_another():
     kept = add_ellipsoid(subdivisions=2, name="Kept")
     kept.modifiers.new("Subdivision", "SUBSURF").levels = 2
