@@ -18,6 +18,7 @@ from surfaces import UmbilicPoints
 
 import core
 from core import CurvatureField
+from core.base.unit import unit
 
 from .cases import Case
 
@@ -83,8 +84,7 @@ class Quads:
             return np.asarray(np.einsum("i,j,nijc->nc", u, v, points))
 
         su, sv = along(slope, value), along(value, slope)
-        normal = np.cross(su, sv)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        normal = unit(np.cross(su, sv))
         second = np.stack([along(bend, value), along(slope, slope), along(value, bend)])
         # Positive where convex: against the outward normal.
         b11, b12, b22 = -np.einsum("knc,nc->kn", second, normal)

@@ -28,6 +28,7 @@ from surfaces import cylinder, ellipsoid, quartic, sphere, torus
 
 import core
 from core.base.progress import Progress
+from core.base.unit import unit
 from core.retopology.quads.conformity import Conformity, conformity, scaled_jacobian
 from core.retopology.quads.finishing.projection import ClosestPoints
 
@@ -52,6 +53,8 @@ FILES = (
     "beetle_bff.obj",
     "skull_os.obj",
 )
+# Control cages, and levels of subdivision after which the directions are those of the surface.
+CAGES = {"suzanne.obj": 3}
 OURS = "Umbilics"
 # Numbers of quads, few to many, that one surface is remeshed to where speed is measured.
 MANY = (300, 20_000, 100_000)
@@ -62,6 +65,8 @@ Written by `benchmarks/quads`, each table by a run of its own.
 
 *Angle*: degrees between the quads' directions and the principal directions of the input, weighed
 with area and with the gap of the curvatures (the largest twentieth of it counting like the next).
+Suzanne is a control cage of 500 faces: its angles are to the directions of its subdivision, the
+surface that it stands for; those of its own triangles hang on how its faces were cut in two.
 *Jacobian*: least and mean scaled Jacobian, and the mean that the irregular vertices leave at most:
 where n sides meet the corners have 360°/n as a mean. *Off*: root mean square distance of the
 vertices from the surface, in thousandths of its size. *Whole*: all quads, manifold, with the Euler
@@ -132,8 +137,8 @@ def bumpy(seed: int, subdivisions: int = 5) -> tuple[np.ndarray, np.ndarray]:
     return mesh.vertices * np.maximum(1.0 + height, 0.3)[:, None], mesh.triangles
 
 
-class Judge:
-    """What quads are measured against: an input surface and its curvature."""
+class Directions:
+    """The principal directions of a surface, for quads to be measured against."""
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
         self.detection = core.detect(vertices, triangles)
@@ -143,6 +148,46 @@ class Judge:
         self.closest = ClosestPoints(
             self.surface.vertices, self.surface.triangles, self.surface.twin
         )
+
+    def angle(self, vertices: np.ndarray, quads: np.ndarray) -> float:
+        """Mean angle in degrees to the principal directions, weighed with area and gap."""
+        at = ((vertices - self.surface.origin) / self.surface.unit)[quads]
+        normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+        row, _ = self.closest(at.mean(axis=1))
+        deviator = self.frames.deviator(row, self.frames.corner[row].mean(axis=1))
+        corner = self.surface.vertices[self.surface.triangles[row]]
+        x = unit(corner[:, 1] - corner[:, 0])
+        y = np.cross(self.closest.normal[row], x)
+        axis = np.zeros(len(quads), complex)
+        for turn, along in (
+            (1.0, at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]),
+            (-1j, at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]),
+        ):
+            value = np.einsum("qc,qc->q", along, x) + 1j * np.einsum("qc,qc->q", along, y)
+            axis += turn * value / np.maximum(np.abs(value), np.finfo(float).tiny)
+        off = np.angle(axis) - 0.5 * np.angle(deviator)
+        off = np.degrees(np.abs(off - 0.5 * np.pi * np.rint(off / (0.5 * np.pi))))
+        gap = np.minimum(np.abs(deviator), np.quantile(np.abs(deviator), 0.95))
+        weight = np.linalg.norm(normal, axis=1) * gap
+        return float((weight * off).sum() / weight.sum()) if weight.sum() > 0 else float("nan")
+
+
+class Judge:
+    """What quads are measured against: an input surface and its curvature.
+
+    The directions of a control cage are those of the surface that it stands for, its subdivision
+    by so many `levels`: those of its own triangles hang on how its quads were cut.
+    """
+
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, levels: int = 0) -> None:
+        self.directions = Directions(vertices, triangles)
+        surface = self.surface = self.directions.surface
+        self.closest = self.directions.closest
+        if levels:
+            place, cage = surface.vertices * surface.unit + surface.origin, surface.triangles
+            for _ in range(levels):
+                place, cage = loop_subdivided(place, cage)
+            self.directions = Directions(place, cage)
 
     def row(self, vertices: np.ndarray, quads: np.ndarray) -> list[str]:
         """Cells of the table from the number of quads to whether they are whole."""
@@ -161,34 +206,11 @@ class Judge:
         return [
             f"{len(quads):,}",
             f"{np.count_nonzero(irregular)}",
-            f"{self.angle(place, quads):.1f}",
+            f"{self.directions.angle(vertices, quads):.1f}",
             f"{jacobian.min():.2f} / {jacobian.mean():.3f} of {most_jacobian(quads, topology):.3f}",
             f"{1000 * off / np.ptp(surface.vertices, axis=0).max():.2f}",
             "yes" if whole else "no",
         ]
-
-    def angle(self, place: np.ndarray, quads: np.ndarray) -> float:
-        """Mean angle in degrees to the principal directions, weighed with area and gap."""
-        at = place[quads]
-        normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
-        row, _ = self.closest(at.mean(axis=1))
-        deviator = self.frames.deviator(row, self.frames.corner[row].mean(axis=1))
-        corner = self.surface.vertices[self.surface.triangles[row]]
-        x = corner[:, 1] - corner[:, 0]
-        x /= np.maximum(np.linalg.norm(x, axis=1), 1e-300)[:, None]
-        y = np.cross(self.closest.normal[row], x)
-        axis = np.zeros(len(quads), complex)
-        for turn, along in (
-            (1.0, at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]),
-            (-1j, at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]),
-        ):
-            value = np.einsum("qc,qc->q", along, x) + 1j * np.einsum("qc,qc->q", along, y)
-            axis += turn * value / np.maximum(np.abs(value), 1e-300)
-        off = np.angle(axis) - 0.5 * np.angle(deviator)
-        off = np.degrees(np.abs(off - 0.5 * np.pi * np.rint(off / (0.5 * np.pi))))
-        gap = np.minimum(np.abs(deviator), np.quantile(np.abs(deviator), 0.95))
-        weight = np.linalg.norm(normal, axis=1) * gap
-        return float((weight * off).sum() / weight.sum()) if weight.sum() > 0 else float("nan")
 
 
 def most_jacobian(quads: np.ndarray, topology: Conformity) -> float:
@@ -297,7 +319,7 @@ def main(arguments: list[str] | None = None) -> int:
     ]
     rows: dict[int, list[list[str]]] = {count: [] for count in options.quads}
     for name, vertices, triangles in chosen:
-        judge = Judge(vertices, triangles)
+        judge = Judge(vertices, triangles, CAGES.get(name, 0))
         for count, program in itertools.product(options.quads, known):
             try:
                 made, quads, seconds = known[program](vertices, triangles, count)

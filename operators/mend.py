@@ -1,6 +1,9 @@
 """Operator: do what a detection's verdict advises, and detect again."""
 
 import math
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 
 import bmesh
 import bpy
@@ -8,16 +11,16 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from .. import core
-from .base import verdict
-from .base.translation import reported
+from .base import app_handlers, verdict
 from .data import record
-from .jobs import refusals
-from .jobs.modal import possible
+from .jobs import detect, refusals
+from .jobs.modal import DetectionOperator, Message, possible
 from .mesh.fetch import fetch
+from .mesh.fingerprint import mesh_signature
 from .mesh.read import positions
 from .scene import homes, selection, targets
 from .scene.modes import object_mode
-from .scene.transaction import Transaction, all_or_nothing
+from .scene.transaction import Transaction
 
 # By so much the neighbourhoods grow where noise is as strong as the shape.
 _WIDER = 1.5
@@ -35,16 +38,21 @@ _TEXTS = {
 }
 
 
-class UMBILICS_OT_mend(bpy.types.Operator):
+# What was mended for the detection that runs, to be taken back if that comes to nothing; none once
+# an undo or a file has made its data another's.
+_mended: list[Transaction] = []
+
+
+class UMBILICS_OT_mend(DetectionOperator, bpy.types.Operator):
     bl_idname = "umbilics.mend"
     bl_label = "Mend and Detect"
     bl_description = "Do what the last detection's verdict advises, and detect again"
-    bl_options = {"REGISTER", "UNDO"}
 
     way: EnumProperty(
         name="Way",
         items=[(way, label, _TEXTS[way]) for way, label in verdict.LABELS.items()],
     )
+    again = True
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -55,20 +63,73 @@ class UMBILICS_OT_mend(bpy.types.Operator):
         return possible(cls, reason)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = selection.active(context)
-        how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
-        try:
-            # What was mended for a detection that fails is taken back.
-            with all_or_nothing() as transaction:
-                _WAYS[self.way](context, obj, transaction)
-                detected = bpy.ops.umbilics.detect(how, again=True)
-                if detected == {"CANCELLED"}:
-                    transaction.take_back()
-        except RuntimeError as error:
-            # What the detection reports as an error comes as an exception.
-            self.report({"ERROR"}, reported(str(error).strip().removeprefix("Error: ")))
-            return {"CANCELLED"}
-        return {"CANCELLED"} if detected == {"CANCELLED"} else {"FINISHED"}
+        with _taken_back_on_error():
+            return _ended(super().execute(context))
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        with _taken_back_on_error():
+            return super().invoke(context, event)
+
+    def jobs(
+        self, context: bpy.types.Context
+    ) -> tuple[list[detect.Inputs], list[core.UmbilicsError]]:
+        transaction = Transaction(ExitStack())
+        _mended[:] = [transaction]
+        _WAYS[self.way](context, selection.active(context), transaction)
+        context.view_layer.update()
+        jobs, refused = super().jobs(context)
+        if not jobs:
+            raise refused[0]
+        return jobs, refused
+
+    def put(
+        self,
+        context: bpy.types.Context,
+        job: detect.Inputs,
+        found: detect.Results,
+        whole: Transaction | None,
+    ) -> list[Message]:
+        # What was mended and what was found then are a whole.
+        whole = whole or next(iter(_mended), None)
+        return super().put(context, job, found, whole)
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        with _taken_back_on_error():
+            return _ended(super().modal(context, event))
+
+    def unwritten(self, context: bpy.types.Context) -> None:
+        _take_back()
+
+
+def _ended(result: set[str]) -> set[str]:
+    """Keep what was mended, once the detection has come to its end and it was not taken back."""
+    if not result & {"RUNNING_MODAL", "PASS_THROUGH"}:
+        for transaction in _mended:
+            transaction.finish()
+        _mended.clear()
+    return result
+
+
+def _take_back() -> None:
+    while _mended:
+        _mended.pop().take_back()
+
+
+@contextmanager
+def _taken_back_on_error() -> Iterator[None]:
+    try:
+        yield
+    except BaseException:
+        _take_back()
+        raise
+
+
+@bpy.app.handlers.persistent
+def _forget(*_: object) -> None:
+    _mended.clear()
+
+
+# Meanwhile the user goes on working: what is taken back is found again by its names.
 
 
 def _subdivide(context: bpy.types.Context, obj: bpy.types.Object, transaction: Transaction) -> None:
@@ -76,14 +137,33 @@ def _subdivide(context: bpy.types.Context, obj: bpy.types.Object, transaction: T
     modifier = next((m for m in reversed(obj.modifiers) if m.type == "SUBSURF"), None)
     if modifier is None:
         modifier = obj.modifiers.new("Subdivision", "SUBSURF")
-        transaction.on_failure(obj.modifiers.remove, modifier)
+        transaction.on_failure(_remove_modifier, obj.name_full, modifier.name)
         modifier.levels = _levels_for(obj.data)
     else:
-        transaction.keep(modifier, "levels", "show_viewport")
+        before = modifier.levels, modifier.show_viewport
+        transaction.on_failure(_put_levels_back, obj.name_full, modifier.name, *before)
         modifier.levels += 1
     modifier.show_viewport = True
     transaction.keep(display, "source")
     display.source = "EVALUATED"
+
+
+def _remove_modifier(full_name: str, name: str) -> None:
+    modifier = _modifier(full_name, name)
+    if modifier is not None:
+        modifier.id_data.modifiers.remove(modifier)
+
+
+def _put_levels_back(full_name: str, name: str, levels: int, shown: bool) -> None:
+    modifier = _modifier(full_name, name)
+    if modifier is not None:
+        modifier.levels, modifier.show_viewport = levels, shown
+
+
+def _modifier(full_name: str, name: str) -> bpy.types.SubsurfModifier | None:
+    obj = targets.named(full_name)
+    found = None if obj is None else obj.modifiers.get(name)
+    return found if found is not None and found.type == "SUBSURF" else None
 
 
 def _levels_for(mesh: bpy.types.Mesh) -> int:
@@ -105,10 +185,9 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Trans
     with object_mode(context, obj, push=False):
         work = bmesh.new()
         work.from_mesh(obj.data)
-        before = work.copy()
-        selected = [fetch(part, "select", 1, bool) for part in _parts(obj.data)]
-        transaction.on_failure(_put_back, context, obj, before, selected)
-        transaction.at_end(before.free)
+        before = Before(work.copy(), [fetch(part, "select", 1, bool) for part in _parts(obj.data)])
+        transaction.on_failure(before.put_back, context, obj.name_full)
+        transaction.at_end(before.mesh.free)
         try:
             reach = _SAME * float(abs(positions(obj.data)).max(initial=0.0))
             bmesh.ops.remove_doubles(work, verts=work.verts, dist=reach)
@@ -116,22 +195,31 @@ def _merge(context: bpy.types.Context, obj: bpy.types.Object, transaction: Trans
         finally:
             work.free()
         obj.data.update()
+        before.after = mesh_signature(obj.data)
 
 
-def _put_back(
-    context: bpy.types.Context,
-    obj: bpy.types.Object,
-    before: bmesh.types.BMesh,
-    selected: list[np.ndarray],
-) -> None:
-    with object_mode(context, obj, push=False):
-        before.to_mesh(obj.data)
-        before.free()
-        # Before Blender 5.0 a BMesh also selects all corners of faces that are selected.
-        for part, wanted in zip(_parts(obj.data), selected, strict=True):
-            if not np.array_equal(fetch(part, "select", 1, bool), wanted):
-                part.foreach_set("select", wanted)
-        obj.data.update()
+@dataclass
+class Before:
+    """A mesh before it was merged, what was selected of it, and what tells the merged one from
+    another that the user has made of it meanwhile; nothing while it is merged."""
+
+    mesh: bmesh.types.BMesh
+    selected: list[np.ndarray]
+    after: str = ""
+
+    def put_back(self, context: bpy.types.Context, full_name: str) -> None:
+        obj = targets.named(full_name)
+        if obj is None:
+            return
+        with object_mode(context, obj, push=False):
+            if not self.after or self.after == mesh_signature(obj.data):
+                self.mesh.to_mesh(obj.data)
+                # Before Blender 5.0 a BMesh also selects all corners of faces that are selected.
+                for part, wanted in zip(_parts(obj.data), self.selected, strict=True):
+                    if not np.array_equal(fetch(part, "select", 1, bool), wanted):
+                        part.foreach_set("select", wanted)
+                obj.data.update()
+        self.mesh.free()
 
 
 def _parts(mesh: bpy.types.Mesh) -> tuple[bpy.types.bpy_prop_collection, ...]:
@@ -156,4 +244,14 @@ _WAYS = {
 }
 
 
-register, unregister = bpy.utils.register_classes_factory((UMBILICS_OT_mend,))
+_HANDLERS = tuple((name, _forget) for name in ("undo_post", "redo_post", "load_post"))
+
+
+def register() -> None:
+    bpy.utils.register_class(UMBILICS_OT_mend)
+    app_handlers.add(_HANDLERS)
+
+
+def unregister() -> None:
+    app_handlers.remove(_HANDLERS)
+    bpy.utils.unregister_class(UMBILICS_OT_mend)

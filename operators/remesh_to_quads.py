@@ -78,6 +78,8 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
             stamp = checks.signature_of(made, None)
             against = retopology.against(job, found.umbilics)
             checks.write(context, made, against, found.check, found.poles, stamp, transaction)
+            # Of several warnings the status bar shows the last one only, for a few seconds.
+            made.umbilics_check.warnings = "\n".join(self.warnings(found))
             sentences = list(topology.sentences(made.umbilics_check))
             if delivery.transfer and quad_meshes.lacks_keys(source, made):
                 sentences.append(

@@ -73,7 +73,7 @@ def paragraph(
     column = layout.column(align=True)
     column.scale_y = 0.8
     for number, words in enumerate(broken(translated(text), width)):
-        column.label(text=words, icon="BLANK1" if number else icon)
+        column.label(text=words, icon="BLANK1" if number and icon != "NONE" else icon)
 
 
 def broken(text: str, width: float) -> list[str]:

@@ -134,10 +134,10 @@ class UMBILICS_PT_quads(Tab, bpy.types.Panel):
         layout.prop(group, "adaptivity", slider=True)
         layout.prop(group, "smoothness", slider=True)
         layout.operator(UMBILICS_OT_preview_layout.bl_idname, icon="VIEW_ORTHO")
-        layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
         column = layout.column(heading="Result")
         for name in ("hide_original", "shrinkwrap", "transfer"):
             column.prop(group, name)
+        layout.operator(UMBILICS_OT_remesh_to_quads.bl_idname, icon="MESH_GRID")
         obj = context.active_object
         if obj is not None and obj.type == "MESH":
             _check(layout, context, obj, with_table=False)
@@ -220,13 +220,14 @@ def _check(
     if not kept.checked:
         return
     box = layout.box()
-    column = box.column(align=True)
     sound = kept.quads == kept.faces and kept.jacobian > 0.0
     name = kept.against
     text = f"Against {name}" if sound else "Not all faces are sound quads"
-    column.label(text=translated(text), icon="CHECKMARK" if sound else "ERROR")
+    paragraph(box, context, text, icon="CHECKMARK" if sound else "ERROR")
     for line in topology.sentences(kept):
-        column.label(text=translated(line))
+        paragraph(box, context, line, icon="NONE")
+    for sentence in filter(None, kept.warnings.split("\n")):
+        paragraph(box, context, sentence, icon="ERROR")
     reasons = staleness.check_reasons(context, obj)
     if reasons:
         paragraph(box, context, " ".join(["Check out of date.", *reasons]), icon="ERROR")

@@ -1,8 +1,14 @@
-"""Progress and cancellation: one small object, handed down and divided into nested parts."""
+"""How far a work is, whether to stop it, and how long its stages took.
+
+`Progress` is handed down and divided into nested parts.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from .errors import CancelledError
@@ -63,3 +69,17 @@ class Progress:
         for done, item in enumerate(items, start=1):
             yield item
             self.step(done / max(total, 1))
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Seconds spent in stages, by name."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what is done within."""
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - start

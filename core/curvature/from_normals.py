@@ -6,6 +6,7 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import unit
 from ..fields.transport import carried, doubled_angle, tangents
 from ..mesh.surface import Surface
 from .field import CurvatureField, field_from_deviators
@@ -15,6 +16,8 @@ from .field import CurvatureField, field_from_deviators
 _LEAST_SPAN = 1e-14
 # Triangles per block: its arrays stay in the second cache.
 _BLOCK = 1 << 14
+# What stands for the area of triangles without one: their cotangents stay numbers.
+_LEAST_AREA = 1e-300
 
 
 def curvature_from_normals(
@@ -89,10 +92,11 @@ def _face_operators(
     # The longest side gives the steadiest axis in a thin triangle.
     longest = square.argmax(axis=1)
     row = np.arange(len(triangles))
-    u = side[row, longest] / np.sqrt(np.maximum(square[row, longest], 1e-300))[:, None]
+    length = np.sqrt(np.maximum(square[row, longest], np.finfo(float).tiny))
+    u = side[row, longest] / length[:, None]
     cross = np.cross(side[:, 0], side[:, 1])
     doubled = np.linalg.norm(cross, axis=1)
-    normal = cross / np.maximum(doubled, 1e-300)[:, None]
+    normal = unit(cross)
     v = np.cross(normal, u)
     x, y = np.einsum("mki,mi->mk", side, u), np.einsum("mki,mi->mk", side, v)
     p, q = np.einsum("mki,mi->mk", turn, u), np.einsum("mki,mi->mk", turn, v)
@@ -120,7 +124,7 @@ def voronoi_areas(square: np.ndarray, area: np.ndarray) -> np.ndarray:
     # Cotangents at a, b, c: (squares of the adjacent sides - square of the opposite) / 4 area.
     opposite = np.roll(square, -1, axis=1)
     numerator = square.sum(axis=1, keepdims=True) - 2.0 * opposite
-    cotangent = numerator / np.maximum(4.0 * area, 1e-300)[:, None]
+    cotangent = numerator / np.maximum(4.0 * area, _LEAST_AREA)[:, None]
     # Corner a: (|ab|^2 cot c + |ca|^2 cot b) / 8.
     share = (
         square * np.roll(cotangent, 1, axis=1)

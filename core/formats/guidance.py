@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.errors import FormatError
 from ..base.progress import Progress
+from ..base.unit import unit
 from ..retopology.guidance import Guidance
 from ..retopology.lines.polylines import Lines
 from ..retopology.planner import Guide
@@ -171,10 +172,9 @@ def write_guidance(
 def _crosses(data: Exported) -> tuple[np.ndarray, np.ndarray]:
     """(m, 3) direction of every triangle, also of those that were left out, and normals."""
     a, b, c = (data.vertices[data.triangles[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal = unit(np.cross(b - a, c - a))
     known = np.isfinite(data.guidance.face_direction).all(axis=1, keepdims=True)
-    edge = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1, keepdims=True), 1e-300)
+    edge = unit(b - a)
     # A reader stops at a NaN; a triangle that was left out gets the direction of its side.
     edge[~(np.linalg.norm(edge, axis=1) > 0.5)] = (1.0, 0.0, 0.0)
     direction = np.where(known, np.nan_to_num(data.guidance.face_direction), edge)

@@ -23,6 +23,9 @@ FLAT = 5e-4
 ON_SHAPE, ON_AXIS = 1e-2, 1e-2
 # Vertices that fix a shape: a cone has six unknowns.
 FEWEST = 6
+# Facets that the slope of a cone is read off, all around it: of fewer each is a face of its own.
+# Its vertices lie on one that is steeper, by one over the cosine of half the turn between facets.
+ROUND = 8
 # Angle between the normals of facets and of the sphere at their middles, for 16 segments around.
 # Larger facets would fit the sphere through the rims of a cylinder.
 ON_SPHERE = 0.35
@@ -310,19 +313,17 @@ def _bends(facets: _Facets, axes: np.ndarray, change: np.ndarray) -> np.ndarray:
     scale = np.maximum(vertex.largest(np.abs(local[1:])).max(axis=0), np.finfo(float).tiny)
     local /= scale[vertex.of]
     up, plane = local[0], local[1:]
-    growth = change[vertex.of] * up
-    # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
-    unknown = np.stack([*(2.0 * plane), 2.0 * growth])
-    wanted = np.einsum("cp,cp->p", plane, plane) - growth**2
-    solution, spread = _solved(vertex, unknown, wanted)
-    centre = solution[:2]
-    least = np.where(change == 0.0, spread[:, 1], spread[:, 0])
-    fits = least > UNSPREAD * spread[:, 2]
-    level = vertex.sums(wanted) / vertex.count
-    radius = np.sqrt(np.maximum(level + np.square(centre).sum(axis=0), 0.0))
-    far = np.hypot(*(plane - centre[:, vertex.of]))
-    off = np.abs(far - np.abs(radius[vertex.of] + growth))
-    fits &= vertex.largest(off) <= ON_SHAPE * np.maximum(vertex.largest(far), 1e-300)
+    circles = _circles(vertex, plane, up, change)
+    # Facets lie inside the cone that their vertices lie on.
+    spread = np.maximum(vertex.sums(up * up), np.finfo(float).tiny)
+    steep = vertex.sums(circles.far * up) / spread
+    steeper = np.abs(steep) * np.cos(np.pi / ROUND) <= np.abs(change)
+    steeper &= (steep * change > 0.0) & (np.abs(steep) > np.abs(change))
+    if steeper.any():
+        circles = _circles(vertex, plane, up, np.where(steeper, steep, change))
+    centre, far = circles.centre, circles.far
+    fits = circles.fixed
+    fits &= vertex.largest(circles.off) <= ON_SHAPE * np.maximum(vertex.largest(far), 1e-300)
     place = middle[1:] + scale * centre
     across, facing = (
         np.einsum("kct,ct->kt", sides[:, :, face.of], vectors)
@@ -332,6 +333,42 @@ def _bends(facets: _Facets, axes: np.ndarray, change: np.ndarray) -> np.ndarray:
     outward = np.sign(face.sums(facets.weight * np.einsum("kt,kt->t", across, facing)))
     typical = np.maximum(vertex.medians(far) * scale, np.finfo(float).tiny)
     return np.where(fits, outward / typical, np.nan)
+
+
+@dataclass(frozen=True)
+class _Circles:
+    """Circles about one axis for each of g groups of p points, whose radius changes evenly along
+    it.
+
+    Attributes
+    ----------
+    centre, fixed:
+        (2, g) of each, and (g,) bool whether the points fix it.
+    far, off:
+        (p,) distances from the axis, and from the circles.
+    """
+
+    centre: np.ndarray
+    fixed: np.ndarray
+    far: np.ndarray
+    off: np.ndarray
+
+
+def _circles(vertex: _Groups, plane: np.ndarray, up: np.ndarray, change: np.ndarray) -> _Circles:
+    """The circles through points at `plane` (2, p) and `up` (p,) along the axis, of groups about
+    zero, whose radii grow by `change` (g,) along it."""
+    growth = change[vertex.of] * up
+    # |p|^2 - 2 p.c + |c|^2 = r^2 + 2 r k h + k^2 h^2, linear in c, r and r^2 - |c|^2.
+    unknown = np.stack([*(2.0 * plane), 2.0 * growth])
+    wanted = np.einsum("cp,cp->p", plane, plane) - growth**2
+    solution, spread = _solved(vertex, unknown, wanted)
+    centre = solution[:2]
+    least = np.where(change == 0.0, spread[:, 1], spread[:, 0])
+    level = vertex.sums(wanted) / vertex.count
+    radius = np.sqrt(np.maximum(level + np.square(centre).sum(axis=0), 0.0))
+    far = np.hypot(*(plane - centre[:, vertex.of]))
+    off = np.abs(far - np.abs(radius[vertex.of] + growth))
+    return _Circles(centre, least > UNSPREAD * spread[:, 2], far, off)
 
 
 def _solved(

@@ -145,6 +145,12 @@ class Surface:
         """Mean length of the sides of all triangles."""
         return float(np.sqrt(self.side_squares).mean())
 
+    @property
+    def usual_side(self) -> float:
+        """About the side of an equilateral triangle of the median area, of those with any."""
+        area = self._faces[1]
+        return 1.5 * float(np.sqrt(np.median(area[area > 0])))
+
     def mean_sides(self, rows: np.ndarray) -> np.ndarray:
         """(r,) mean length of the sides of the triangles `rows` (r,)."""
         return np.sqrt(self.side_squares[:, rows]).mean(axis=0)

@@ -93,6 +93,8 @@ class Tessellation:
                 f" {counted(free, 'triangle')} of other faces show umbilics only as well as the "
                 "facets do: export finer where these matter."
             )
+        elif set(self.kinds) == {PLANAR}:
+            text += " If it stands for a round body, subdivide it smoothly first."
         return text
 
 
@@ -108,12 +110,12 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     """
     edges = inner_edges(surface.twin)
     sample = edges[:: max(len(edges) // SAMPLED, 1)]
-    if len(sample) == 0 or flat_edges(surface, sample).mean() < MOST_FLAT:
+    if len(sample) == 0 or not _may_be(_turns(surface, sample), flat_edges(surface, sample)):
         return None
     turns = _turns(surface, edges)
     rounding = normal_rounding(surface)
     flat = turns <= FLAT + rounding[edges // 3] + rounding[surface.twin[edges] // 3]
-    if flat.mean() < MOST_FLAT:
+    if not _may_be(turns, flat):
         return None
     angles = _crease_angles(turns[~flat])
     if angle is not None and angles:
@@ -133,6 +135,12 @@ def tessellation(surface: Surface, angle: float | None = None) -> Tessellation |
     return Tessellation(
         crease, faces.face, tuple(faces.kinds), np.array(faces.curvatures), np.array(faces.axes)
     )
+
+
+def _may_be(turns: np.ndarray, flat: np.ndarray) -> bool:
+    """Whether edges that turn so far (e,), or are `flat` (e,), may be those of a part: many are
+    flat, or else all are creases, as those of a polyhedron."""
+    return bool(flat.mean() >= MOST_FLAT or turns[~flat].min() >= np.radians(CREASE))
 
 
 def flat_edges(surface: Surface, edges: np.ndarray) -> np.ndarray:

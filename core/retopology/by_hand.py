@@ -149,7 +149,7 @@ class Pull:
 def pull_of(surface: Surface, strokes: Strokes) -> Pull:
     """The vertices that strokes reach. A stroke reaches as far as the mesh has a vertex at least,
     and not through a sheet to its other side."""
-    edge = float(np.sqrt(2.0 * np.median(surface.face_normal_area[1])))
+    edge = surface.usual_side
     influence = np.maximum(np.asarray(strokes.influence, float) / surface.unit, edge)
     place, ahead, number = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, np.int64)]
     for stroke in range(len(strokes)):

@@ -100,8 +100,7 @@ def plan_poles(
     rows, weights = places_on_surface(surface, umbilics.triangle, umbilics.barycentric)
     umbilics = replace(umbilics, barycentric=weights)
     singular = Singularities.of(surface, cross.triangle_index)
-    # About the side of an equilateral triangle of the usual area.
-    edge = float(np.sqrt(np.median(surface.face_normal_area[1])) * 1.5)
+    edge = surface.usual_side
     owner = _claimed(surface, cross, umbilics, rows, singular, edge)
     poles = Gathered([], [], [], [])
     mine = np.flatnonzero(owner >= 0)

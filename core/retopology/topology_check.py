@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from ..base.arguments import in_range, numbers
@@ -17,6 +19,7 @@ from ..base.progress import Progress
 from ..base.subsets import spans
 from ..fields.planes import FaceFrames, in_plane
 from ..mesh.half_edges import edge_keys
+from ..mesh.input_map import places_on_surface
 from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
@@ -25,7 +28,8 @@ from .quads.finishing.projection import ClosestPoints
 from .quads.result import QuadMesh
 
 # Mean edges of the checked mesh within which an irregular vertex stands for a planned pole: one
-# that an artist has moved out of the way of a crease or a joint is still that pole.
+# that an artist has moved out of the way of a crease or a joint is still that pole. So is one in
+# the pole's triangle or beside it, where these are larger.
 REACH = 3.0
 # Places of the surface, each of as much area, that are looked for on the checked mesh.
 SAMPLES = 20_000
@@ -152,7 +156,8 @@ def check_topology(
     one, two, uses = _edges(corners, start, len(vertices))
     irregular, valence = _irregular(one, two, uses, len(vertices))
     edge = float(np.linalg.norm(vertices[one] - vertices[two], axis=1).mean())
-    pole = _matched(vertices[irregular], valence, poles, REACH * edge)
+    reach = np.maximum(REACH * edge, _extent(whole, poles) * whole.unit)
+    pole = _matched(vertices[irregular], valence, poles, reach)
     missing = np.setdiff1d(np.arange(len(poles)), pole)
     quads = np.flatnonzero(np.diff(start) == 4)
     angle = np.full(len(start) - 1, np.nan)
@@ -287,24 +292,50 @@ def _irregular(
     return rows, valence[rows]
 
 
-def _matched(positions: np.ndarray, valence: np.ndarray, poles: Poles, reach: float) -> np.ndarray:
-    """(k,) the planned pole of each vertex, -1 for none: the nearest pairs first, each once.
+def _extent(whole: Surface, poles: Poles) -> np.ndarray:
+    """(k,) how far each pole is from the farthest corner of its triangle and of those beside it: a
+    field that is given in triangles says no more of where it is singular, and beside creases, where
+    all directions of a triangle are given, it is so in the next one."""
+    row, weights = places_on_surface(whole, poles.triangle, poles.barycentric)
+    place = np.einsum("kc,kcx->kx", weights, whole.vertices[whole.triangles[row]])
+    beside = whole.twin.reshape(-1, 3)[row] // 3
+    around = np.column_stack([row, np.where(beside < 0, row[:, None], beside)])
+    corner = whole.vertices[whole.triangles[around]].reshape(len(row), 12, 3)
+    far = np.linalg.norm(corner - place[:, None], axis=2).max(axis=1)
+    return np.where(row < 0, 0.0, far)
 
-    A vertex stands for a pole that lacks or exceeds four edges like itself.
+
+def _matched(
+    positions: np.ndarray, valence: np.ndarray, poles: Poles, reach: np.ndarray
+) -> np.ndarray:
+    """(k,) the planned pole of each vertex, -1 for none: as many as can have one, and of all such
+    ways the shortest in sum.
+
+    A vertex stands for a pole that lacks or exceeds four edges like itself, and is no farther from
+    it than the pole's reach (p,).
     """
     pole = np.full(len(positions), -1)
     if not len(poles) or not len(positions):
         return pole
-    near = cKDTree(positions).sparse_distance_matrix(
-        cKDTree(poles.position), reach, output_type="coo_matrix"
+    near = cKDTree(positions).query_ball_point(poles.position, reach)
+    planned = np.repeat(np.arange(len(poles)), [len(some) for some in near])
+    row = np.concatenate([np.asarray(some, np.int64) for some in near])
+    alike = np.sign(valence[row] - 4) == np.sign(poles.valence[planned] - 4)
+    row, planned = row[alike], planned[alike]
+    away = np.linalg.norm(positions[row] - poles.position[planned], axis=1) / reach[planned]
+    # To stay without costs more than any way of standing for all the others; a cost of nothing
+    # would be no edge of the graph.
+    alone = np.arange(len(poles))
+    costs = sparse.csr_matrix(
+        (
+            np.concatenate([1.0 + away, np.full(len(poles), 2.0 + len(poles))]),
+            (np.concatenate([planned, alone]), np.concatenate([row, len(positions) + alone])),
+        ),
+        shape=(len(poles), len(positions) + len(poles)),
     )
-    alike = np.sign(valence[near.row] - 4) == np.sign(poles.valence[near.col] - 4)
-    row, column = near.row[alike], near.col[alike]
-    taken = np.zeros(len(poles), bool)
-    for item in np.argsort(near.data[alike], kind="stable").tolist():
-        if pole[row[item]] < 0 and not taken[column[item]]:
-            pole[row[item]] = column[item]
-            taken[column[item]] = True
+    planned, row = csgraph.min_weight_full_bipartite_matching(costs)
+    stands = row < len(positions)
+    pole[row[stands]] = planned[stands]
     return pole
 
 

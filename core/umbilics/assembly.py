@@ -15,7 +15,7 @@ from . import kind as cubic_form
 from .compounds import merged, other_places, settled, unresolved_groups
 from .filters import filtered
 from .judged import Evidence, judge
-from .located import Analysed, Turning, bias_of, locate, standard_errors
+from .located import Analysed, Turning, deviator_errors, locate, standard_errors
 from .pairing.persistence import importance, trust_ratio
 from .regions.report import describe_regions
 from .regions.waves import words_on_waves
@@ -110,12 +110,15 @@ def _umbilics(
         )
         if group.max(initial=-1) >= 0:
             found, verdict = merged(surface, fitted.field, found, verdict, group, evidence)
-    off = np.zeros(len(found))
-    if jets and settings.certified and turning.of_form is None:
-        off = other_places(surface, found, verdict, analysed.radius)
-    bias = np.full(len(found), bias_of(fitted))
+    off, kept = np.zeros(len(found)), np.zeros(len(found), bool)
+    if turning.of_form is None:
+        if jets and settings.certified:
+            off = other_places(surface, found, verdict, analysed.radius)
+        kept = verdict.resolved & ~verdict.at_border
+    error = deviator_errors(surface, found, kept, fitted, progress.quiet())
     if turning.of_form is not None:
-        bias[turning.of_form] = 1.0
+        # Errors of a form hold the detail that it leaves out.
+        error = np.where(turning.of_form, found.error, error)
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     places = analysed.places[surface.triangles[found.triangle]]
     return Umbilics(
@@ -129,7 +132,7 @@ def _umbilics(
         curvature=found.curvature / surface.unit,
         persistence=verdict.persistence / surface.unit,
         partner=verdict.partner,
-        uncertainty=np.hypot(standard_errors(found, bias), off) * surface.unit,
+        uncertainty=np.hypot(standard_errors(found, error), off) * surface.unit,
         noise=found.noise / surface.unit,
         separatrix=_rays(found.p, found.q, found.x, found.y),
         at_border=verdict.at_border,

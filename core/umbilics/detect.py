@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ..base.arguments import vertex_pairs
 from ..base.blas import one_blas_thread
 from ..base.options import AUTO
 from ..base.parallel import Begin, beside
-from ..base.progress import Progress
+from ..base.progress import Clock, Progress
 from ..base.settings import Settings
 from ..base.words import counted
 from ..curvature.elliptic_part import lies_within, opened_elliptic_part
@@ -39,6 +38,7 @@ from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
 from .regions.round_shapes import resolved_by_wider_fits, standing_off
+from .regions.too_few import too_few_words, with_too_few
 from .regions.unresolved import UnresolvedSets, low_vertices, unresolved_sets
 from .result import Detection
 from .shown_curves import without_shown
@@ -103,39 +103,91 @@ def detect(
     True
     """
     with beside() as begin:
-        return _detected(
-            vertices,
-            triangles,
-            settings or Settings(),
-            progress or Progress(),
-            given,
-            seams,
-            uv,
-            sharp,
-            begin,
+        asked = _Asked(vertices, triangles, settings or Settings(), given, seams, uv, sharp)
+        return _detected(asked, progress or Progress(), begin)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """The arguments of `detect`."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    settings: Settings
+    given: CurvatureField | None
+    seams: np.ndarray | None
+    uv: np.ndarray | None
+    sharp: np.ndarray | None
+
+
+class _Ahead:
+    """What is begun beside the fits as soon as these tell that it is needed.
+
+    Parameters
+    ----------
+    begin:
+        As from `beside`.
+    cad:
+        The exact faces of a tessellated part, or None.
+    """
+
+    def __init__(
+        self,
+        begin: Begin,
+        surface: Surface,
+        normals: np.ndarray,
+        settings: Settings,
+        cad: Tessellation | None,
+        progress: Progress,
+    ) -> None:
+        self._begin, self._progress = begin, progress
+        self._surface, self._normals = surface, normals
+        self._settings, self._cad = settings, cad
+        self._levels: Callable[[], list[Level]] | None = None
+        self._sets: Callable[[], UnresolvedSets | None] | None = None
+
+    def wide_windows(self) -> None:
+        """Errors of the points ask for wide windows: the form may be what there is."""
+        if self._levels is None and _form_wanted(self._settings, self._cad):
+            work = partial(levels_of, self._surface, self._normals, self._progress)
+            self._levels = self._begin(work)
+
+    def fitted(self, found: Estimate) -> None:
+        """Jets at one scale are there, before umbilics are looked at more closely."""
+        if found.rough:
+            self.wide_windows()
+        # A curve is as long and as narrow everywhere, where windows of their own would make the
+        # field patchy.
+        self._sets = self._begin(partial(self._curves, found, found.field.noise, found.radius))
+
+    def levels(self) -> list[Level]:
+        """Those of the form, none where it was not asked for."""
+        return [] if self._levels is None else self._levels()
+
+    def sets(self, found: Estimate, noise: np.ndarray, radius: np.ndarray) -> UnresolvedSets | None:
+        """What could be curves of umbilics, by jets at one scale where there are any, else by what
+        was `found`, with (n,) standard errors of its gap and their radii."""
+        return self._curves(found, noise, radius) if self._sets is None else self._sets()
+
+    def _curves(
+        self, found: Estimate, noise: np.ndarray, radius: np.ndarray
+    ) -> UnresolvedSets | None:
+        return _curves(
+            self._surface, found, noise, radius, self._settings, self._cad, self._progress
         )
 
 
-def _detected(
-    vertices: np.ndarray,
-    triangles: np.ndarray,
-    settings: Settings,
-    progress: Progress,
-    given: CurvatureField | None,
-    seams: np.ndarray | None,
-    uv: np.ndarray | None,
-    sharp: np.ndarray | None,
-    begin: Begin,
-) -> Detection:
+def _detected(asked: _Asked, progress: Progress, begin: Begin) -> Detection:
     """As `detect`; `begin` as from `beside`."""
-    clock = _Clock()
+    clock, settings = Clock(), asked.settings
+    vertices, triangles = asked.vertices, asked.triangles
     with clock.stage("cleaning"):
         progress.part("Reading the surface", 0.0, 0.1)
         # Seams that charts are cut along may be borders already, and stay so.
         join = settings.join_borders and not (settings.unfolds and settings.charts == "seams")
         surface, warnings = clean(vertices, triangles, join)
-        seams = vertex_pairs(seams, len(vertices), "seams")
-        sharp = vertex_pairs(sharp, len(vertices), "sharp edges")
+        seams = vertex_pairs(asked.seams, len(vertices), "seams")
+        sharp = vertex_pairs(asked.sharp, len(vertices), "sharp edges")
     with clock.stage("faces"):
         cad = _tessellated(surface, settings)
         if cad is not None:
@@ -150,39 +202,19 @@ def _detected(
                     f"Vertices that stick out of the surface around them: {len(outlying)}. They "
                     "are looked at as if they lay on it. Smooth or remesh there to be rid of them."
                 )
-        levels: Callable[[], list[Level]] | None = None
-        unresolved: Callable[[], UnresolvedSets | None] | None = None
-        quiet = part.quiet()
-
-        def ask_for_form() -> None:
-            nonlocal levels
-            if levels is None and _form_wanted(settings, cad):
-                levels = begin(lambda: levels_of(surface, normals, quiet))
-
-        def begun(fitted: Estimate) -> None:
-            nonlocal unresolved
-            if fitted.rough:
-                ask_for_form()
-            # A curve is as long and as narrow everywhere, where windows of their own would make
-            # the field patchy.
-            errors = fitted.field.noise, fitted.radius
-            unresolved = begin(lambda: _curves(surface, fitted, *errors, settings, cad, quiet))
-
-        fitted = estimate(surface, normals, settings, given, sharp, part, cad, ask_for_form, begun)
+        ahead = _Ahead(begin, surface, normals, settings, cad, part.quiet())
+        told = ahead.wide_windows, ahead.fitted
+        fitted = estimate(surface, normals, settings, asked.given, sharp, part, cad, *told)
     with clock.stage("form"):
         # Regions are what the surface's own fits do not tell apart: the form's errors hold its
         # detail.
         own, part = fitted, part.quiet()
         errors = _noise(surface, own)
-        rings = _rings(own)
-        regions = _regions(surface, own, *errors, rings, settings, cad, part)
-        if unresolved is None:
-            sets = _curves(surface, own, *errors, settings, cad, part)
-        else:
-            sets = unresolved()
+        regions = _regions(surface, own, *errors, _rings(own), settings, cad, part)
+        sets = ahead.sets(own, *errors)
         shown: FormUmbilics | None = None
         # Where finest fits do not follow anything but the shape, it has a size.
-        wide = levels() if levels is not None and own.rough else []
+        wide = ahead.levels() if own.rough else []
         if wide:
             form = form_of(surface, wide, own.field, own.radius, part)
             shown = umbilics_of_form(surface, own, form, part)
@@ -196,7 +228,7 @@ def _detected(
     noise, radius = _noise(surface, fitted)
     with clock.stage("index"):
         part = progress.part("Turning around", 0.7, 0.8)
-        found = found_by_method(surface, fitted, settings, triangles, seams, uv, part)
+        found = found_by_method(surface, fitted, settings, triangles, seams, asked.uv, part)
         warnings += found.raw.warnings
     with clock.stage("regions"):
         progress.part("Finding regions", 0.8, 0.85)
@@ -210,6 +242,8 @@ def _detected(
                     "circles of surfaces of revolution: reported as regions, because no point of "
                     "them is an umbilic of its own."
                 )
+        if regions.few:
+            warnings.append(too_few_words(regions.few, surface.component_count))
         drowned: Callable[[], float] = float
         if settings.regions and settings.certified and settings.curvature != "given":
             label = regions.label
@@ -251,19 +285,6 @@ def _detected(
     progress.step(1.0)
     detection.timings.update(clock.seconds)
     return replace(detection, crease_angle=_crease_angle(settings, cad))
-
-
-@dataclass(frozen=True)
-class _Clock:
-    """Seconds spent in named stages."""
-
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = time.perf_counter() - start
 
 
 def _noise(surface: Surface, fitted: Estimate) -> tuple[np.ndarray, np.ndarray]:
@@ -313,7 +334,9 @@ def _regions(
         dropped = np.array(resolved_by_wider_fits(surface, rows, WIDER * rings, ratio), bool)
         dropped |= standing_off(surface, rows, rings, _scatter(fitted, noise, radius))
         regions = without(regions, dropped)
-    return regions if cad is None else with_faces(cad, regions)
+    if cad is not None:
+        return with_faces(cad, regions)
+    return with_too_few(surface, regions)
 
 
 def _curves(

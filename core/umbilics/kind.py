@@ -97,10 +97,11 @@ def kinds(
         # An error of p moves q / p as one of q of the same share does.
         least = np.maximum(np.abs(p), 1e-6 * np.abs(q) + np.finfo(float).tiny)
         reach = error * np.hypot(1.0, np.abs(q) / least)
+        most = np.maximum(INSIDE * np.abs(p), np.finfo(float).tiny)
         for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
             moved = q + reach * np.exp(1j * angle)
             # The index is known: |q| < |p|.
-            moved *= np.minimum(1.0, INSIDE * np.abs(p) / np.maximum(np.abs(moved), 1e-300))
+            moved *= most / np.maximum(np.abs(moved), most)
             named = np.where((_named(p, moved) != named) & (named != STAR), UNCERTAIN, named)
     generic = np.abs(certified) == 0.5
     return np.where(generic, np.where(index(p, q) == certified, named, UNCERTAIN), COMPOUND)

@@ -16,15 +16,21 @@ from . import kind as cubic_form
 from .methods.raw import RawUmbilics
 from .methods.shape_operators import face_deviators
 from .pairing.persistence import Tree, made_by_noise
-from .refine import SLOPE_ERROR, refine
+from .refine import SLOPE_ERROR, NextOrder, next_order, refine
 from .regions.region_map import RegionMap
 
 # True errors of places over those that independent residuals tell of the fit that they are read
-# off. On clean meshes errors are bias, of which residuals show a third: of random terms of the next
-# degree they would show a half. Windows chosen for their small errors hold more than they tell.
-# Those of one scale are measured (`Scale.factor`). Chosen on seeds 200, 201, 300, 301, 400 and 401
-# of benchmarks.people, confirmed on fields and metaballs of 500 and 501 and on 700 and 701.
+# off, where its bias is not looked at. On clean meshes errors are bias, of which residuals show a
+# third: of random terms of the next degree they would show a half. Windows chosen for their small
+# errors hold more than they tell. Those of one scale are measured (`Scale.factor`). Chosen on seeds
+# 200, 201, 300, 301, 400 and 401 of benchmarks.people, confirmed on fields and metaballs of 500 and
+# 501 and on 700 and 701.
 BIAS_CLEAN, BIAS_WINDOWS = 3.0, 1.3
+# Shares of errors in what higher degrees change, over which a mean is taken.
+STEPS = 2000
+# Variance that two degrees more add at least, in that of the lower fit: 3 to 5 times as much where
+# samples are spread evenly and err by themselves.
+NOISE = 0.25
 # The diagonal of the unit box: where no error is smaller nothing is known of the place.
 LARGEST = 2.0 * np.sqrt(3.0)
 # Share of the error below which pairs are not looked at more finely.
@@ -138,6 +144,11 @@ class Located:
     def __len__(self) -> int:
         return len(self.index)
 
+    @property
+    def error(self) -> np.ndarray:
+        """(k,) float64 error of the deviator that the uncertainty comes from."""
+        return np.asarray(self.uncertainty * np.abs(np.abs(self.p) - np.abs(self.q)))
+
     def position(self, surface: Surface) -> np.ndarray:
         """(k, 3) float64 places in the coordinates of the surface."""
         corners = surface.vertices[surface.triangles[self.triangle]]
@@ -237,16 +248,65 @@ def _uncertainty(error: np.ndarray, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     return np.fmin(np.divide(error, slope, out=largest, where=slope > 0), LARGEST)
 
 
-def bias_of(fitted: Estimate) -> float:
-    """Errors of places over those that the fits tell."""
+def deviator_errors(
+    surface: Surface,
+    found: Located,
+    kept: np.ndarray,
+    fitted: Estimate,
+    progress: Progress,
+) -> np.ndarray:
+    """(k,) standard errors of the deviators at located places, bias and all.
+
+    Parameters
+    ----------
+    kept:
+        (k,) bool, those that are looked at for the bias of the fit that their place is read off;
+        of the others, and where there are too few samples, errors are as the fit tells them, times
+        what they usually leave out.
+    """
+    error = found.error
     if fitted.neighbourhood is None:
-        return 1.0
+        return error
     if fitted.neighbourhood.focused:
-        return BIAS_CLEAN
-    return 1.0 if fitted.rings is None else BIAS_WINDOWS
+        return BIAS_CLEAN * error
+    if fitted.rings is not None:
+        error *= BIAS_WINDOWS
+    rows = np.flatnonzero(kept & found.seen & np.isfinite(found.clarity) & np.isfinite(error))
+    if not len(rows):
+        return error
+    beyond = next_order(surface, found.triangle[rows], found.barycentric[rows], fitted, progress)
+    square = with_bias(beyond)
+    known = np.isfinite(square)
+    error[rows[known]] = np.sqrt(square[known])
+    return error
 
 
-def standard_errors(found: Located, bias: float | np.ndarray = 1.0) -> np.ndarray:
+def with_bias(beyond: NextOrder) -> np.ndarray:
+    """(k,) mean square errors of deviators, the bias of their fits among it; NaN where terms of the
+    next order are not known.
+
+    Without bias the mean square of what these change is the difference of both variances (Hausman
+    1978). The biases are taken for draws of one complex normal law, in units of that difference, of
+    as much as all terms of the next order show in the residuals: they take x times as much from
+    these as noise does. If nothing is known of it before (Jeffreys' prior, 1 / w), the share w of
+    the noise in the changes has the density w^(n/2 - 1) exp(-w n x / 2) up to 1, for n terms of all
+    places. Given w, a bias is 1 - w of the change, give or take 1 - w of the difference (Efron &
+    Morris 1973, https://doi.org/10.1080/01621459.1973.10481350).
+    """
+    known = np.isfinite(beyond.change)
+    # Residuals that fall with the degree held bias themselves: then all but nothing is noise.
+    added = np.maximum(beyond.larger - beyond.variance, NOISE * beyond.variance)
+    half = 0.5 * float(beyond.terms[known].sum())
+    taken = 0.5 * float((beyond.terms * beyond.explained)[known].sum())
+    share = (np.arange(STEPS) + 0.5) / STEPS
+    density = (half - 1.0) * np.log(share) - taken * share
+    density = np.exp(density - density.max())
+    density /= density.sum()
+    one, two = density @ (1.0 - share), density @ np.square(1.0 - share)
+    return np.asarray(beyond.variance + one * added + two * np.square(beyond.change))
+
+
+def standard_errors(found: Located, error: np.ndarray | None = None) -> np.ndarray:
     """(k,) standard error of the places along the surface, per axis.
 
     An error e of the deviator D = p z + q conj(z), a complex Gaussian, moves its zero along two
@@ -259,11 +319,12 @@ def standard_errors(found: Located, bias: float | np.ndarray = 1.0) -> np.ndarra
     ----------
     found:
         Located umbilics, k of them.
-    bias:
-        As `bias_of` gives it, of all or of each (k,).
+    error:
+        (k,) as `deviator_errors` gives them; those that their places were found with if None.
     """
     least, most = np.abs(np.abs(found.p) - np.abs(found.q)), np.abs(found.p) + np.abs(found.q)
-    error = bias * found.uncertainty * least
+    if error is None:
+        error = found.error
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         stated = 0.5 * error * np.hypot(1.0 / least, 1.0 / most)
     stated = np.fmin(np.nan_to_num(stated, nan=LARGEST), LARGEST)

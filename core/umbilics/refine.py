@@ -13,9 +13,11 @@ import numpy as np
 
 from ..base.parallel import run
 from ..base.progress import Progress
+from ..base.unit import unit
 from ..curvature.estimate import Estimate
 from ..curvature.fits.flattened import FlatFit, fit_flattened, round_operator
 from ..fields.frames import frame
+from ..mesh.neighbourhoods import Neighbourhood
 from ..mesh.surface import Surface
 from .fitted_zero import clear_of_zero, slope_change, slopes, zero
 from .kind import from_gradient
@@ -126,18 +128,11 @@ def refine(
         clarity=np.zeros(k),
         found=np.zeros(k, bool),
     )
-    neighbourhood, normals = fitted.neighbourhood, fitted.field.normal
-    if neighbourhood is None:  # nothing was fitted
+    if fitted.neighbourhood is None:  # nothing was fitted
         return places
-    if fitted.closer is None:
-        degree, more_rings = CLEAN if neighbourhood.focused else NOISY
-        rings, factor = neighbourhood.rings + more_rings, 1.0
-    else:
-        neighbourhood, factor = fitted.closer.neighbourhood, fitted.closer.factor
-        degree, rings = fitted.degree, neighbourhood.rings
-    windows = np.tile([[rings], [degree]], k)
-    if fitted.rings is not None:
-        windows = _windows(surface, triangle, fitted)
+    normals = fitted.field.normal
+    neighbourhood, windows = _windows(surface, triangle, fitted)
+    factor = 1.0 if fitted.closer is None else fitted.closer.factor
     focused = neighbourhood.focused
     ask = progress.quiet()
     walk = WALK if neighbourhood.thinned is None else THIN_WALK
@@ -164,16 +159,27 @@ def refine(
     return places
 
 
-def _windows(surface: Surface, triangle: np.ndarray, fitted: Estimate) -> np.ndarray:
-    """(2, k) rings and degree of the fits around triangles: the narrowest at their corners, or the
-    rings of cubics and as many more as the degree asks for."""
-    assert fitted.rings is not None and fitted.degrees is not None and fitted.closer is not None
+def _windows(
+    surface: Surface, triangle: np.ndarray, fitted: Estimate
+) -> tuple[Neighbourhood, np.ndarray]:
+    """What is fitted around triangles (k,), and (2, k) the rings and degree of each fit: where
+    windows differ from place to place the narrowest at the corners, or the rings of cubics and as
+    many more as the degree asks for."""
+    around, closer = fitted.neighbourhood, fitted.closer
+    assert around is not None
+    k = len(triangle)
+    if closer is None:
+        degree, more_rings = CLEAN if around.focused else NOISY
+        return around, np.tile([[around.rings + more_rings], [degree]], k)
+    around = closer.neighbourhood
+    if fitted.rings is None or fitted.degrees is None:
+        return around, np.tile([[around.rings], [fitted.degree]], k)
     corners = surface.triangles[triangle]
     rings = np.where(fitted.rings > 0, fitted.rings, np.iinfo(np.int64).max)[corners]
-    narrowest = corners[np.arange(len(corners)), rings.argmin(axis=1)]
+    narrowest = corners[np.arange(k), rings.argmin(axis=1)]
     known = np.stack([fitted.rings[narrowest], fitted.degrees[narrowest]])
-    others = np.array([[fitted.closer.neighbourhood.rings + NOISY[1]], [NOISY[0]]])
-    return np.where(known[0] > 0, known, others)
+    others = np.array([[around.rings + NOISY[1]], [NOISY[0]]])
+    return around, np.where(known[0] > 0, known, others)
 
 
 @dataclass(frozen=True)
@@ -213,17 +219,9 @@ def _fitted(
     """Fits of a degree, or of what they can hold, to `samples`, (s, r) members of which the (r,)
     first are meant, around the umbilics `rows`."""
     members, held = samples
-    corners = surface.triangles[places.triangle[rows]]
-    weights = places.barycentric[rows]
-    centre = np.einsum("rk,rkc->rc", weights, surface.vertices[corners])
-    normal = np.einsum("rk,rkc->rc", weights, normals[corners])
-    length = np.linalg.norm(normal, axis=1)
-    normal = np.where(
-        length[:, None] > 1e-3, normal / np.maximum(length, 1e-300)[:, None], normals[corners[:, 0]]
+    centre, axes, (x, y, z) = _seen_from(
+        surface, normals, places.triangle[rows], places.barycentric[rows], members
     )
-    axes = np.stack([*frame(normal.T), normal.T])
-    offset = surface.vertices[members] - centre
-    x, y, z = (np.einsum("sbc,cb->sb", offset, axis) for axis in axes)
     # Where a small piece or a border leaves few samples, the degree that they can hold.
     degrees = np.full(len(rows), degree)
     for high in range(degree, 3, -1):
@@ -234,6 +232,98 @@ def _fitted(
         columns = x[:, some], y[:, some], z[:, some]
         (flat,) = fit_flattened(*columns, [own], focus, held=held[some])
         yield _Fit(rows[some], centre[some], axes[:, :, some], held[some], flat, own)
+
+
+def _seen_from(
+    surface: Surface,
+    normals: np.ndarray,
+    triangle: np.ndarray,
+    weights: np.ndarray,
+    members: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places (r, 3) by triangles (r,) and weights (r, 3), axes (3, 3, r) there, the normal last,
+    and samples (s, r) along them: (3, s, r)."""
+    corners = surface.triangles[triangle]
+    centre = np.einsum("rk,rkc->rc", weights, surface.vertices[corners])
+    normal = np.einsum("rk,rkc->rc", weights, normals[corners])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-3, unit(normal), normals[corners[:, 0]])
+    axes = np.stack([*frame(normal.T), normal.T])
+    offset = surface.vertices[members] - centre
+    return centre, axes, np.stack([np.einsum("sbc,cb->sb", offset, axis) for axis in axes])
+
+
+@dataclass(frozen=True)
+class NextOrder:
+    """What fits of two degrees more, to the same samples, change at k places; all NaN where these
+    are too few for them.
+
+    Attributes
+    ----------
+    change:
+        (k,) length of the change of the deviator.
+    variance, larger:
+        (k,) squared standard errors that the residuals leave in both, if each point errs by itself.
+    terms, explained:
+        (k,) how many terms were added, and how much each takes from the squares of the residuals on
+        average, over what one does where there is nothing but noise.
+    """
+
+    change: np.ndarray
+    variance: np.ndarray
+    larger: np.ndarray
+    terms: np.ndarray
+    explained: np.ndarray
+
+
+def next_order(
+    surface: Surface,
+    triangle: np.ndarray,
+    barycentric: np.ndarray,
+    fitted: Estimate,
+    progress: Progress,
+) -> NextOrder:
+    """What terms of the next order change at places by triangles (k,) and weights (k, 3), in the
+    fits that `refine` makes there.
+
+    A deviator is made of second derivatives, to which by symmetry the terms of the next even
+    degree add the most.
+    """
+    found = NextOrder(*np.full((5, len(triangle)), np.nan))
+    around, windows = _windows(surface, triangle, fitted)
+    normals = fitted.field.normal
+    for rings, degree in np.unique(windows, axis=1).T.tolist():
+        same = np.flatnonzero((windows == [[rings], [degree]]).all(axis=0))
+        corners = surface.triangles[triangle[same]]
+        both = degree, degree + 2
+        few, many = ((d + 1) * (d + 2) / 2 for d in both)
+        for some, members, held in around.around_triangles(corners, rings, 1 << 15, progress):
+            enough = held >= SAMPLES_PER_TERM * many
+            if not enough.any():
+                continue
+            rows, members, held = same[some][enough], members[:, enough], held[enough]
+            _, _, (x, y, z) = _seen_from(
+                surface, normals, triangle[rows], barycentric[rows], members
+            )
+            one, two = fit_flattened(x, y, z, both, held=held)
+            middle = np.zeros(len(rows))
+            lower, higher = (
+                round_operator(flat.heights.coefficients, flat.radius, flat.bend, middle, middle)
+                for flat in (one, two)
+            )
+            known = one.heights.determined & two.heights.determined & (two.residual > 0.0)
+            left, noise = np.square(one.residual), np.where(known, np.square(two.residual), 1.0)
+            taken = left / noise * (held - few) - (held - many)
+            values = (
+                np.abs(higher.deviator - lower.deviator),
+                np.square(one.heights.gap_error / one.radius),
+                np.square(two.heights.gap_error / two.radius),
+                np.full(len(rows), many - few),
+                np.maximum(taken / (many - few), 0.0),
+            )
+            for kept, value in zip(vars(found).values(), values, strict=True):
+                kept[rows[known]] = value[known]
+    return found
 
 
 def _look_for_zeros(

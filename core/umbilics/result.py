@@ -18,8 +18,8 @@ MONSTAR = "monstar"
 COMPOUND = "compound"
 UNCERTAIN = "uncertain"
 KINDS = (STAR, LEMON, MONSTAR, COMPOUND, UNCERTAIN)
-CURVE = "curve"
-REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL, CURVE)
+CURVE, UNRESOLVED = "curve", "unresolved"
+REGION_KINDS = (SPHERICAL, PLANAR, CYLINDRICAL, CONICAL, CURVE, UNRESOLVED)
 # Blender's whole numbers and its meshes have no more.
 _LARGEST = 2**31 - 1
 
@@ -119,8 +119,9 @@ class Umbilics:
 
 @dataclass(frozen=True)
 class Region:
-    """An area or a curve where the principal curvatures are equal within the estimator's noise, or
-    an exact face of a tessellated part.
+    """An area or a curve where the principal curvatures are equal within the estimator's noise, an
+    exact face of a tessellated part, or a piece of so few vertices that its umbilics are not told
+    from each other.
 
     Attributes
     ----------
@@ -133,7 +134,8 @@ class Region:
         indices that it replaces.
     kind:
         "spherical" or "planar"; of the exact faces also "cylindrical" or "conical"; "curve" for
-        the strip along a curve of umbilics, as surfaces of revolution have them in circles.
+        the strip along a curve of umbilics, as surfaces of revolution have them in circles;
+        "unresolved" for a whole piece of too few vertices.
     curvature:
         Mean curvature over the region, in 1 / length.
     """

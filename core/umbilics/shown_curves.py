@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..base.progress import Progress
@@ -45,7 +47,8 @@ def without_shown(
     if not dropped.any():
         return regions
     left = without(regions, dropped)
-    return RegionMap(left.label, left.count, regions.faces, regions.curves - int(dropped.sum()))
+    curves = regions.curves - int(dropped.sum())
+    return replace(regions, label=left.label, count=left.count, curves=curves)
 
 
 def _isolated(places: Refined) -> np.ndarray:

@@ -19,7 +19,7 @@ import numpy as np
 from ..base.arguments import vertex_pairs
 from ..mesh.creases import are_few
 from ..mesh.half_edges import edge_keys, ends_of
-from .result import Detection
+from .result import UNRESOLVED, Detection
 
 # Turn of the surface within a neighbourhood, in radians, from which on it is coarse: see above.
 COARSE = 1.0
@@ -44,6 +44,8 @@ class Suitability:
         and of those at 10° to 30°.
     crossed:
         How many of the sharp edges the detection fitted across.
+    few:
+        Whether a piece has too few vertices to tell its umbilics apart.
     """
 
     turn: float
@@ -51,6 +53,7 @@ class Suitability:
     sharp: int
     bent: int
     crossed: int
+    few: bool = False
 
     @property
     def is_hard(self) -> bool:
@@ -66,6 +69,8 @@ class Suitability:
     @property
     def is_coarse(self) -> bool:
         """Whether its triangles are too large for the fits."""
+        if self.few:
+            return True
         if self.is_hard:
             # Fits across the creases are wide and curved; that says nothing of the parts between.
             return False
@@ -107,7 +112,9 @@ def suitability(
         creases = np.isin(edge, edge_keys(one, other, len(vertices)))
         if are_few(int(np.count_nonzero(creases)), triangles.size):
             crossed &= ~creases
-    return Suitability(turn, len(cosine), *(int(np.sum(one)) for one in (sharp, bent, crossed)))
+    few = any(region.kind == UNRESOLVED for region in detection.regions)
+    counted = tuple(int(np.sum(one)) for one in (sharp, bent, crossed))
+    return Suitability(turn, len(cosine), counted[0], counted[1], counted[2], few)
 
 
 def _edge_cosines(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

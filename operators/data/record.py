@@ -22,6 +22,7 @@ import numpy as np
 from ... import core
 from ...core.base import rows
 from ..base import caches
+from ..mesh.fetch import unit_vectors
 from ..mesh.fingerprint import Fingerprint
 from ..mesh.read import MeshArrays
 
@@ -215,7 +216,7 @@ def place_now(obj: bpy.types.Object, record: Record, row: int) -> tuple[np.ndarr
     position = moved[:3, :3] @ candidates.position[row] + moved[:3, 3]
     # An object that is scaled to nothing has no way back: the normal stays as it was.
     normal = np.linalg.pinv(moved[:3, :3]).T @ candidates.normal[row]
-    return position, normal / max(np.linalg.norm(normal), 1e-30)
+    return position, unit_vectors(normal)
 
 
 def _digest(text: str) -> str:

@@ -81,6 +81,10 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
     covered: FloatProperty(
         description="Share of the surface within a mean edge of the mesh, 0 to 1", default=1.0
     )
+    warnings: StringProperty(
+        description="Sentences on what the remesher could not have, one a line; none of a mesh "
+        "that was made by hand or checked again"
+    )
     stamp: StringProperty(description="What tells the mesh that was checked from another")
     marks: CollectionProperty(type=UMBILICS_PG_mark)
     active: IntProperty(
@@ -148,6 +152,7 @@ def store(
     kept.jacobian = found.least_jacobian if found.quads else _NO_JACOBIAN
     kept.distance = float(found.distance.max(initial=0.0))
     kept.edges, kept.covered = found.edges_away, found.covered
+    kept.warnings = ""
     extra, matched = np.flatnonzero(found.pole < 0), np.flatnonzero(found.pole >= 0)
     rows = [(MISSING, *one) for one in zip(missing_valence, missing, strict=True)]
     for state, mine in ((EXTRA, extra), (MATCHED, matched)):

@@ -24,7 +24,7 @@ def frames_of(umbilics: core.Umbilics) -> np.ndarray:
     least = np.eye(3)[np.argmin(np.abs(z), axis=1)] if len(z) else z
     across = np.where(known, across, least)
     x = across - np.sum(across * z, axis=1, keepdims=True) * z
-    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-30)
+    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), np.finfo(float).tiny)
     frames = np.zeros((len(z), 4, 4))
     frames[:, :3, 0] = x
     frames[:, :3, 1] = np.cross(z, x)

@@ -22,6 +22,16 @@ def reach(size: float) -> float:
     return _RIM * max(_RADIUS.values()) * size
 
 
+def usual_gap(places: np.ndarray) -> float:
+    """The median distance from one of the places (k, 3) to the nearest other one."""
+    if len(places) < 2:
+        return float("inf")
+    nearest = [
+        np.partition(np.linalg.norm(places - place, axis=1), 1)[1] for place in places
+    ]
+    return float(np.median(nearest))
+
+
 def pole_glyphs(valence: int, places: Places, size: float, opacity: float) -> list[Shape]:
     """Glyphs of the poles of one valence at places whose U is the viewer's right and V is up."""
     look = Badge(valence, _RADIUS[valence], COLOURS[valence][:3], _INK[valence])

@@ -9,16 +9,20 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import Any
 
 import bpy
 
 from ... import core
 from ..base.translation import reported
+from ..base.words import outcome, pins_lost
+from ..data import properties, reading
+from ..mesh.scope import Scope
 from ..scene import selection, targets
 from ..scene.modes import Place, finished, in_place, objects_mode, place_of
 from ..scene.transaction import Transaction, all_or_nothing
-from . import refusals, retopology, worker
+from . import detect, refusals, retopology, worker
 
 RUNNING = "Something is being computed. Wait for it, or press Esc."
 
@@ -71,12 +75,15 @@ class BackgroundOperator:
             It cannot be written; the scene is as it was.
         """
 
+    def unwritten(self, context: bpy.types.Context) -> None:
+        """Called when nothing was written: the user stopped it, or an error was reported."""
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Run straight through."""
         try:
             jobs, refused = self._gathered(context)
         except core.UmbilicsError as error:
-            return self._fail([error])
+            return self._fail(context, [error])
         outcomes = [worker.outcome_of(job) for job in jobs]
         return self._write(context, jobs, outcomes, refused, place_of(context))
 
@@ -85,9 +92,9 @@ class BackgroundOperator:
         try:
             jobs, self._refused = self._gathered(context)
         except core.UmbilicsError as error:
-            return self._fail([error])
+            return self._fail(context, [error])
         if not jobs:
-            return self._fail(self._refused)
+            return self._fail(context, self._refused)
         # The window may show another scene by the time that there is something to write.
         self._place = place_of(context)
         worker.begin(*jobs)
@@ -112,6 +119,7 @@ class BackgroundOperator:
         try:
             outcomes = task.results()
         except core.CancelledError:
+            self.unwritten(context)
             self.report({"INFO"}, reported("Cancelled; nothing was changed."))
             return {"CANCELLED"}
         edited = context.mode == "EDIT_MESH"
@@ -157,7 +165,7 @@ class BackgroundOperator:
         except core.UmbilicsError as error:
             errors.append(error)
         if not written:
-            return self._fail(errors)
+            return self._fail(context, errors)
         for name, messages in written:
             whose = f"{name}: " if len(jobs) + len(refused) > 1 else ""
             for level, sentence in messages:
@@ -166,7 +174,10 @@ class BackgroundOperator:
             self.report({"WARNING"}, reported(str(reason)))
         return {"FINISHED"}
 
-    def _fail(self, errors: Sequence[core.UmbilicsError]) -> set[str]:
+    def _fail(
+        self, context: bpy.types.Context, errors: Sequence[core.UmbilicsError]
+    ) -> set[str]:
+        self.unwritten(context)
         self.report({"ERROR"}, reported(" ".join(str(error) for error in errors)))
         return {"CANCELLED"}
 
@@ -176,12 +187,60 @@ def _objects_of(jobs: Sequence[worker.Job]) -> list[bpy.types.Object]:
     return [obj for obj in found if obj is not None]
 
 
+class DetectionOperator(BackgroundOperator):
+    """A mixin of operators that detect on all objects that are wanted."""
+
+    # Whether to take the faces of the last detection, where the scope is what is selected or seen.
+    again = False
+
+    def jobs(
+        self, context: bpy.types.Context
+    ) -> tuple[list[detect.Inputs], list[core.UmbilicsError]]:
+        scene = context.scene
+        settings = properties.to_settings(scene.umbilics)
+        depsgraph = context.evaluated_depsgraph_get() if with_modifiers(context) else None
+        scope = reading.scope_of(scene.umbilics_display)
+        names = properties.given_names(scene.umbilics)
+        jobs, refused = [], []
+        for obj in selection.wanted(context):
+            try:
+                mine = replace(scope, kept=self.again and _was_of(obj, scope))
+                job = detect.gather(obj, settings, names, depsgraph=depsgraph, scope=mine)
+                jobs.append(job)
+            except core.UmbilicsError as error:
+                refused.append(error)
+        return jobs, refused
+
+    def put(
+        self,
+        context: bpy.types.Context,
+        job: detect.Inputs,
+        found: detect.Results,
+        whole: Transaction | None,
+    ) -> list[Message]:
+        lost = detect.write(context, job, found, whole)
+        detection = found.detection
+        level = "WARNING" if detection.warnings else "INFO"
+        messages = [(level, " ".join((f"{outcome(detection)}.", *detection.warnings)))]
+        return [*messages, ("WARNING", pins_lost(lost))] if lost else messages
+
+
+def with_modifiers(context: bpy.types.Context) -> bool:
+    """Whether what is seen is analysed, modifiers and shape keys included."""
+    return bool(context.scene.umbilics_display.source == "EVALUATED")
+
+
+def _was_of(obj: bpy.types.Object | None, scope: Scope) -> bool:
+    """Whether the object's last detection had that scope, too."""
+    return obj is not None and obj.type == "MESH" and obj.umbilics.scope == scope.kind
+
+
 class NeedsMesh:
     """A mixin: possible where the active object can be guided and nothing else is computed."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        evaluated = context.scene.umbilics_display.source == "EVALUATED"
+        evaluated = with_modifiers(context)
         reason = refusals.why_not(selection.active(context), with_modifiers=evaluated)
         return possible(cls, reason)
 

@@ -34,8 +34,8 @@ def fetch(
 
 
 def unit_vectors(vectors: np.ndarray) -> np.ndarray:
-    """(n, 3) vectors made one long; zero vectors stay zero, and NaN, no direction, stays NaN."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    """(..., 3) vectors made one long; zero vectors stay zero, and NaN, no direction, stays NaN."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
 
 

@@ -255,10 +255,13 @@ def test_edges_with_an_end_that_is_no_place_are_never_on_a_line():
     more = np.concatenate([edges, [[0, len(vertices)], [1, len(vertices) + 1]]])
     found = core.edge_paths(spoiled, more, lines)
     np.testing.assert_array_equal(found, np.append(plain, [False, False]))
-    # Nor does one without a length change anything, nor overflow.
+    # Nor do those without a length, be they most: doubles leave them.
     on = int(edges[plain][0, 0])
-    found = core.edge_paths(vertices, np.concatenate([edges, [[on, on]]]), lines)
-    np.testing.assert_array_equal(found[:-1], plain)
+    for more_of_them in (1, 2 * len(edges)):
+        doubles = np.full((more_of_them, 2), on)
+        found = core.edge_paths(vertices, np.concatenate([edges, doubles]), lines)
+        np.testing.assert_array_equal(found[: len(edges)], plain)
+    assert not core.edge_paths(vertices, doubles, lines).any()
     assert not core.ridge_edges(spoiled, more, guide.ridges()).kind[-2:].any()
 
 

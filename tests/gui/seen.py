@@ -6,11 +6,13 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1] / "operators"))
 
 import bpy
 import numpy as np
-from hands import View, click, insist, open_tab, pixels, play, point, press
-from stage import REMEDY, Report, clear_scene, in_tab, part, press_detect, settled
+from hands import View, click, insist, open_tab, pixels, play, point, press, until
+from stage import REMEDY, Report, clear_scene, in_tab, monkey, part, press_detect, running, settled
+from whole_state import differences, everything
 
 report = Report(Path(sys.argv[-1]))
 found = report.found
@@ -38,6 +40,36 @@ def mended():
     found["modifiers"] = [modifier.type for modifier in obj.modifiers]
     found["mended"] = judged()
     report.picture("mended")
+    point(*view.middle())
+    press("ctrl+z")
+    yield from until(lambda: not bpy.data.objects["Cube"].modifiers, 30.0)
+    cube = bpy.data.objects["Cube"]
+    found["undone"] = [len(cube.modifiers), cube.umbilics.detected, len(cube.umbilics.items)]
+
+
+def stopped():
+    """Esc, by the key, while what was mended is looked at again, and while quads are made."""
+    monkey(view, 3)
+    obj = bpy.context.object
+    # So that merging has something to do, and takes a while to be looked at.
+    with view.inside():
+        bpy.ops.object.duplicate()
+        obj.select_set(True)
+        bpy.ops.object.join()
+        bpy.ops.ed.undo_push(message="doubled")
+    yield 1.0
+    ways = [("mend", {"way": way}) for way in ("SUBDIVIDE", "CREASES", "MERGE", "SMOOTH")]
+    found["stopped"] = {}
+    for name, given in (*ways, ("remesh_to_quads", {}), ("preview_layout", {}), ("guide", {})):
+        before = everything()
+        with view.inside():
+            getattr(bpy.ops.umbilics, name)("INVOKE_DEFAULT", **given)
+        run = running()
+        point(*view.middle())
+        press("Escape")
+        yield from settled()
+        left = differences(before, everything())
+        found["stopped"][" ".join((name, *given.values()))] = [bool(run and run.cancelled), left]
 
 
 def cage():
@@ -78,6 +110,7 @@ def scenario():
     yield from open_tab(view)
     view.space.overlay.show_cursor = False
     yield from mended()
+    yield from stopped()
     obj = cage()
     yield 1.0
     yield from press_detect(view)

@@ -24,6 +24,17 @@ def test_the_verdict_has_a_button_that_does_what_it_says(found):
     assert found["mended"] == {"good": True, "remedy": "", "found": "14 umbilics"}
 
 
+def test_one_undo_takes_back_what_was_mended_and_what_was_found_then(found):
+    modifiers, detected, umbilics = found["undone"]
+    assert (modifiers, detected, umbilics) == (0, True, 0)
+
+
+def test_escape_leaves_everything_as_it_was_whatever_was_begun(found):
+    assert len(found["stopped"]) == 7
+    for begun, (cancelled, left) in found["stopped"].items():
+        assert cancelled and left == [], begun
+
+
 def test_the_map_covers_the_surface_and_lets_clicks_through(found):
     assert found["grey"] < 0.2
     assert found["mapped"] > 0.9

@@ -337,6 +337,28 @@ def test_plan_of_an_edited_mesh_says_so(draw):
     assert "moved" in told
 
 
+def test_what_quads_could_not_have_stays_readable_below_the_button(draw):
+    obj = add_ellipsoid(subdivisions=3)
+    # A speck beside it, of which the remesher warns.
+    bpy.ops.mesh.primitive_circle_add(vertices=3, radius=0.01, fill_type="NGON")
+    obj.select_set(True)
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.join()
+    obj.name = "An ellipsoid, with a name longer than the sidebar is wide"
+    bpy.ops.umbilics.remesh_to_quads(quads=100)
+    made = bpy.context.object
+    warnings = made.umbilics_check.warnings.split("\n")
+    assert warnings and all(warnings)
+    labels = draw().names("label")
+    told = " ".join(labels)
+    sentences = (*warnings, f"Against {obj.name}", "8 of 8 planned poles, 0 missing, 0 extra")
+    assert all(sentence in told for sentence in sentences)
+    # A label that is wider than the sidebar would be cut short.
+    assert not any(sentence in one for sentence in sentences for one in labels)
+    bpy.ops.umbilics.check_topology()
+    assert made.umbilics_check.warnings == ""
+
+
 def test_edges_can_be_marked_as_seams_as_sharp_and_as_creases(draw):
     assert draw().names("operator").count("umbilics.mark_seams") == 3
 

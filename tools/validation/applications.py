@@ -6,6 +6,7 @@ import numpy as np
 from surfaces.design import power, progressive_lens, wigley_hull
 
 import core
+from core.base.words import counted
 from core.matching.closest_points import rotation_by
 from core.matching.rotation import axis_and_angle
 
@@ -69,9 +70,9 @@ def _hull(page: Page) -> None:
     page.text(
         f"""The same hull as a program for flow simulation has it, {len(model.arrays.triangles):,}
         triangles of a soup with its deck, tilted walls and doubled faces: {len(found.candidates)}
-        candidates, {len(found.umbilics)} umbilics kept ({counts or "none"}), {len(found.regions)}
-        regions{f" ({', '.join(kinds)})" if kinds else ""}. In the words of the extension:
-        “{" ".join(found.warnings) or "nothing to say"}”"""
+        candidates, {len(found.umbilics)} umbilics kept ({counts or "none"}),
+        {counted(len(found.regions), "region")}{f" ({', '.join(kinds)})" if kinds else ""}. In the
+        words of the extension: “{" ".join(found.warnings) or "nothing to say"}”"""
     )
 
 

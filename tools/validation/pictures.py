@@ -13,6 +13,7 @@ from bl_ext.user_default.umbilics.operators.command_line.pictures.panels import 
     view_of,
     write,
 )
+from bl_ext.user_default.umbilics.operators.mesh.fetch import unit_vectors
 from bl_ext.user_default.umbilics.operators.mesh.fingerprint import Fingerprint, metric_of
 from bl_ext.user_default.umbilics.operators.mesh.read import MeshArrays, read_mesh
 from surfaces import AnalyticSurface
@@ -56,7 +57,7 @@ def from_above(
     field = found.curvature
     arrays = arrays_of(_flat(mesh.vertices), mesh.triangles)
     up = np.tile([0.0, 0.0, 1.0], (len(mesh.vertices), 1))
-    along = _unit(_flat(field.d1))
+    along = unit_vectors(_flat(field.d1))
     shown = core.CurvatureField(field.k1, field.k2, along, np.cross(up, along), up, field.noise)
     return Panel(
         [title],
@@ -77,16 +78,12 @@ def laid_flat(umbilics: core.Umbilics) -> core.Umbilics:
         umbilics,
         position=_flat(umbilics.position),
         normal=np.tile([0.0, 0.0, 1.0], (len(umbilics), 1)),
-        separatrix=_unit(_flat(umbilics.separatrix)),
+        separatrix=unit_vectors(_flat(umbilics.separatrix)),
     )
 
 
 def _flat(points: np.ndarray) -> np.ndarray:
     return points * np.array([1.0, 1.0, 0.0])
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30)
 
 
 def by_index(umbilics: core.Umbilics) -> core.Umbilics:

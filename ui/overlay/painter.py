@@ -22,6 +22,9 @@ from .camera import Camera
 
 # So many objects' marks stay on the GPU; the diamonds of a crowd are larger.
 _MOST, _MOST_CROWDS = 64, 8
+# Glyphs that lie on one another are drawn at no less than this part of their size, at which their
+# numbers can just be read.
+_SMALLEST = 0.6
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class _Kept:
         self._values.clear()
 
 
-_marks, _crowds = _Kept(_MOST), _Kept(_MOST_CROWDS)
+_marks, _crowds, _gaps = _Kept(_MOST), _Kept(_MOST_CROWDS), _Kept(_MOST)
 
 
 def draw(context: bpy.types.Context, obj: bpy.types.Object, camera: Camera) -> None:
@@ -75,6 +78,7 @@ def forget() -> None:
     directions.forget()
     _marks.clear()
     _crowds.clear()
+    _gaps.clear()
 
 
 def is_waiting() -> bool:
@@ -149,8 +153,7 @@ def _draw_facing(
         drawn = _marks.of(
             key, lambda: _batches(facing_shapes.shapes_of_poles(context, obj, upright, faint))
         )
-        lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
-        _draw_lifted(drawn, camera, program, lift)
+        _draw_with_room(drawn, camera, program, places, obj, size)
     if display.checks and len(obj.umbilics_check.marks):
         _draw_check(context, obj, camera, program, upright, size)
     rows = facing_shapes.numbered_rows(context, obj)
@@ -178,14 +181,35 @@ def _draw_check(
     drawn = _marks.of(
         key, lambda: _batches(facing_shapes.shapes_of_check(context, obj, upright, faint))
     )
-    lift = poles.reach(size) * camera.pixel_on(places, obj.matrix_world)
-    _draw_lifted(drawn, camera, program, lift)
+    _draw_with_room(drawn, camera, program, places, obj, size)
+
+
+def _draw_with_room(
+    drawn: list[_Drawn],
+    camera: Camera,
+    program: gpu.types.GPUShader,
+    places: np.ndarray,
+    obj: bpy.types.Object,
+    size: float,
+) -> None:
+    """Glyphs like poles at places (k, 3), smaller where most of them would lie on one another."""
+    pixel, reach = camera.pixel_on(places, obj.matrix_world), poles.reach(size)
+    scale = abs(obj.matrix_world.determinant()) ** (1.0 / 3.0)
+    gap = _gaps.of(places.tobytes(), lambda: poles.usual_gap(places))
+    room = scale * gap / (2.0 * reach * pixel)
+    part = min(max(room, _SMALLEST), 1.0)
+    _draw_lifted(drawn, camera, program, part * reach * pixel, part)
 
 
 def _draw_lifted(
-    drawn: list[_Drawn], camera: Camera, program: gpu.types.GPUShader, lift: float
+    drawn: list[_Drawn],
+    camera: Camera,
+    program: gpu.types.GPUShader,
+    lift: float,
+    part: float = 1.0,
 ) -> None:
-    program.uniform_float("size", (1.0, camera.pixel, 1.0, lift))
+    """`part` of their size."""
+    program.uniform_float("size", (1.0, part * camera.pixel, 1.0, lift))
     for some in drawn:
         some.batch.draw(program)
 

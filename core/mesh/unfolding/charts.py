@@ -98,7 +98,7 @@ def charts_from_uv(surface: Surface, uv: np.ndarray) -> Charts:
     start, end = ends_of(uv)
     twin = surface.twin
     # Blender stores UVs in single precision.
-    close = 1e-6 * max(float(np.abs(uv).max(initial=0.0)), 1e-300)
+    close = 1e-6 * np.abs(uv).max(initial=0.0)
     apart = (np.abs(start - end[twin]) > close) | (np.abs(end - start[twin]) > close)
     return cut_along(surface, apart)
 

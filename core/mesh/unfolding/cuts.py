@@ -161,7 +161,7 @@ def _left_by_trees(
     points = surface.vertices[charts.vertex]
     loop = distance[a] + distance[b] + np.linalg.norm(points[a] - points[b], axis=1)
     # Least first in the spanning tree; paths only where triangles hang together by nothing else.
-    cost = np.where(in_tree, 4.0, 2.0 - loop / max(float(loop.max(initial=0.0)), 1e-300))
+    cost = np.where(in_tree, 4.0, 2.0 - loop / loop.max(initial=np.finfo(float).tiny))
     m = len(corners)
     one, two = inner // 3, surface.twin[inner] // 3
     key = edge_keys(one, two, m)

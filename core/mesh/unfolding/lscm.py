@@ -75,7 +75,8 @@ def conformal_energy(vertices: np.ndarray, triangles: np.ndarray) -> sparse.csr_
     side = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
     longest = (side.real**2 + side.imag**2).max(axis=1)
     doubled = (np.conj(side[:, 0]) * side[:, 1]).imag
-    weight = 1.0 / np.maximum(doubled, _LEAST_HEIGHT * np.maximum(longest, 1e-300))
+    least = np.maximum(_LEAST_HEIGHT * longest, np.finfo(float).tiny)
+    weight = 1.0 / np.maximum(doubled, least)
     # Over the whole chart sum conj(W_i) W_j; for i != j its imaginary part is the area term.
     entries = weight[:, None, None] * np.conj(side)[:, :, None] * side[:, None, :]
     rows = np.repeat(triangles, 3, axis=1).ravel()

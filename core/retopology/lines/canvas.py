@@ -57,7 +57,7 @@ class Canvas:
     ) -> Canvas:
         """With `closest` and `shortest` in spacings."""
         area = surface.face_normal_area[1]
-        edge = float(np.sqrt(np.median(area[area > 0])) * 1.5)
+        edge = surface.usual_side
         near = closest * spacing
         every = max(2, int(0.4 * near / edge))
         return cls(

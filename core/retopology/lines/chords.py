@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...base.unit import phase
 from ...fields.planes import FaceFrames
 
 # Cosine of the largest turn from one triangle to the next; a line of curvature that turns more
@@ -140,7 +141,7 @@ def next_chords(planes: FaceFrames, walk: Walk, longest: np.ndarray, tied: np.nd
     moved = z + step * middle
     out = edge[rows, side]
     here = walk.corner[rows, side]
-    share = ((moved - here) * out).real / np.maximum(np.abs(out) ** 2, 1e-300)
+    share = ((moved - here) * out).real / np.maximum(np.abs(out) ** 2, np.finfo(float).tiny)
     share = np.minimum(np.maximum(share, MARGIN), 1.0 - MARGIN)
     landed = np.where(inside, moved, here + share * out.conj())
     pull = strong * -np.expm1(-step / (MEMORY * planes.size[triangle]))
@@ -185,13 +186,12 @@ def _inwards(
     edge: np.ndarray, entry: np.ndarray, direction: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
     """The directions, but along the edge that a line came in by where it would leave by it."""
-    inner = edge[rows, entry]
-    along = direction * (inner / np.maximum(np.abs(inner), 1e-300))
+    inner = phase(edge[rows, entry])
+    along = direction * inner
     back = np.flatnonzero((along.imag < INWARD) & (entry >= 0))
     if len(back):
-        inner = inner[back].conj() / np.maximum(np.abs(inner[back]), 1e-300)
         steep = np.where(along[back].real >= 0, np.exp(1j * INWARD), -np.exp(-1j * INWARD))
-        direction[back] = steep * inner
+        direction[back] = steep * inner[back].conj()
     return direction
 
 

@@ -51,6 +51,8 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
         marked[placed] = edge_paths(vertices, edges[placed], lines)
         return marked
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    if not length.any():
+        return marked
     longest = np.zeros(len(vertices))
     np.maximum.at(longest, edges.ravel(), np.repeat(length, 2))
     used = np.zeros(len(vertices), bool)
@@ -59,9 +61,11 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
     tree = cKDTree(vertices[candidates])
     reach = CORRIDOR * float(longest.max())
     # Shorter edges are round-off of the longest.
-    shortest = max(float(np.finfo(float).eps * longest.max()), 1e-300)
+    shortest = np.finfo(float).eps * float(longest.max())
+    # Doubles leave edges without a length, which say nothing of how far points are to be apart.
+    step = float(np.median(length[length > shortest]))
     for line in range(len(lines)):
-        points = _dense(lines.points(line), float(np.median(length)), lines.closed[line])
+        points = _dense(lines.points(line), step, lines.closed[line])
         near = tree.query_ball_point(points, reach)
         inside = candidates[np.unique(np.concatenate([np.asarray(one, int) for one in near]))]
         distance, _ = cKDTree(points).query(vertices[inside])
@@ -73,7 +77,8 @@ def edge_paths(vertices: np.ndarray, edges: np.ndarray, lines: Lines) -> np.ndar
         rows = np.flatnonzero((ends >= 0).all(axis=1))
         one, two = ends[rows].T
         off = (distance[one] + distance[two]) / np.maximum(length[rows], shortest)
-        cost = np.maximum(length[rows] * (1.0 + off**2), 1e-300)
+        # What costs nothing would be no edge of the graph.
+        cost = np.maximum(length[rows] * (1.0 + off**2), np.finfo(float).tiny)
         pins = points[np.linspace(0, len(points) - 1, PINS).round().astype(int)]
         _, anchor = cKDTree(vertices[inside]).query(pins)
         marked[_path(one, two, cost, rows, len(inside), anchor)] = True
@@ -86,7 +91,7 @@ def _dense(points: np.ndarray, step: float, closed: bool) -> np.ndarray:
         points = np.concatenate([points, points[:1]])
     chord = np.linalg.norm(np.diff(points, axis=0), axis=1)
     arc = np.concatenate([[0.0], np.cumsum(chord)])
-    count = int(np.ceil(arc[-1] / max(step, 1e-300))) + 1
+    count = int(np.ceil(arc[-1] / step)) + 1
     at = np.linspace(0.0, arc[-1], max(count, PINS))
     return np.stack([np.interp(at, arc, points[:, axis]) for axis in range(3)], axis=1)
 

@@ -93,7 +93,7 @@ def sparse_rows(
     if not len(traces.triangle):
         return np.zeros(0, np.int64)
     line = np.repeat(np.arange(len(traces.end)), np.diff(traces.start))
-    cell = np.floor(traces.travelled / max(spacing, 1e-300))
+    cell = np.floor(traces.travelled / max(spacing, np.finfo(float).tiny))
     new = np.ones(len(line), bool)
     new[1:] = (line[1:] != line[:-1]) | (cell[1:] != cell[:-1])
     if surface is not None:

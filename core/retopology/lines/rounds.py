@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...base.progress import Progress
+from ...base.unit import unit
 from .canvas import Canvas
 from .polylines import points_of, sparse_rows
 from .tracing import CLOSED, MET, Obstacles, Starts, Traces, trace
@@ -128,8 +129,7 @@ def _closed_cleanly(canvas: Canvas, drawn: Round) -> Round:
     keep, closed = np.ones(len(points), bool), drawn.closed.copy()
     for line in np.flatnonzero(closed):
         rows = np.arange(start[line], start[line + 1])
-        ahead = points[rows[0]] - points[rows[2]]
-        ahead /= max(float(np.linalg.norm(ahead)), 1e-300)
+        ahead = unit(points[rows[0]] - points[rows[2]])
         late = rows[drawn.arc[rows] > drawn.arc[rows[-1]] - 2.0 * canvas.apart]
         over = points[late] - points[rows[0]]
         along = over @ ahead

@@ -8,7 +8,6 @@ are laid out in the map, evened out and turned to the curvature on the surface.
 from __future__ import annotations
 
 import itertools
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from ...base.arguments import flags
 from ...base.blas import one_blas_thread
 from ...base.errors import RemeshError
-from ...base.progress import Progress
+from ...base.progress import Clock, Progress
 from ...base.words import counted
 from ...umbilics.detect import detect
 from ...umbilics.result import Detection
@@ -29,12 +28,12 @@ from .finishing.mirroring import mirrored, words_of_images
 from .finishing.parting import parted
 from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three, needed
-from .layout.counting import countable, grids_of_about
+from .layout.counting import countable, grids_of_about, outnumbered
 from .layout.grids import Grids
 from .layout.laying_out import LEAST_EACH, LaidOut
 from .layout.lines import QuadLayout, layout_lines
-from .layout.words import words, words_of_count, words_of_unlaid
-from .preparation import Given, prepare, scrap
+from .layout.words import words, words_of_count, words_of_outnumbered, words_of_unlaid
+from .preparation import Given, Prepared, prepare, scrap
 from .result import QuadMesh
 from .settings import RemeshSettings
 
@@ -93,35 +92,34 @@ def remesh(
     (4, [3, 3, 3, 3, 3, 3, 3, 3])
     """
     settings, progress = settings or RemeshSettings(), progress or Progress()
-    clock = _Clock()
-    if detection is None:
-        detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.15))
-    clock.lap("curvature")
-    zone = flags(zone, len(vertices), "zone")
-    given = Given(triangles, detection, sharp, zone, strokes, wanted)
-    least = scrap(vertices, triangles, settings)
-    guide = Guide(vertices, triangles, detection, kept_from=least)
-    part = progress.part("Mapping the surface", 0.15, 0.7)
-    prepared = prepare(guide, given, settings, part)
-    clock.lap("map and layout")
-    parts, warnings = prepared.parts, prepared.warnings
-    part = progress.part("Whole numbers", 0.7, 0.75)
-    parts, without, whole_numbers = _whole_numbers(parts, prepared.asked, part)
-    clock.lap("whole numbers")
-    part = progress.part("Evening out", 0.75, 0.95)
-    done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
-    clock.lap("evening out")
+    clock = Clock()
+    with clock.stage("curvature"):
+        if detection is None:
+            detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.15))
+    with clock.stage("map and layout"):
+        given = Given(triangles, detection, sharp, zone, strokes, wanted)
+        part = progress.part("Mapping the surface", 0.15, 0.7)
+        guide, prepared = _prepared(vertices, given, settings, part)
+    with clock.stage("whole numbers"):
+        part = progress.part("Whole numbers", 0.7, 0.75)
+        parts, without, whole_numbers = _whole_numbers(prepared.parts, prepared.asked, part)
+    with clock.stage("evening out"):
+        part = progress.part("Evening out", 0.75, 0.95)
+        done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
     unlaid = prepared.unlaid + without + torn
-    warnings += words_of_unlaid(len(unlaid), sum(one.scrap for one in unlaid))
+    many = sum(map(outnumbered, prepared.parts))
+    scraps = sum(one.scrap for one in unlaid)
+    warnings = prepared.warnings + words_of_unlaid(len(unlaid) - many, scraps)
+    warnings += words_of_outnumbered(many)
     warnings += words([one.laid for one in done], settings.smoothness, prepared.wanted)
-    part = progress.part("Evening out", 0.95, 0.98)
-    cut = [cut_in_three(one, part) for one in unlaid]
-    pieces = [
-        reported(one.laid, one.grid, one.placed, one.position, one.triangle, one.surface)
-        for one in done
-    ]
-    pieces += cut
-    clock.lap("report")
+    with clock.stage("report"):
+        part = progress.part("Evening out", 0.95, 0.98)
+        cut = [cut_in_three(one, part) for one in unlaid]
+        pieces = [
+            reported(one.laid, one.grid, one.placed, one.position, one.triangle, one.surface)
+            for one in done
+        ]
+        pieces += cut
     progress.step(1.0)
     own = OwnCrossings(guide.surface)
     made = _parted(_joined(pieces, [], clock.seconds), own, progress)
@@ -177,16 +175,24 @@ def quad_layout(
     settings, progress = settings or RemeshSettings(), progress or Progress()
     if detection is None:
         detection = detect(vertices, triangles, progress=progress.part("Curvature", 0.0, 0.2))
-    zone = flags(zone, len(vertices), "zone")
     given = Given(triangles, detection, sharp, zone, strokes, wanted)
-    least = scrap(vertices, triangles, settings)
-    guide = Guide(vertices, triangles, detection, kept_from=least)
     part = progress.part("Mapping the surface", 0.2, 1.0)
-    prepared = prepare(guide, given, settings, part)
+    _, prepared = _prepared(vertices, given, settings, part)
     progress.step(1.0)
     said = words_of_unlaid(len(prepared.unlaid), sum(one.scrap for one in prepared.unlaid))
+    said += words_of_outnumbered(sum(map(outnumbered, prepared.parts)))
     said += words(prepared.parts, settings.smoothness, prepared.wanted)
     return layout_lines(prepared.parts, prepared.warnings + said)
+
+
+def _prepared(
+    vertices: np.ndarray, given: Given, settings: RemeshSettings, progress: Progress
+) -> tuple[Guide, Prepared]:
+    """The guide to what is remeshed, and the layouts of its pieces."""
+    given = replace(given, zone=flags(given.zone, len(vertices), "zone"))
+    least = scrap(vertices, given.triangles, settings)
+    guide = Guide(vertices, given.triangles, given.detection, kept_from=least)
+    return guide, prepare(guide, given, settings, progress)
 
 
 def _whole_numbers(
@@ -219,19 +225,6 @@ def _whole_numbers(
         parts = [one for one, no in zip(parts, crowded, strict=True) if not no]
         made = [grid for grid, no in zip(made, crowded, strict=True) if not no]
     return parts, unlaid, made
-
-
-class _Clock:
-    """Seconds of stages, by name."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str) -> None:
-        now = time.perf_counter()
-        self.seconds[name] = now - self._last
-        self._last = now
 
 
 def _parted(made: QuadMesh, own: OwnCrossings, progress: Progress) -> QuadMesh:

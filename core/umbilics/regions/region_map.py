@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -28,12 +28,15 @@ class RegionMap:
         The exact faces that the first of them are; None without.
     curves:
         How many of the last of them are curves of umbilics.
+    few:
+        How many of those before the curves are whole pieces of too few vertices.
     """
 
     label: np.ndarray
     count: int
     faces: Tessellation | None = None
     curves: int = 0
+    few: int = 0
 
     @classmethod
     def none(cls, surface: Surface) -> RegionMap:
@@ -127,4 +130,4 @@ def with_curves(
     number = np.append(np.where(curve, regions.count + np.cumsum(curve) - 1, -1), -1)
     labels = np.where(number[label] >= 0, number[label], regions.label).astype(np.int32)
     curves = int(curve.sum())
-    return RegionMap(labels, regions.count + curves, regions.faces, curves)
+    return replace(regions, label=labels, count=regions.count + curves, curves=curves)

@@ -8,7 +8,7 @@ from ...base.median import weighted_median
 from ...curvature.tolerances import PLANAR_BEND, PLANAR_ERRORS
 from ...mesh.exact_shapes import PLANAR, SPHERICAL
 from ...mesh.surface import Surface
-from ..result import CURVE, Region
+from ..result import CURVE, UNRESOLVED, Region
 from .region_map import RegionMap
 
 
@@ -51,13 +51,17 @@ def describe_regions(
         known = np.isfinite(mean_curvature[corners]).all(axis=1)
         curvature = weighted_median(mean_curvature[corners[known]].mean(axis=1), weight[known])
         # The errors of fits that share samples are not independent.
-        independent = total / (np.pi * max(_mean(radius[corners], weight) ** 2, 1e-300))
+        reach = max(_mean(radius[corners], weight) ** 2, np.finfo(float).tiny)
+        independent = total / (np.pi * reach)
         error = 0.5 * _mean(noise[corners], weight) / np.sqrt(max(independent, 1.0))
         extent = np.sqrt(max(total, np.finfo(float).tiny) / np.pi)
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
         kind = PLANAR if abs(curvature) <= flat else SPHERICAL
-        if number >= regions.count - regions.curves:
+        first = regions.count - regions.curves
+        if number >= first:
             kind = CURVE
+        elif number >= first - regions.few:
+            kind = UNRESOLVED
         found.append(
             Region(
                 triangles=_of_input(surface, rows),

@@ -12,8 +12,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .... import core
 from ...base.errors import FileError
+from ..files import by_blender
 from ..files.guard import shown
 from ..files.quiet import quiet
 
@@ -168,7 +168,7 @@ class Stage:
             self.scene.render.filepath = path
             with quiet():
                 bpy.ops.render.render(write_still=True, scene=self.scene.name)
-            if not _is_whole(Path(path)):
+            if not by_blender.ends_with(Path(path), _PNG_END):
                 reason = os.strerror(errno.ENOSPC)
                 raise FileError(f"{shown(path)}: a view cannot be written ({reason}).")
             image = bpy.data.images.load(path)
@@ -198,19 +198,7 @@ def save_pixels(path: Path, pixels: np.ndarray) -> None:
     settings.file_format, settings.color_mode, settings.compression = "PNG", "RGB", 100
     image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
     try:
-        with core.whole_file(path) as partial:
-            with quiet():
-                image.save_render(str(partial.resolve()), scene=scene)
-            if not _is_whole(partial):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-    except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or str(error).strip()
-        raise FileError(f"{shown(path)}: cannot be written ({reason}).") from error
+        by_blender.write(path, lambda place: image.save_render(place, scene=scene), _PNG_END)
     finally:
         bpy.data.images.remove(image)
         bpy.data.scenes.remove(scene)
-
-
-def _is_whole(path: Path) -> bool:
-    """Whether a PNG file has its end: Blender does not say that a disk is full."""
-    return path.exists() and path.read_bytes().endswith(_PNG_END)

@@ -162,8 +162,7 @@ def _origin(poles: core.Poles, kept: Kept, row: int) -> str:
 def _upright(normal: np.ndarray) -> Matrix:
     """A rotation (4, 4) that takes z to the normal."""
     least = np.eye(3)[np.abs(normal).argmin()]
-    x = least - (least @ normal) * normal
-    x /= max(float(np.linalg.norm(x)), 1e-30)
+    x = unit_vectors(least - (least @ normal) * normal)
     matrix = np.eye(4)
     matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = x, np.cross(normal, x), normal
     return Matrix(matrix)

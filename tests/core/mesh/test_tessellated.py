@@ -91,6 +91,52 @@ def test_few_quads_between_creases_are_a_part(mesh, kinds):
     assert detection.index_sum == 2.0
 
 
+def pyramid(sides: int) -> tuple[np.ndarray, np.ndarray]:
+    """Upright, its base a fan of triangles: a tetrahedron if it has three sides."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    base = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
+    walls = [(j, (j + 1) % sides, sides) for j in range(sides)]
+    floor = [(0, j + 1, j) for j in range(1, sides - 1)]
+    return np.concatenate([base, [[0.0, 0.0, 2.0]]]), np.array(walls + floor)
+
+
+@pytest.mark.parametrize(
+    "mesh, faces",
+    [
+        (pyramid(3), 4), (pyramid(4), 5), (pyramid(5), 6), (pyramid(7), 8),
+        (surfaces.icosphere(0), 20),
+        (turned(np.array([0, 1, 0]), np.array([-2.0, 0, 2.0]), 5), 10),
+    ],
+    ids=["tetrahedron", "pyramid", "of five", "of seven", "icosahedron", "two pyramids"],
+)  # fmt: skip
+@pytest.mark.parametrize("seed", range(2))
+def test_a_polyhedron_is_its_faces(mesh, faces, seed):
+    """All of its edges are creases, whatever share of the edges of triangles is flat."""
+    detection = core.detect(moved(mesh[0], seed), mesh[1])
+    assert kinds_of(detection) == {"planar": faces}
+    assert len(detection.candidates) == 0
+    assert detection.index_sum == 2.0
+    (warning,) = detection.warnings
+    assert "If it stands for a round body" in warning
+
+
+@pytest.mark.parametrize("around", [11, 12, 16, 24])
+@pytest.mark.parametrize("top", [0.0, 0.4])
+def test_cones_of_few_segments(around, top):
+    """Vertices lie on a steeper cone than facets touch."""
+    profile = [(0, -1), (1.0, -1)] + ([(top, 1.0)] if top else []) + [(0, 1.0)]
+    radius, height = np.array(profile, float).T
+    vertices, triangles = turned(radius, height, around)
+    detection = core.detect(vertices, triangles)
+    assert kinds_of(detection) == {"planar": 2 if top else 1, "conical": 1}
+    assert len(detection.candidates) == 0
+    (cone,) = [region for region in detection.regions if region.kind == "conical"]
+    # Half of one over the radius, along the slope, where most vertices are.
+    at = 0.5 * (1.0 + top) if top else 1.0
+    steep = np.cos(np.arctan(0.5 * (1.0 - top)))
+    assert cone.curvature == pytest.approx(0.5 * steep / at, rel=0.05)
+
+
 def test_round_faces_that_leave_flat_ones_without_a_crease():
     """A slab whose four upright edges are rounded: eight facets of ten degrees and more."""
     angle = np.concatenate([np.arange(9) * np.pi / 16 + k * np.pi / 2 for k in range(4)])

@@ -1,10 +1,13 @@
 """A user's quads held against the surface: poles, angle, distance, each with a known answer."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import surfaces
 
 import core
+from core.retopology.topology_check import _matched
 
 
 def grid(rows, columns, place):
@@ -169,6 +172,36 @@ def test_a_vertex_stands_for_a_pole_within_three_edges_and_for_one_only(ellipsoi
         axis=1
     )
     assert (nearest[found.missing] > 0).all()
+
+
+@pytest.mark.parametrize("parts", [1, 2, 4])
+@pytest.mark.parametrize("sides", [(1.0, 1.0, 1.0), (3.0, 1.0, 0.5)])
+def test_triangles_larger_than_the_quads_say_no_more_than_where_a_pole_may_be(parts, sides):
+    # The plan of a box has its poles in the middle of triangles at the corners: with one or few of
+    # them to a side these are more than three edges of the quads away.
+    shell, faces = cube_on((1.0, 1.0, 1.0), parts)
+    vertices = shell / np.abs(shell).max(axis=1, keepdims=True) * sides
+    triangles = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
+    found = core.check_quads(made, guide, guide.guidance().poles)
+    assert (found.matched, found.extra, len(found.missing)) == (8, 0, 0)
+
+
+def test_as_many_vertices_as_can_be_stand_for_poles_and_by_the_shortest_ways(ellipsoid):
+    plan = ellipsoid.guidance().poles
+    row = np.arange(2)
+    poles = dataclasses.replace(
+        plan, position=np.array([(0.0, 0, 0), (2.0, 0, 0)]), valence=plan.valence[row]
+    )
+    # The first vertex is nearest to the second pole, which alone the second one reaches.
+    places = np.array([(1.2, 0.0, 0.0), (3.4, 0.0, 0.0)])
+    assert _matched(places, np.full(2, 3), poles, np.full(2, 1.5)).tolist() == [0, 1]
+    # Both reach both: no way around.
+    assert _matched(places - (1.2, 0, 0), np.full(2, 3), poles, np.full(2, 9.0)).tolist() == [0, 1]
+    # A vertex of the other sign, or out of reach, stands for none.
+    assert _matched(places, np.array([5, 3]), poles, np.full(2, 1.5)).tolist() == [-1, 1]
+    assert _matched(places, np.full(2, 3), poles, np.full(2, 0.1)).tolist() == [-1, -1]
 
 
 def test_a_mesh_without_faces_is_refused(ellipsoid):

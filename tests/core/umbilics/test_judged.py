@@ -8,14 +8,7 @@ from exact_fields import flat_surface
 
 from core.umbilics.compounds import merged, settled
 from core.umbilics.judged import Evidence, judge
-from core.umbilics.located import (
-    BIAS_CLEAN,
-    BIAS_WINDOWS,
-    LARGEST,
-    Located,
-    bias_of,
-    standard_errors,
-)
+from core.umbilics.located import Located
 from core.umbilics.pairing.persistence import measure_persistence
 
 RADIUS, NOISE = 0.3, 0.01
@@ -306,39 +299,6 @@ def test_of_three_where_two_cancel_the_outer_ones_are_one_place(
     expected = before[0] + moved * (before[1] - before[0])
     np.testing.assert_allclose(after.position(surface)[0], expected, atol=1e-9)
     np.testing.assert_array_equal(after.position(surface)[1:], before[1:])
-
-
-@pytest.mark.parametrize("p, q", [(1.0, 0.1j), (0.3, -1.0), (1.0, 0.8)])
-def test_stated_errors_are_those_of_an_axis(p, q):
-    """The zeros of p z + q conj(z) + e, for errors e whose length is the given one on average."""
-    error = 0.02
-    e = error * np.random.default_rng(0).normal(size=(2, 20000)) / np.sqrt(2.0)
-    e = e[0] + 1j * e[1]
-    determinant = abs(p) ** 2 - abs(q) ** 2
-    zeros = (q * np.conj(e) - np.conj(p) * e) / determinant
-    assert np.allclose(p * zeros + q * np.conj(zeros), -e)
-    slope = abs(abs(p) - abs(q))
-    per_axis = np.sqrt(0.5 * (np.abs(zeros) ** 2).mean())
-    # The fit that shows the place errs, whatever the field in the corners around errs by.
-    for noise in (0.5 * error, 2.0 * error):
-        found = located(
-            [0], p=[complex(p)], q=[complex(q)], uncertainty=[error / slope], noise=[noise]
-        )
-        for bias in (1.0, 3.0):
-            assert standard_errors(found, bias)[0] == pytest.approx(bias * per_axis, rel=0.02)
-    flat = located([0], p=[1.0 + 0j], q=[1.0 + 0j], noise=[error])
-    assert standard_errors(flat)[0] == LARGEST
-
-
-@pytest.mark.parametrize(
-    "focused, windows, bias",
-    [(True, False, BIAS_CLEAN), (False, False, 1.0), (False, True, BIAS_WINDOWS)],
-)
-def test_errors_are_known_as_well_as_the_fits_were_chosen(focused, windows, bias):
-    around = SimpleNamespace(focused=focused)
-    rings = np.zeros(1, int) if windows else None
-    assert bias_of(SimpleNamespace(neighbourhood=around, rings=rings)) == bias
-    assert bias_of(SimpleNamespace(neighbourhood=None, rings=None)) == 1.0
 
 
 def test_one_of_a_whole_index_goes_with_two_of_a_half(square):

@@ -65,3 +65,12 @@ def test_a_new_plan_is_drawn_anew(planned):
     assert planned.umbilics_plan.stamp not in ("", before)
     bpy.ops.umbilics.clear()
     assert planned.umbilics_plan.stamp == ""
+
+
+def test_glyphs_are_smaller_where_most_would_lie_on_one_another(addon):
+    gap = addon.operators.drawing.poles.usual_gap
+    grid = np.stack(np.meshgrid(*3 * [np.arange(4.0)]), axis=-1).reshape(-1, 3)
+    assert gap(grid) == 1.0
+    # A few that are far off, or near together, change nothing.
+    assert gap(np.vstack([grid, [(90.0, 0, 0), (0.1, 0, 0)]])) == 1.0
+    assert gap(grid[:1]) == gap(grid[:0]) == np.inf

@@ -17,6 +17,8 @@ OWN_PLANE = 0.5
 BLOCK = 1 << 18
 # A vertex on a curve goes this part of the way to the next at most, along the curve.
 NEAREST = 0.4
+# Places on a line are exact to this part of the size of the surface.
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -60,54 +62,60 @@ class Guides:
 
 def on_curve(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Closest points (p, 3) of a polyline with the given segments."""
-    segment, share = _nearest(points, start, end)
-    return np.asarray(start[segment] + share[:, None] * (end - start)[segment])
+    within = np.broadcast_to([0.0, np.inf], (len(points), 2))
+    return _nearest(points, start, end, within)[0]
 
 
 def _nearest(
-    points: np.ndarray, start: np.ndarray, end: np.ndarray
+    points: np.ndarray, start: np.ndarray, end: np.ndarray, within: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The segment (p,) of a polyline that is closest to each of points (p, 3), and the part (p,) of
-    it before the closest place."""
+    """The closest places (p, 3) to points (p, 3) on a polyline, each `within` (p, 2) lengths along
+    it, and how far along it (p,) they are."""
     along = end - start
     square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    segment, part = np.empty(len(points), np.int64), np.empty(len(points))
+    length = np.sqrt(square)
+    before = np.cumsum(length) - length
+    place, passed = np.empty_like(points), np.empty(len(points))
     size = max(BLOCK // len(start), 1)
     for first in range(0, len(points), size):
-        some = points[first : first + size]
-        share = np.clip(((some[:, None] - start) * along).sum(axis=2) / square, 0.0, 1.0)
-        place = start + share[:, :, None] * along
-        nearest = ((place - some[:, None]) ** 2).sum(axis=2).argmin(axis=1)
-        segment[first : first + size] = nearest
-        part[first : first + size] = share[np.arange(len(some)), nearest]
-    return segment, part
+        some, reach = points[first : first + size], within[first : first + size]
+        least, most = (np.clip((reach[:, [k]] - before) / length, 0.0, 1.0) for k in (0, 1))
+        share = ((some[:, None] - start) * along).sum(axis=2) / square
+        share = np.minimum(np.maximum(share, least), most)
+        found = start + share[:, :, None] * along
+        away = ((found - some[:, None]) ** 2).sum(axis=2)
+        # Beyond the reach nothing is near.
+        away[(before > reach[:, [1]]) | (before + length < reach[:, [0]])] = np.inf
+        row, nearest = np.arange(len(some)), away.argmin(axis=1)
+        place[first : first + size] = found[row, nearest]
+        passed[first : first + size] = before[nearest] + (share * length)[row, nearest]
+    return place, passed
 
 
 def _slid(
     at: np.ndarray, step: np.ndarray, ends: np.ndarray, start: np.ndarray, end: np.ndarray
 ) -> np.ndarray:
     """Where points (p, 3) of a polyline, with those before and after them there, `ends` (p, 2, 3),
-    come by a step (p, 3): towards the closest place, a part of what is between at most, measured
-    along the line. Where that is jagged the closest may lie beyond the next one.
+    come by a step (p, 3): to the closest place within a part of what is between, measured along
+    the line. Where that is jagged the closest of all may lie beyond the next one.
     """
-    length = np.linalg.norm(end - start, axis=1)
-    passed = np.concatenate([[0.0], np.cumsum(length)])
-
-    def at_length(along: np.ndarray) -> np.ndarray:
-        segment = np.clip(np.searchsorted(passed, along, side="right") - 1, 0, len(start) - 1)
-        part = (along - passed[segment]) / np.maximum(length[segment], np.finfo(float).tiny)
-        part = np.clip(part, 0.0, 1.0)[:, None]
-        return np.asarray(start[segment] + part * (end - start)[segment])
-
     points = np.concatenate([at, ends[:, 0], ends[:, 1]])
     points, row = np.unique(points, axis=0, return_inverse=True)
-    segment, part = _nearest(points, start, end)
-    here, before, after = (passed[segment] + part * length[segment])[row.ravel()].reshape(3, -1)
-    # On a ring both ends are one place.
-    before, after = np.where(before > here, 0.0, before), np.where(after < here, passed[-1], after)
-    segment, part = _nearest(at + step, start, end)
-    by = passed[segment] + part * length[segment] - here
-    return at_length(here + np.clip(by, -NEAREST * (here - before), NEAREST * (after - here)))
+    whole = np.broadcast_to([0.0, np.inf], (len(points), 2))
+    place, passed = _nearest(points, start, end, whole)
+    here, before, after = passed[row.ravel()].reshape(3, -1)
+    between = np.stack([here - before, after - here], axis=1)
+    if (start[0] == end[-1]).all():
+        # A ring goes on where it began.
+        around = np.linalg.norm(end - start, axis=1).sum()
+        between, here = between % around, here + around
+        start, end = np.tile(start, (3, 1)), np.tile(end, (3, 1))
+    # Where a feature fades in the open its end may leave the line.
+    off = (np.abs(place - points) > ROUNDING)[row.ravel()][len(at) :].any(axis=1).reshape(2, -1).T
+    straight = np.linalg.norm(ends - at[:, None], axis=2)
+    between = np.where(off | (between < 0.0), straight, between)
+    within = here[:, None] + NEAREST * between * [-1.0, 1.0]
+    return _nearest(at + step, start, end, within)[0]
 
 
 def vertex_normals(position: np.ndarray, quads: np.ndarray) -> np.ndarray:
@@ -142,7 +150,8 @@ def filled_corner(position: np.ndarray, quads: np.ndarray, beside: np.ndarray) -
     out, back = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
     sine = np.einsum("qkc,qc->qk", np.cross(out, back), normal)
-    sine /= np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), 1e-300)
+    length = np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2)
+    sine /= np.maximum(length, np.finfo(float).tiny)
     row, worst = np.arange(len(quads)), sine.argmin(axis=1)
     corner = quads[row, worst]
     found = np.ones(len(quads), bool)

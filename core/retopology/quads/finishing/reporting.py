@@ -116,7 +116,8 @@ def angle_to_curvature(
     first = at[:, 1] - at[:, 0] + at[:, 2] - at[:, 3]
     second = at[:, 3] - at[:, 0] + at[:, 2] - at[:, 1]
     one, two = as_complex(first, x, y), as_complex(second, x, y)
-    axis = one / np.maximum(np.abs(one), 1e-300) - 1j * two / np.maximum(np.abs(two), 1e-300)
+    tiny = np.finfo(float).tiny
+    axis = one / np.maximum(np.abs(one), tiny) - 1j * two / np.maximum(np.abs(two), tiny)
     turn = np.angle(axis) - 0.5 * np.angle(deviator)
     off = np.degrees(np.abs(turn - QUARTER * np.rint(turn / QUARTER)))
     return np.where(np.abs(deviator) > 0, off, np.nan)

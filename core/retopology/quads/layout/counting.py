@@ -93,19 +93,25 @@ def grids_of_about(parts: list[LaidOut], asked: int, progress: Progress) -> list
 
 
 def _affordable(laid: LaidOut) -> None:
-    """Refuse layouts of very many rectangles that outnumber the quads: most would have no width,
-    and what must stay apart is found by hundreds of large linear programs.
+    """Refuse layouts of very many rectangles that outnumber the quads.
 
     Raises
     ------
     RemeshError
         It is one.
     """
+    if outnumbered(laid):
+        raise RemeshError("More rectangles than quads in a piece. Ask for more quads.")
+
+
+def outnumbered(laid: LaidOut) -> bool:
+    """Whether a layout has very many rectangles, and more than quads: most would have no width, and
+    what must stay apart is found by hundreds of large linear programs."""
     layout = laid.layout
-    if len(layout.rectangles) > MOST_RECTANGLES:
-        width, height = (sides_of(layout) @ layout.length).reshape(-1, 4)[:, :2].T
-        if len(layout.rectangles) > width @ height:
-            raise RemeshError("More rectangles than quads in a piece. Ask for more quads.")
+    if len(layout.rectangles) <= MOST_RECTANGLES:
+        return False
+    width, height = (sides_of(layout) @ layout.length).reshape(-1, 4)[:, :2].T
+    return len(layout.rectangles) > float(width @ height)
 
 
 def _bounded(

@@ -61,7 +61,7 @@ class Program:
     def wanted(self, chosen: np.ndarray) -> np.ndarray:
         """The real value of quantities, back from the cost of their first step up."""
         # price(b + 1) - price(b) = weight (2 (b - x) + 1), and the first steps come first.
-        rest = self.cost[chosen] / np.maximum(self.weight[chosen], 1e-300) - 1.0
+        rest = self.cost[chosen] / np.maximum(self.weight[chosen], np.finfo(float).tiny) - 1.0
         return np.asarray(self.base[chosen] - 0.5 * rest)
 
 

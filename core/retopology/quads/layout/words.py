@@ -36,6 +36,19 @@ def words_of_unlaid(count: int, scraps: int = 0) -> list[str]:
     ]
 
 
+def words_of_outnumbered(count: int) -> list[str]:
+    """What is said of so many pieces whose layout has more rectangles than there are to be
+    quads, so that these do not fill it."""
+    if not count:
+        return []
+    whose = "its" if count == 1 else "their"
+    return [
+        f"The layout of {counted(count, 'piece')} of the mesh has more patches than quads: "
+        f"{whose} triangles are cut into three quads each. "
+        "Ask for more quads, or raise the smoothness."
+    ]
+
+
 def words_of_count(made: int, asked: int, poles: int, cut: int) -> list[str]:
     """What is said of `made` quads where `asked` were wanted, with so many poles and pieces that
     were cut; nothing where they are about as many."""

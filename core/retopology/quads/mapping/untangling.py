@@ -190,8 +190,9 @@ def _regular(det: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
     """The regularized determinant, positive everywhere, and the root in it."""
     root = np.sqrt(width**2 + det**2)
     # The second form is the first without cancellation.
-    chi = np.where(det > 0, 0.5 * (det + root), 0.5 * width**2 / np.maximum(root - det, 1e-300))
-    return np.maximum(chi, 1e-300), root
+    tiny = np.finfo(float).tiny
+    chi = np.where(det > 0, 0.5 * (det + root), 0.5 * width**2 / np.maximum(root - det, tiny))
+    return np.maximum(chi, tiny), root
 
 
 def _energy(jacobian: np.ndarray, det: np.ndarray, width: float, weight: np.ndarray) -> float:

@@ -404,3 +404,35 @@ def test_vertices_on_a_line_that_turns_back_keep_their_order(across):
     moved = moved_along(position[rows], step, rows, position, quads, guides)
     assert (np.abs(moved[:, 0]) <= 1e-12).all()
     assert (np.diff(moved[:, 1]) > 0.1).all()
+
+
+def test_vertices_on_a_ring_go_over_its_beginning():
+    angle = np.linspace(0.0, 2.0 * np.pi, 65)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    ring[-1] = ring[0]
+    way = moved_on(ring, ring[[60, 4, 16]], ring[56] - ring[4])
+    turned = np.arctan2(way[1], way[0])
+    assert -angle[2] < turned < angle[2]
+    way = moved_on(ring, ring[[48, 60, 4]], ring[8] - ring[60])
+    assert -angle[2] < np.arctan2(way[1], way[0]) < angle[2]
+
+
+def test_an_end_that_left_the_line_is_not_passed():
+    """Past the line's own end or beside it, its place along the line says little."""
+    line = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
+    way = moved_on(line, np.array([[0.2, 0.0, 0.0], [0.6, 0.0, 0.0], [1.4, 0.2, 0.0]]), [0.9, 0, 0])
+    assert np.isclose(way[0], 0.6 + 0.4 * np.hypot(0.8, 0.2), atol=1e-9)
+    way = moved_on(line, np.array([[0.2, 0.0, 0.0], [0.6, 0.0, 0.0], [0.5, 0.2, 0.0]]), [0.9, 0, 0])
+    assert np.isclose(way[0], 0.6 + 0.4 * np.hypot(0.1, 0.2), atol=1e-9)
+
+
+def moved_on(line: np.ndarray, at: np.ndarray, step) -> np.ndarray:
+    """Where the second of three vertices `at` (3, 3) on a line comes by a step (3,)."""
+    position, quads = grid(4, 0.25)
+    position[:3] = at
+    guides = guided(position, quads[:, :3], len(position))
+    curve, beside = guides.curve.copy(), guides.beside.copy()
+    curve[1], beside[1] = 0, [0, 2]
+    guides = replace(guides, curve=curve, beside=beside, curves={0: (line[:-1], line[1:])})
+    row = np.array([1])
+    return moved_along(position[row], np.asarray(step)[None], row, position, quads, guides)[0]
