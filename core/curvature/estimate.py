@@ -167,16 +167,19 @@ def _from_jets(
     else:
         neighbourhood = _scaled(neighbourhood, surface, settings)
         scale = Scale(neighbourhood, tilted=True)
-    whole = _at_scale(surface, normals, scale, centres, part, progress)
+
+    @cache
+    def start() -> np.ndarray:
+        return _started_from(surface, normals, scale, progress.quiet())
+
+    whole = _at_scale(surface, normals, scale, start, centres, part, progress)
     if not automatic:
         return whole
     if begun is not None:
         begun(whole)
     looking = progress.part("Looking closer", 0.9, 1)
-    start = None
-    if scale.neighbourhood.patching is None:
-        start = _started_from(surface, normals, scale, looking.quiet())
-    closer = look_closer(surface, whole.field, whole.radius, scale, looking, exact, start)
+    begin = start() if scale.neighbourhood.patching is None else None
+    closer = look_closer(surface, whole.field, whole.radius, scale, looking, exact, begin)
     return replace(
         whole,
         field=closer.field,
@@ -193,18 +196,18 @@ def _at_scale(
     surface: Surface,
     normals: np.ndarray,
     scale: Scale,
+    start: Callable[[], np.ndarray],
     centres: np.ndarray | None,
     part: Tessellation | None,
     progress: Progress,
 ) -> Estimate:
-    """Jets at one scale, at all vertices or at `centres` (c,); where these are none or do not tell,
-    what faces and normals say."""
+    """Jets at one scale, from the normals of `start`, at all vertices or at `centres` (c,); where
+    these are none or do not tell, what faces and normals say."""
     fitting = progress.part("Fitting jets", 0.1, 0.9)
     if centres is None and worth_spreading(scale):
         jets = fit_spread(surface, normals, scale.neighbourhood, fitting, scale.tilted)
     else:
-        start = _started_from(surface, normals, scale, fitting)
-        jets = fit_jets(surface, start, scale.neighbourhood, fitting, centres)
+        jets = fit_jets(surface, start(), scale.neighbourhood, fitting, centres)
     noise = scale.factor * jets.noise
     field = CurvatureField(jets.k1, jets.k2, jets.d1, jets.d2, jets.normal, noise)
     radius, determined = jets.radius, jets.determined

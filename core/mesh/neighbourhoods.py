@@ -12,7 +12,17 @@ from scipy import sparse
 
 from ..base.progress import Progress
 from .patches import Patches
-from .rings import Begun, by_similar_size, by_size, even_count, grow, grown_rows, selection
+from .rings import (
+    BY_FRONTS,
+    Begun,
+    by_similar_size,
+    by_size,
+    even_count,
+    grow,
+    grow_side_by_side,
+    grown_rows,
+    selection,
+)
 from .surface import Surface
 from .thinning import Thinned
 
@@ -60,7 +70,7 @@ class Neighbourhood:
     cells:
         The cells that graph and crease vertices are of; None where they are of the vertices.
     begun:
-        Keeps the rings around few vertices for the next scale; None for none.
+        Keeps the rings around few vertices or triangles for the next scale; None for none.
     patching:
         What stands for the vertices in wide windows, made when asked for; None for the vertices.
     """
@@ -173,7 +183,8 @@ class Neighbourhood:
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         """Rows of `start` grown by rings, stopping at creases; as from `grow`."""
         if self.crease_vertices is None:
-            return grow(start, self.graph, rings, progress)
+            growing = grow if self.begun is None else self.begun.around
+            return growing(start, self.graph, rings, progress)
         passable = sparse.diags_array(~self.crease_vertices, dtype=bool)
         through = (passable @ self.graph).tocsr()
         # A crease vertex still sees its own ring, on both of its sides.
@@ -248,12 +259,25 @@ class Neighbourhood:
         if self.crease_vertices is None:
             if self.begun is not None:
                 return self.begun.grow(nodes, self.graph, count, progress)
-            many = len(nodes) > self.graph.shape[0] // 8
-            if many and self.stretch > 1.0 and count >= SHARED:
+            if self._many(len(nodes)) and self.stretch > 1.0 and count >= SHARED:
                 middles, of = np.unique(self._middle[nodes], return_inverse=True)
                 return self._shared(middles, of, count, progress)
+            if self.side_by_side(len(nodes)):
+                points = self.surface.vertices[centres]
+                return grow_side_by_side(nodes, points, self.graph, count, progress)
             return grow(self.graph[nodes], self.graph, count - 1, progress)
         return self._around(selection(nodes[:, None], self.graph.shape[0]), count, progress)
+
+    def _many(self, count: int) -> bool:
+        """Whether so many vertices are many of all."""
+        return count > self.graph.shape[0] // 8
+
+    def side_by_side(self, count: int) -> bool:
+        """Whether the samples of so many vertices are found the faster if all lie side by side."""
+        alone = self.begun is not None or self.crease_vertices is not None
+        alone |= self.thinned is not None or self.cells is not None
+        wide = self.rings >= BY_FRONTS and self.patches is None
+        return wide and not alone and self._many(count)
 
     @cached_property
     def _middle(self) -> np.ndarray:

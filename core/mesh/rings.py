@@ -21,6 +21,8 @@ from .surface import Surface
 MOST_GATHERED = 1 << 25
 # Rings from which on only the outermost leads further; with fewer that takes longer than it saves.
 BY_FRONTS = 5
+# Nodes side by side whose rings are grown together.
+SIDE_BY_SIDE = 512
 # A block of rows costs as much more as so many samples in it do: with fewer it is worth to fill the
 # shorter rows up.
 FILLED = 1 << 12
@@ -63,7 +65,13 @@ def with_rings(faces: np.ndarray, vertices: np.ndarray, rings: int) -> np.ndarra
 def ring_around(links: Surface | HalfEdges, vertices: np.ndarray, rings: int) -> np.ndarray:
     """Ascending vertices within so many edges of the vertices (k,): as `with_rings`, at the cost
     of what there is around few."""
-    start, neighbours = links.neighbour_start, links.neighbours
+    return _reached(links.neighbour_start, links.neighbours, vertices, rings)
+
+
+def _reached(
+    start: np.ndarray, neighbours: np.ndarray, vertices: np.ndarray, rings: int
+) -> np.ndarray:
+    """As `ring_around`, of the rows of neighbours that start so."""
     found = np.zeros(len(start) - 1, bool)
     found[vertices] = True
     front = np.flatnonzero(found)
@@ -123,6 +131,72 @@ def grow(
         yield rows, _together(fronts)
 
 
+def grow_side_by_side(
+    nodes: np.ndarray,
+    points: np.ndarray,
+    graph: sparse.csr_array,
+    rings: int,
+    progress: Progress | None = None,
+) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+    """As `grow`, so many rings around many nodes (r,) at points (r, 3), not in ascending order: in
+    a third of the time, as of those that lie near each other one reaches what others do."""
+    order = side_by_side(points)
+    for first in range(0, len(nodes), SIDE_BY_SIDE):
+        rows = order[first : first + SIDE_BY_SIDE]
+        some = nodes[rows]
+        if progress is not None:
+            progress.ask()
+        within = _reached(graph.indptr, graph.indices, some, rings)
+        if len(within) * len(some) > MOST_GATHERED:
+            for part, reach in grow(graph[some], graph, rings - 1, progress):
+                yield rows[part], reach
+            continue
+        yield rows, _grown_as_bits(some, within, graph, rings)
+
+
+def _grown_as_bits(
+    nodes: np.ndarray, within: np.ndarray, graph: sparse.csr_array, rings: int
+) -> sparse.csr_array:
+    """(r, n) what is within so many rings of nodes (r,), all of it among the ascending nodes
+    `within`: each of these has a bit for each of the nodes, and takes those of its neighbours."""
+    place = np.full(graph.shape[0], -1, np.int32)
+    place[within] = np.arange(len(within), dtype=np.int32)
+    count = graph.indptr[within + 1] - graph.indptr[within]
+    beside = place[graph.indices[spans(graph.indptr[within], count)]]
+    inside = beside >= 0
+    start = np.append(0, np.cumsum(inside))[np.cumsum(count) - count]
+    beside = beside[inside]
+    bits = np.zeros((len(within), SIDE_BY_SIDE // 8), np.uint8)
+    own = np.packbits(np.eye(len(nodes), SIDE_BY_SIDE, dtype=bool), axis=1)
+    np.bitwise_or.at(bits, place[nodes], own)
+    words = bits.view(np.uint64)
+    for _ in range(rings):
+        words |= np.bitwise_or.reduceat(words.take(beside, axis=0), start, axis=0)
+    there = np.ascontiguousarray(np.unpackbits(bits, axis=1, count=len(nodes)).T).view(bool)
+    held = np.count_nonzero(there, axis=1)
+    column = np.flatnonzero(there) - np.repeat(len(within) * np.arange(len(nodes)), held)
+    starts = np.append(0, np.cumsum(held)).astype(np.int32)
+    indices = within.astype(np.int32).take(column)
+    shape = len(nodes), graph.shape[0]
+    return sparse.csr_array((np.ones(len(indices), bool), indices, starts), shape=shape)
+
+
+def side_by_side(points: np.ndarray) -> np.ndarray:
+    """(n,) rows of points (n, 3), those near each other one after the other: halved across where
+    they reach the farthest, and again."""
+    parts, ordered = [np.arange(len(points))], []
+    while parts:
+        rows = parts.pop()
+        if len(rows) <= SIDE_BY_SIDE:
+            ordered.append(rows)
+            continue
+        along = points[rows, np.ptp(points[rows], axis=0).argmax()]
+        half = len(rows) // 2
+        order = np.argpartition(along, half)
+        parts += [rows[order[half:]], rows[order[:half]]]
+    return np.concatenate(ordered)
+
+
 def _beyond(fronts: list[sparse.csr_array], graph: sparse.csr_array) -> sparse.csr_array:
     """What the next ring adds: only the last front leads further, and back to no more than itself
     and the one before."""
@@ -162,7 +236,7 @@ class Begun:
     """Rings around the same vertices, grown on where one scale after the other asks for them."""
 
     def __init__(self) -> None:
-        self._fronts: dict[bytes, list[sparse.csr_array]] = {}
+        self._fronts: dict[tuple[bytes, bytes], list[sparse.csr_array]] = {}
         # For how many vertices patches are listed around the same ones, and these; see `Patches`.
         self.nearest: dict[bytes, tuple[float, list[tuple[np.ndarray, ...]]]] = {}
 
@@ -170,17 +244,28 @@ class Begun:
         self, nodes: np.ndarray, graph: sparse.csr_array, rings: int, progress: Progress | None
     ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
         """As `grow`, so many rings around `nodes` (r,) of always the same graph."""
-        fronts = self._fronts.setdefault(nodes.tobytes(), [graph[nodes]])
+        yield from self.around(graph[nodes], graph, rings - 1, progress)
+
+    def around(
+        self,
+        start: sparse.csr_array,
+        graph: sparse.csr_array,
+        rings: int,
+        progress: Progress | None,
+    ) -> Iterator[tuple[np.ndarray, sparse.csr_array]]:
+        """As the function `grow`, of always the same graph."""
+        start.sum_duplicates()
+        fronts = self._fronts.setdefault((start.indptr.tobytes(), start.indices.tobytes()), [start])
         degree = np.diff(graph.indptr)
-        while len(fronts) < rings:
+        while len(fronts) <= rings:
             if progress is not None:
                 progress.ask()
             if _half(fronts, degree):
                 # Too much to keep.
-                yield from grow(graph[nodes], graph, rings - 1, progress)
+                yield from grow(start, graph, rings, progress)
                 return
             fronts.append(_beyond(fronts, graph))
-        yield np.arange(len(nodes)), _together(fronts[:rings])
+        yield np.arange(start.shape[0]), _together(fronts[: rings + 1])
 
 
 def grown_rows(

@@ -17,6 +17,7 @@ import numpy as np
 from ...base.progress import Progress
 from ...base.unit import unit
 from ...fields.frames import frame
+from ...mesh.rings import Begun
 from ...mesh.surface import Surface
 from ..fits.error_growth import error_growth
 from ..fits.flattened import fit_flattened, flattened, round_operator
@@ -92,6 +93,8 @@ def best_fits(
     normal = unit(normals[corners].sum(axis=1))
     axes = np.stack([*frame(normal.T), normal.T])
     *others, widest = ladder(scale.neighbourhood.rings)
+    around = dataclasses.replace(scale.neighbourhood, begun=Begun())
+    scale = dataclasses.replace(scale, neighbourhood=around)
     # Whether the surface is nearer to a sphere or to a plane shows the most in the widest window.
     last = _window(surface, scale, corners, centre, axes, widest, None, progress)
     planar = (last[-1].rings > 0) & (last[-1].bend == 0.0)

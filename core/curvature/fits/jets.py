@@ -19,6 +19,7 @@ from ...base.parallel import run
 from ...base.progress import Progress
 from ...fields.frames import frame, principal_directions
 from ...mesh.neighbourhoods import Neighbourhood
+from ...mesh.rings import side_by_side
 from ...mesh.surface import Surface
 from .height_fit import HeightFit, solve_heights, sum_count, sum_samples
 from .monge import operator_of_heights
@@ -157,8 +158,12 @@ def fit_each(
 
     size = CHUNK if c > CHUNK else max(-(-c // PARTS), FEWEST)
 
+    order = np.arange(c)
+    if neighbourhood.side_by_side(size):
+        order = side_by_side(surface.vertices[centres])
+
     def chunk(first: int) -> None:
-        fit(np.arange(first, min(first + size, c)), neighbourhood)
+        fit(order[first : first + size], neighbourhood)
 
     run(chunk, range(0, c, size), progress)
     # On the border of a regular grid two rings are only three rows, and three rows fix no cube.

@@ -8,7 +8,14 @@ from scipy.sparse import csgraph
 
 from core.mesh import rings
 from core.mesh.mending.repair import clean
-from core.mesh.rings import adjacency, by_similar_size, grow, selection
+from core.mesh.rings import (
+    adjacency,
+    by_similar_size,
+    grow,
+    grow_side_by_side,
+    selection,
+    side_by_side,
+)
 
 # Closed, and with a border.
 SPHERE, PATCH = surfaces.icosphere(3), surfaces.seed_patch(300)
@@ -34,6 +41,34 @@ def test_rings_hold_what_a_walk_reaches(kind, further, most, monkeypatch):
         seen.append(rows)
     np.testing.assert_array_equal(np.sort(np.concatenate(seen)), np.arange(len(corners)))
     assert (len(seen) > 1) == (most == 3000)
+
+
+@pytest.mark.parametrize("most", [rings.MOST_GATHERED, 3000], ids=["at once", "in parts"])
+@pytest.mark.parametrize("further", [2, 5, 40])
+@pytest.mark.parametrize("kind", MESHES)
+def test_rings_of_nodes_side_by_side_hold_what_a_walk_reaches(kind, further, most, monkeypatch):
+    """All once, in whatever order they come; a node named twice has its rings twice."""
+    monkeypatch.setattr(rings, "MOST_GATHERED", most)
+    monkeypatch.setattr(rings, "SIDE_BY_SIDE", 64)
+    surface, _ = clean(*MESHES[kind])
+    graph, n = adjacency(surface), len(surface.vertices)
+    hops = csgraph.shortest_path(graph, unweighted=True)
+    nodes = np.append(np.random.default_rng(0).permutation(n), [0, 0])
+    seen = []
+    for rows, reach in grow_side_by_side(nodes, surface.vertices[nodes], graph, further):
+        expected = hops[nodes[rows]] <= further
+        np.testing.assert_array_equal(reach.toarray(), expected)
+        assert len(reach.indices) == expected.sum()
+        seen.append(rows)
+    np.testing.assert_array_equal(np.sort(np.concatenate(seen)), np.arange(len(nodes)))
+
+
+def test_points_side_by_side_follow_one_another():
+    points = np.random.default_rng(0).random((5000, 3))
+    order = side_by_side(points)
+    np.testing.assert_array_equal(np.sort(order), np.arange(len(points)))
+    in_a_row = points[order][: 19 * 256].reshape(19, 256, 3)
+    assert np.ptp(in_a_row, axis=1).mean() < 0.6
 
 
 @pytest.mark.parametrize("filled", [0, rings.FILLED, 1 << 30])
