@@ -323,7 +323,7 @@ def _bends(facets: _Facets, axes: np.ndarray, change: np.ndarray) -> np.ndarray:
         circles = _circles(vertex, plane, up, np.where(steeper, steep, change))
     centre, far = circles.centre, circles.far
     fits = circles.fixed
-    fits &= vertex.largest(circles.off) <= ON_SHAPE * np.maximum(vertex.largest(far), 1e-300)
+    fits &= vertex.largest(circles.off) <= ON_SHAPE * vertex.largest(far)
     place = middle[1:] + scale * centre
     across, facing = (
         np.einsum("kct,ct->kt", sides[:, :, face.of], vectors)
