@@ -26,11 +26,11 @@ def cube(cuts=4):
     return points, row.ravel()[np.concatenate(triangles)]
 
 
-def bumpy(seed, level=4):
+def bumpy(seed, level=4, waves=10):
     """A random smooth closed surface."""
     mesh = sphere(subdivisions=level)
     random = np.random.default_rng(seed)
-    direction = random.normal(size=(10, 3))
+    direction = random.normal(size=(waves, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     height = sum(
         0.12 * random.normal() * np.cos(3.0 * mesh.vertices @ axis + random.uniform(0, 6))

@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ....base.plane import corner_angles
 from ....base.unit import unit
@@ -154,6 +156,18 @@ def crosses(
     rest[lower], matching[lower] = turn, np.rint(turn / QUARTER).astype(np.int64)
     rest[twin[lower]], matching[twin[lower]] = -rest[lower], -matching[lower]
     return replace(plain, rest=rest).matched(matching)
+
+
+def distances(crosses: Crosses, vertices: np.ndarray, limit: float = np.inf) -> np.ndarray:
+    """(n,) how far it is along edges from the nearest of `vertices` (v,), in lengths of quads;
+    infinite beyond a limit, and without any."""
+    n = len(crosses.vertices)
+    if not len(vertices):
+        return np.full(n, np.inf)
+    length = np.linalg.norm(crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1)
+    length = length / np.repeat(crosses.size, 3) + 1e-9
+    graph = sparse.coo_array((length, (crosses.tail, crosses.head)), shape=(n, n)).tocsr()
+    return np.asarray(csgraph.dijkstra(graph, indices=vertices, limit=limit, min_only=True))
 
 
 def fans(twin: np.ndarray, stop: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from scipy.sparse import csgraph
 
 from ....base.factors import definite_factors
 from ....base.plane import doubled_areas
-from .crosses import QUARTER, Crosses, fans
+from .crosses import QUARTER, Crosses, distances, fans
 from .sectors import fitting_turns, least_turns, sector_angles, sector_turns
 
 # Opposite poles cancel when they are nearer than this, in lengths of quads; those that part go
@@ -205,17 +205,12 @@ class _Moves:
 
 def _settled(crosses: Crosses, matching: np.ndarray) -> Crosses:
     """The crosses with new matchings, turned to suit them."""
-    m, n = len(crosses.triangles), len(crosses.vertices)
+    m = len(crosses.triangles)
     half = crosses.inner[crosses.inner < crosses.twin[crosses.inner]]
     one, two = half // 3, crosses.twin[half] // 3
     changed = half[matching[half] != crosses.matching[half]]
     # Near the moves crosses become as smooth as they can; elsewhere they only give way.
-    length = np.linalg.norm(crosses.vertices[crosses.head] - crosses.vertices[crosses.tail], axis=1)
-    length = length / crosses.size[np.arange(3 * m) // 3] + 1e-9
-    graph = sparse.coo_array((length, (crosses.tail, crosses.head)), shape=(n, n)).tocsr()
-    distance = csgraph.dijkstra(
-        graph, indices=np.unique(crosses.tail[changed]), limit=SMOOTHED, min_only=True
-    )
+    distance = distances(crosses, np.unique(crosses.tail[changed]), SMOOTHED)
     near = np.isfinite(distance)[crosses.triangles].any(axis=1)
     moved = crosses.matched(matching)
     jump = QUARTER * (crosses.matching - matching)[half]

@@ -10,12 +10,12 @@ from ....base.errors import RemeshError
 from ....base.progress import Progress
 from ....mesh.surface import Surface
 from ..conformity import conformity
+from ..field.directions import direction_weights, guiding_directions
 from ..layout.counting import characteristic, grids_of_about
 from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
-from .directions import direction_weights, guiding_directions
 from .faults.mending import against, mend, oriented_quality, quality_to_mend
 from .faults.unfolding import own_quality, unfolded
 from .faults.worst import worst_opened
@@ -135,7 +135,9 @@ def _evened(
     better; see `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
-    mapped = replace(guides, weight=direction_weights(laid))
+    crossed = laid.map_.crosses
+    weight = direction_weights(laid.working, laid.wishes, laid.planned, crossed)
+    mapped = replace(guides, weight=weight)
     position, triangle = relaxed(placed.position, quads, guides, steps, progress)
     if laid.working.fine is not None:
         position, guides = _on_fine(position, quads, guides, laid.working.fine, progress)
@@ -214,7 +216,7 @@ def guides_of(placed: Placement, laid: LaidOut) -> Guides:
     }
     return Guides(
         ClosestPoints(surface.vertices, surface.triangles, surface.twin),
-        guiding_directions(laid),
+        guiding_directions(laid.working, laid.wishes, laid.planned, crossed),
         crossed.size,
         # Poles that were moved out of a zone do not slide back, those that a user placed stay.
         on | (held & (laid.wishes.avoided.any() or laid.wishes.wanted is not None)),

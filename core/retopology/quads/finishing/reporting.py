@@ -12,11 +12,11 @@ from ....fields.transport import as_complex
 from ...poles import UNATTACHED
 from ..conformity import conformity, scaled_jacobian
 from ..field.crosses import QUARTER
+from ..field.directions import deviators
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut
 from ..result import QuadMesh
 from ..surface.working_surface import WorkingSurface
-from .directions import deviators
 from .guides import filled_corner
 from .placement import Placement
 from .projection import ClosestPoints

@@ -12,6 +12,7 @@ import numpy as np
 
 from ....base.progress import Progress
 from ..field.crosses import Crosses, crosses
+from ..field.directions import direction_weights, guiding_directions, turned_to
 from ..field.planned import PlannedField, planned_field
 from ..field.pole_moves import with_better_poles
 from ..field.sectors import shut_corners
@@ -89,7 +90,9 @@ def laid_out(
         if shut.any():
             wishes = next_wishes(working, asked, wishes, shut, None, attempt)
             continue
-        problem = pose(crossed)
+        guiding = guiding_directions(working, wishes, planned, crossed)
+        crossed = turned_to(crossed, guiding)
+        problem = pose(crossed, direction_weights(working, wishes, planned, crossed))
         x, faults = injective_map(problem, part.part("Mapping the surface", 0.2, 0.9))
         if not faults.any():
             map_ = SeamlessMap(crossed, problem.seams, problem.places(x))

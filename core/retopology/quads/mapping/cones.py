@@ -1,14 +1,52 @@
-"""The fans of triangles around poles as the map should have them: developed to whole turns."""
+"""What poles ask of a map around them: fans developed to whole turns, and sizes that change."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 
-from ..field.crosses import QUARTER, TURNS, fans
-from .seamless_map import SeamlessProblem
+from ....base.factors import definite_factors
+from ....base.plane import doubled_areas
+from ....fields.connection import LARGEST_WEIGHT, LEAST_WEIGHT
+from ....mesh.half_edges import previous
+from ..field.crosses import QUARTER, TURNS, Crosses, fans
+from .seams import Seams
+
+# The logarithm of what sizes are off by at most.
+FARTHEST = 2.0
 
 
-def cone_targets(problem: SeamlessProblem, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def cone_scales(crosses: Crosses, evened: float) -> np.ndarray:
+    """(m,) what a map stretches triangles by where it turns with the crosses about every vertex.
+
+    Directions that turn leave no even map. One that scales alike to all sides has a scale whose
+    logarithm's Laplacian is what the angles around each vertex are more than its quarter turns
+    (Ben-Chen, Gotsman & Bunin 2008, 10.1111/j.1467-8659.2008.01142.x): at a pole of five sides it
+    goes to 0, at one of three it grows. Here it goes back to 1 over `evened` lengths of quads.
+    """
+    n = len(crosses.vertices)
+    angle = crosses.corner_angle
+    half = np.arange(len(angle))
+    weight = 0.5 / np.tan(np.maximum(angle[previous(half)], 1e-3))
+    lower = crosses.inner[crosses.inner < crosses.twin[crosses.inner]]
+    edge = np.concatenate([lower, np.flatnonzero(crosses.twin < 0)])
+    other = np.where(crosses.twin[edge] >= 0, weight[crosses.twin[edge]], 0.0)
+    both = np.clip(weight[edge] + other, LEAST_WEIGHT, LARGEST_WEIGHT)
+    ends = crosses.tail[edge], crosses.head[edge]
+    graph = sparse.coo_array((both, ends), shape=(n, n)).tocsr()
+    graph = graph + graph.T
+    area = np.repeat(np.abs(doubled_areas(crosses.corner)) / 6.0, 3)
+    around = np.bincount(crosses.tail, area, n) / evened**2
+    excess = np.bincount(crosses.tail, angle, n) - QUARTER * crosses.quarter_turns
+    excess[crosses.border | crosses.on_feature] = 0.0
+    system = sparse.diags_array(graph.sum(axis=1) + around) - graph
+    scale = definite_factors(system.tocsr()).solve(excess)[crosses.triangles].mean(axis=1)
+    return np.asarray(np.exp(np.clip(scale, -FARTHEST, FARTHEST)))
+
+
+def cone_targets(
+    crosses: Crosses, cut: Seams, vertices: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Jacobians that open the fans of inner vertices (v,) to their quarter turns.
 
     The angles of a fan are stretched alike, its lengths stay, and the whole is turned to the
@@ -19,7 +57,6 @@ def cone_targets(problem: SeamlessProblem, vertices: np.ndarray) -> tuple[np.nda
     triangle, target:
         (t,) int64 triangles of the fans and (t, 4) Jacobians wanted there.
     """
-    crosses, cut = problem.crosses, problem.seams
     if not len(vertices):
         return np.zeros(0, np.int64), np.zeros((0, 4))
     first = np.zeros(len(crosses.vertices), np.int64)

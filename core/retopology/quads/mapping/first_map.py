@@ -6,7 +6,9 @@ import numpy as np
 from scipy import sparse
 
 from ....base.progress import Progress
+from ....mesh.rings import with_rings
 from ..field.crosses import Crosses
+from .cones import cone_scales, cone_targets
 from .elimination import least_step
 from .seamless_map import SeamlessProblem, determinant
 
@@ -17,6 +19,9 @@ FEW_FLIPS, REWEIGHINGS = 0.003, 6
 FLIPPED = 1e-3
 # Residuals count up to this when triangles are weighed anew.
 MOST_RESIDUAL = 5.0
+# What fans of poles and the rings around them weigh where they are stiffened, and the least weight
+# of a triangle there: without weight a triangle would flip for nothing.
+STIFFER, STIFFER_AROUND, LEAST_STIFFENED = 6.0, 2.0, 0.1
 
 
 def first_map(problem: SeamlessProblem, progress: Progress) -> np.ndarray:
@@ -40,6 +45,33 @@ def first_map(problem: SeamlessProblem, progress: Progress) -> np.ndarray:
         if np.count_nonzero(flips) < least:
             best, least = x, np.count_nonzero(flips)
     return best
+
+
+def followed_map(
+    problem: SeamlessProblem, firm: np.ndarray, evened: float, progress: Progress
+) -> np.ndarray:
+    """(unknowns,) the least-squares map that follows the crosses as much as they count.
+
+    Fans of poles are held to their turns, and triangles around them to the sizes that they ask for.
+
+    Parameters
+    ----------
+    firm:
+        (m,) what triangles weigh besides.
+    evened:
+        Over how many lengths of quads sizes go back to what they shall be.
+    """
+    progress.ask()
+    crosses = problem.crosses
+    pole = crosses.singular
+    fan = pole[crosses.triangles].any(axis=1)
+    around = with_rings(crosses.triangles, pole, 1)[crosses.triangles].any(axis=1)
+    weight = np.where(around, np.maximum(problem.weight, LEAST_STIFFENED), problem.weight)
+    weight *= np.where(fan, STIFFER, np.where(around, STIFFER_AROUND, 1.0)) * firm
+    target = problem.target * cone_scales(crosses, evened)[:, None]
+    opened, wanted = cone_targets(crosses, problem.seams, np.flatnonzero(pole))
+    target[opened] = wanted
+    return least_squares(problem, weight, target=target)
 
 
 def least_squares(
@@ -68,9 +100,10 @@ def least_squares(
     triangles = np.arange(len(weight)) if triangles is None else triangles
     derivative, unknown = problem.derivative[triangles], problem.unknown[triangles]
     rest = target[triangles] - np.einsum("mij,mj->mi", derivative, x[unknown])
-    by = weight[triangles]
-    right = np.einsum("m,mij,mi->mj", by, derivative, rest)
-    matrix = np.einsum("m,mij,mik->mjk", by, derivative, derivative, optimize=True)
+    by, shear = weight[triangles], problem.shear[triangles]
+    each = np.stack([by, by * shear, by * shear, by], axis=1)
+    right = np.einsum("mi,mij,mi->mj", each, derivative, rest)
+    matrix = np.einsum("mi,mij,mik->mjk", each, derivative, derivative, optimize=True)
     return x + least_step(basis, unknown, matrix, right)
 
 

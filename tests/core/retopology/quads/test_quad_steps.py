@@ -22,6 +22,7 @@ from core.retopology.quads.layout.grids import grids, violations
 from core.retopology.quads.layout.integers import whole_lengths
 from core.retopology.quads.layout.motorcycle_graph import motorcycle_graph
 from core.retopology.quads.layout.words import words_of_count
+from core.retopology.quads.mapping.cones import cone_scales
 from core.retopology.quads.mapping.seamless_map import SeamlessMap, determinant, pose
 from core.retopology.quads.mapping.seams import seams
 from core.retopology.quads.mapping.untangling import injective_map
@@ -128,10 +129,46 @@ def test_what_has_failed_is_not_tried_again_unchanged(monkeypatch):
     mesh = ellipsoid(subdivisions=3)
     maps = []
     pose_ = laying_out.pose
-    monkeypatch.setattr(laying_out, "pose", lambda crossed: maps.append(crossed) or pose_(crossed))
+    monkeypatch.setattr(laying_out, "pose", lambda *what: maps.append(what) or pose_(*what))
     monkeypatch.setattr(laying_out, "motorcycle_graph", lambda *_: None)
     core.quad_layout(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=300))
     assert 1 < len(maps) < laying_out.ATTEMPTS - 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_map_follows_the_curvature_where_it_is_sure(seed):
+    """Before anything is evened out, at the price of sides of unlike lengths."""
+    settings = core.RemeshSettings(quads=800, relaxation=0)
+    made = core.remesh(*bumpy(seed), settings)
+    assert np.nanmean(made.angle) < 7.0
+
+
+def test_maps_that_fail_at_poles_are_loosened_there(monkeypatch):
+    """The plan stays: no field is made anew, and none of its poles goes."""
+    mesh = bumpy(2, level=5, waves=14)
+    fields = []
+    planned = laying_out.planned_field
+    monkeypatch.setattr(
+        laying_out, "planned_field", lambda *what: fields.append(planned(*what)) or fields[-1]
+    )
+    made = core.remesh(*mesh, core.RemeshSettings(quads=800, relaxation=0))
+    assert len(fields) == 1
+    assert len(made.pole_valence) == len(fields[0].poles.triangle)
+
+
+def test_sizes_go_down_at_poles_of_five_sides_and_up_at_those_of_three():
+    vertices, triangles = bumpy(0, level=4)
+    guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
+    direction = guide.guidance(core.GuidanceSettings(smoothness=0.45)).face_direction
+    surface = guide.surface
+    size, none = np.full(len(surface.triangles), 0.1), np.zeros(len(surface.twin), bool)
+    plan = crosses(surface.vertices, surface.triangles, surface.twin, direction, size, none)
+    scale = cone_scales(plan, 2.0)
+    turns = plan.quarter_turns[plan.triangles]
+    assert (turns == 3).any() and (turns == 5).any()
+    assert scale[(turns == 3).any(axis=1)].min() > 1.1
+    assert scale[(turns == 5).any(axis=1)].max() < 0.9
+    assert 0.9 < np.median(scale) < 1.1
 
 
 def test_double_poles_part_and_opposite_ones_cancel(crossed):

@@ -14,8 +14,8 @@ from core.base.progress import Progress
 from core.mesh.mending.repair import clean
 from core.mesh.rings import with_rings
 from core.retopology.quads.conformity import scaled_jacobian, signed
+from core.retopology.quads.field.directions import direction_weights
 from core.retopology.quads.finishing import finished
-from core.retopology.quads.finishing.directions import direction_weights
 from core.retopology.quads.finishing.faults import last_check, mending, worst
 from core.retopology.quads.finishing.faults.mending import (
     against,
@@ -359,7 +359,8 @@ def test_directions_count_where_the_curvatures_differ():
     given = Given(mesh.triangles, detection, None, None, None, None)
     guide = core.Guide(mesh.vertices, mesh.triangles, detection)
     laid = prepare(guide, given, core.RemeshSettings(quads=300), core.Progress()).parts[0]
-    weight, surface = direction_weights(laid), laid.working.surface
+    weight = direction_weights(laid.working, laid.wishes, laid.planned, laid.map_.crosses)
+    surface = laid.working.surface
     _, area = surface.face_normal_area
     assert (weight >= 0.0).all()
     assert (weight * area).sum() / area.sum() == pytest.approx(1.0, abs=0.1)
