@@ -48,7 +48,11 @@ def first_map(problem: SeamlessProblem, progress: Progress) -> np.ndarray:
 
 
 def followed_map(
-    problem: SeamlessProblem, firm: np.ndarray, evened: float, progress: Progress
+    problem: SeamlessProblem,
+    firm: np.ndarray,
+    evened: float,
+    share: float,
+    progress: Progress,
 ) -> np.ndarray:
     """(unknowns,) the least-squares map that follows the crosses as much as they count.
 
@@ -60,6 +64,8 @@ def followed_map(
         (m,) what triangles weigh besides.
     evened:
         Over how many lengths of quads sizes go back to what they shall be.
+    share:
+        How much of what poles ask for they follow, in logarithms.
     """
     progress.ask()
     crosses = problem.crosses
@@ -68,7 +74,7 @@ def followed_map(
     around = with_rings(crosses.triangles, pole, 1)[crosses.triangles].any(axis=1)
     weight = np.where(around, np.maximum(problem.weight, LEAST_STIFFENED), problem.weight)
     weight *= np.where(fan, STIFFER, np.where(around, STIFFER_AROUND, 1.0)) * firm
-    target = problem.target * cone_scales(crosses, evened)[:, None]
+    target = problem.target * (cone_scales(crosses, evened) ** share)[:, None]
     opened, wanted = cone_targets(crosses, problem.seams, np.flatnonzero(pole))
     target[opened] = wanted
     return least_squares(problem, weight, target=target)
