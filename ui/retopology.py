@@ -228,6 +228,8 @@ def _check(
         paragraph(box, context, line, icon="NONE")
     for sentence in filter(None, kept.warnings.split("\n")):
         paragraph(box, context, sentence, icon="ERROR")
+    if kept.planned:
+        box.prop(kept, "own_plan")
     reasons = staleness.check_reasons(context, obj)
     if reasons:
         paragraph(box, context, " ".join(["Check out of date.", *reasons]), icon="ERROR")

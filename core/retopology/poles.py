@@ -70,6 +70,24 @@ class Poles:
     def __len__(self) -> int:
         return len(self.valence)
 
+    @classmethod
+    def none(cls) -> Poles:
+        """No poles at all."""
+        places, rows = np.zeros((0, 3)), np.zeros(0, np.int64)
+        return cls(
+            position=places,
+            normal=places,
+            triangle=rows,
+            barycentric=places,
+            valence=rows,
+            umbilic=rows,
+            region=rows,
+            moved=np.zeros(0, bool),
+            confidence=np.zeros(0),
+            total=0,
+            expected=float("nan"),
+        )
+
 
 def plan_poles(
     surface: Surface,

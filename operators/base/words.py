@@ -67,6 +67,8 @@ class TopologyFigures:
         The least scaled Jacobian.
     edges:
         The largest distance from the surface, in edges.
+    from_surface:
+        The largest distance of the surface from the mesh, in edges.
     covered:
         Share of the surface near the mesh.
     """
@@ -79,6 +81,7 @@ class TopologyFigures:
     angle: float
     jacobian: float
     edges: float
+    from_surface: float
     covered: float
 
     @classmethod
@@ -92,6 +95,7 @@ class TopologyFigures:
             angle=check.mean_angle,
             jacobian=check.least_jacobian,
             edges=check.edges_away,
+            from_surface=check.surface_edges_away,
             covered=check.covered,
         )
 
@@ -108,6 +112,8 @@ class TopologyFigures:
         if math.isfinite(self.jacobian):
             lines.append(f"Least scaled Jacobian {self.jacobian:.2f}")
         lines.append(f"Within {max(self.edges, 0.001):.2g} edges of the surface")
+        if math.isfinite(self.from_surface):
+            lines.append(f"Surface within {max(self.from_surface, 0.001):.2g} edges of the mesh")
         if self.covered < _WHOLE:
             # Never rounded up to all of it.
             lines.append(f"Covers {math.floor(1000.0 * self.covered) / 10.0:.1f} % of the surface")

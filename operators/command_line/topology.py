@@ -175,6 +175,7 @@ def figures(check: core.TopologyCheck) -> dict[str, Any]:
         "distance": {
             "mean": float(check.distance.mean()) if len(check.distance) else None,
             "largest": float(check.distance.max(initial=0.0)),
+            "from_surface": check.farthest,
         },
         "covered": check.covered,
         "edge": check.edge,
