@@ -259,8 +259,8 @@ def _farthest(points: np.ndarray, closest: ClosestPoints, least: float) -> float
 
 
 def _places(whole: Surface) -> np.ndarray:
-    """(`SAMPLES`, 3) places of a surface. Triangles are drawn by rows at equal steps of their summed
-    area, so that each place stands for as much of it."""
+    """(`SAMPLES`, 3) places of a surface. Triangles are drawn by rows at equal steps of their
+    summed area, so that each place stands for as much of it."""
     corner = whole.vertices[whole.triangles]
     side = corner[:, 1:] - corner[:, :1]
     area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)

@@ -70,8 +70,8 @@ def check_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str
     of_surface = _plan_reasons(context, owner, made, kept.source, anew=not own)
     found += [f"{kept.against}: {reason}" for reason in of_surface]
     if own != (topology.own_plan(kept) is not None):
-        label = kept.bl_rna.properties["own_plan"].name
-        found.append(f"Changed since: {label}.")
+        labels = kept.bl_rna.properties["own_plan"].name
+        found.append(f"Changed since: {labels}.")
     if not own and by_hand.digest_of_poles(owner) != kept.steered:
         found.append("Poles were moved, added or deleted by hand.")
     then = np.array(kept.apart)

@@ -103,8 +103,8 @@ def test_what_has_no_quads_is_not_covered_however_near_the_others_are(guide):
 
 @pytest.mark.slow
 def test_what_faces_cut_off_between_vertices_on_the_surface_is_told(guide):
-    """Sides of a tube cut off what those of a regular polygon do, and where the torus bends the same
-    way around up to as much as is cut off there besides; all vertices are on the surface."""
+    """Sides of a tube cut off what those of a regular polygon do, and where the torus bends the
+    same way around up to as much as is cut off there besides; all vertices are on the surface."""
     vertices, quads = grid(40, 20, torus)
     found = check(guide, vertices, quads)
     tube, around = 0.4 * (1.0 - np.cos(np.pi / 20)), 1.4 * (1.0 - np.cos(np.pi / 40))
@@ -116,7 +116,7 @@ def test_what_faces_cut_off_between_vertices_on_the_surface_is_told(guide):
 @pytest.mark.slow
 def test_the_farthest_vertex_of_the_surface_is_found_exactly(guide):
     """A spike of one vertex, that no other is near, and what a search of all vertices says."""
-    vertices, quads = grid(120, 60, torus)
+    vertices, _ = grid(120, 60, torus)
     coarse, its = grid(40, 20, torus)
     fans = np.concatenate([its[:, [0, 1, 2]], its[:, [0, 2, 3]]])
     closest = ClosestPoints(coarse, fans, np.full(fans.size, -1))
