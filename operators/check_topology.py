@@ -47,7 +47,8 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
                 part = progress.part("Planning poles", 0.0, 0.6)
                 poles = works.plan(job, guide, part)[0].poles
             else:
-                poles = guide.poles_at(own.triangle, own.barycentric, own.valence)
+                read = job.inputs.arrays
+                poles = own.poles(read.vertices, read.triangles)
             part = progress.part("Comparing", 0.6, 1.0)
             found = core.check_topology(places, corners, start, guide, poles, part)
             return found, poles, guide.detection.umbilics

@@ -220,7 +220,7 @@ def _check(
     if not kept.checked:
         return
     box = layout.box()
-    sound = kept.quads == kept.faces and kept.jacobian > 0.0
+    sound = kept.quads == kept.faces and kept.jacobian > 0.0 and not kept.folded
     name = kept.against
     text = f"Against {name}" if sound else "Not all faces are sound quads"
     paragraph(box, context, text, icon="CHECKMARK" if sound else "ERROR")

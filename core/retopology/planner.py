@@ -33,7 +33,7 @@ from .lines.polylines import Lines
 from .lines.separatrices import Separatrices, discs, separatrices, skeleton
 from .lines.streamlines import evenly_spaced_lines
 from .lines.truncation import Barriers
-from .poles import UNATTACHED, Poles, plan_poles, poles_at, replanned
+from .poles import plan_poles, replanned
 from .ridges.find import find_ridges
 from .ridges.ridge_lines import RidgeLines, ridge_lines
 from .settings import GuidanceSettings
@@ -156,21 +156,6 @@ class Guide(Groundwork):
             warnings += poles_off_surface(surface, wanted, poles)
         timings = {"cross field": middle - begin, "poles": end - middle}
         return guidance_of(surface, self._counts, cross, poles, features, timings, warnings)
-
-    def poles_at(
-        self, triangle: np.ndarray, barycentric: np.ndarray, valence: np.ndarray
-    ) -> Poles:
-        """Poles of given valences (k,) at places in input triangles, (k,) rows and (k, 3) weights,
-        of those that are part of the surface; which umbilics they come from is not told."""
-        row, weights = places_on_surface(self.surface, triangle, barycentric)
-        on = row >= 0
-        count = int(on.sum())
-        none, still = np.full(count, -1), np.zeros(count, bool)
-        unsure, regions = np.full(count, UNATTACHED), list(self.detection.regions)
-        sign = 4 - valence[on]
-        return poles_at(
-            self.surface, regions, row[on], weights[on], sign, none, still, unsure
-        )
 
     @one_blas_thread()
     def features(

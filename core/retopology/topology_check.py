@@ -24,6 +24,7 @@ from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
 from .quads.conformity import scaled_jacobian
+from .quads.finishing.faults.last_check import wrong_quads
 from .quads.finishing.projection import ClosestPoints
 from .quads.result import QuadMesh
 
@@ -63,6 +64,9 @@ class TopologyCheck:
     jacobian:
         (f,) float64 scaled Jacobian, the least sine at a corner of each quad: 1 for rectangles, 0
         or less for degenerate and folded ones; NaN for other faces.
+    folded:
+        (f,) bool quads that are folded or face against the surface: away from it or from the quads
+        around, as the remeshing counts them. A corner may be open all the same.
     distance:
         (n,) float64 length from each vertex to the surface.
     covered:
@@ -83,6 +87,7 @@ class TopologyCheck:
     angle: np.ndarray
     mean_angle: float
     jacobian: np.ndarray
+    folded: np.ndarray
     distance: np.ndarray
     covered: float
     farthest: float
@@ -163,7 +168,7 @@ def check_topology(
     progress.part("Looking for the surface", 0.0, 0.5)
     closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
     own = (vertices - whole.origin) / whole.unit
-    _, there = closest(own)
+    below, there = closest(own)
     one, two, uses = _edges(corners, start, len(vertices))
     irregular, valence = _irregular(one, two, uses, len(vertices))
     edge = float(np.linalg.norm(vertices[one] - vertices[two], axis=1).mean())
@@ -174,11 +179,12 @@ def check_topology(
     angle = np.full(len(start) - 1, np.nan)
     weight = np.zeros(len(start) - 1)
     jacobian = np.full(len(start) - 1, np.nan)
+    folded = np.zeros(len(start) - 1, bool)
     if len(quads):
-        at = own[corners[start[quads][:, None] + np.arange(4)]]
-        jacobian[quads] = scaled_jacobian(
-            at.reshape(-1, 3), np.arange(4 * len(quads)).reshape(-1, 4)
-        )
+        four = corners[start[quads][:, None] + np.arange(4)]
+        at = own[four]
+        jacobian[quads] = scaled_jacobian(own, four)
+        folded[quads] = wrong_quads(own, four, below[four[:, 0]], whole)
         planes = guide.planes(progress.part("Comparing directions", 0.5, 1.0))
         angle[quads], weight[quads] = _angles(at, whole, planes, closest)
     covered, farthest = _from_surface(whole, own, _fans(corners, start), edge / whole.unit)
@@ -195,6 +201,7 @@ def check_topology(
         if known.any()
         else float("nan"),
         jacobian=jacobian,
+        folded=folded,
         distance=np.linalg.norm(there - own, axis=1) * whole.unit,
         covered=covered,
         farthest=farthest * whole.unit,

@@ -65,6 +65,8 @@ class TopologyFigures:
         Degrees from the directions of curvature.
     jacobian:
         The least scaled Jacobian.
+    folded:
+        How many quads are folded or face against the surface.
     edges:
         The largest distance from the surface, in edges.
     from_surface:
@@ -80,6 +82,7 @@ class TopologyFigures:
     quads: int
     angle: float
     jacobian: float
+    folded: int
     edges: float
     from_surface: float
     covered: float
@@ -94,6 +97,7 @@ class TopologyFigures:
             quads=check.quads,
             angle=check.mean_angle,
             jacobian=check.least_jacobian,
+            folded=int(check.folded.sum()),
             edges=check.edges_away,
             from_surface=check.surface_edges_away,
             covered=check.covered,
@@ -111,6 +115,8 @@ class TopologyFigures:
             lines.append(f"{self.angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
         if math.isfinite(self.jacobian):
             lines.append(f"Least scaled Jacobian {self.jacobian:.2f}")
+        if self.folded:
+            lines.append(f"{counted(self.folded, 'quad')} folded or facing against the surface")
         lines.append(f"Within {max(self.edges, 0.001):.2g} edges of the surface")
         if math.isfinite(self.from_surface):
             lines.append(f"Surface within {max(self.from_surface, 0.001):.2g} edges of the mesh")

@@ -88,6 +88,7 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
         description="Least scaled Jacobian of the quads: the least sine at a corner, 1 for "
         "rectangles, 0 or less where one is folded; above 1 where there are no quads"
     )
+    folded: IntProperty(description="Quads that are folded or face against the surface")
     distance: FloatProperty(description="Largest distance from a vertex to the surface")
     edges: FloatProperty(description="The same in mean edges")
     from_surface: FloatProperty(
@@ -155,6 +156,11 @@ class OwnPlan:
     def of(cls, poles: core.Poles, triangles: int) -> OwnPlan:
         return cls(triangles, poles.triangle, poles.barycentric, poles.valence)
 
+    def poles(self, vertices: np.ndarray, triangles: np.ndarray) -> core.Poles:
+        """They on the surface as it is now, of as many triangles."""
+        here = self.triangle, self.barycentric, self.valence
+        return core.Poles.placed(vertices, triangles, *here)
+
     def to_text(self) -> str:
         """It as it is kept with the mesh: the surface may be moved and deformed meanwhile."""
         rows = self.triangle, self.barycentric, self.valence
@@ -218,6 +224,7 @@ def store(
     kept.quads, kept.faces = found.quads, len(found.angle)
     kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
     kept.jacobian = found.least_jacobian if found.quads else _NO_JACOBIAN
+    kept.folded = int(found.folded.sum())
     kept.distance = float(found.distance.max(initial=0.0))
     kept.edges, kept.from_surface = found.edges_away, found.surface_edges_away
     kept.covered = found.covered
@@ -255,6 +262,7 @@ def sentences(kept: UMBILICS_PG_check) -> list[str]:
         quads=kept.quads,
         angle=kept.angle if kept.angle >= 0.0 else math.nan,
         jacobian=kept.jacobian if kept.jacobian < _NO_JACOBIAN else math.nan,
+        folded=kept.folded,
         edges=kept.edges,
         from_surface=kept.from_surface if kept.from_surface >= 0.0 else math.nan,
         covered=kept.covered,
