@@ -147,9 +147,10 @@ class Surface:
 
     @property
     def usual_side(self) -> float:
-        """About the side of an equilateral triangle of the median area, of those with any."""
-        area = self._faces[1]
-        return 1.5 * float(np.sqrt(np.median(area[area > 0])))
+        """About the side of an equilateral triangle of the median area, of those with any; 0 where
+        there are none."""
+        area = self._faces[1][self._faces[1] > 0]
+        return 1.5 * float(np.sqrt(np.median(area))) if len(area) else 0.0
 
     def mean_sides(self, rows: np.ndarray) -> np.ndarray:
         """(r,) mean length of the sides of the triangles `rows` (r,)."""

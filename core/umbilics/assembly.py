@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from .judged import Evidence, judge
 from .located import Analysed, Turning, deviator_errors, locate, standard_errors
 from .pairing.persistence import importance, trust_ratio
 from .regions.report import describe_regions
+from .regions.too_few import too_few_words, untold_pieces, with_pieces
 from .regions.waves import words_on_waves
 from .result import Detection, Umbilics
 
@@ -42,10 +43,18 @@ def assemble(
 ) -> Detection:
     """Locate and name the umbilics, and carry everything back to the input mesh."""
     surface, field = analysed.surface, analysed.fitted.field
-    candidates = _umbilics(analysed, turning, settings, progress)
+    candidates, component = _umbilics(analysed, turning, settings, progress)
+    labels, warnings = analysed.regions, mesh.warnings
+    if settings.regions and settings.certified:
+        told = component[candidates.resolved & ~candidates.at_border]
+        untold = untold_pieces(surface, labels, told)
+        if untold.any():
+            labels = with_pieces(surface, labels, untold)
+            candidates = _left(candidates, ~untold[component])
+            warnings += (too_few_words(labels.few, surface.component_count),)
     regions = describe_regions(
         surface,
-        analysed.regions,
+        labels,
         0.5 * (field.k1 + field.k2),
         analysed.noise,
         analysed.radius,
@@ -74,16 +83,23 @@ def assemble(
         noise=analysed.fitted.residual * surface.unit,
         scale=float(np.median(analysed.fitted.radius)) * surface.unit,
         borders_joined=mesh.borders_joined,
-        warnings=mesh.warnings + waves,
+        warnings=warnings + waves,
     )
     return filtered(detection, settings)
 
 
+def _left(umbilics: Umbilics, kept: np.ndarray) -> Umbilics:
+    """The umbilics that are `kept` (k,), of which the partners are."""
+    number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
+    left = umbilics.select(kept)
+    return replace(left, partner=number[left.partner])
+
+
 def _umbilics(
     analysed: Analysed, turning: Turning, settings: Settings, progress: Progress
-) -> Umbilics:
+) -> tuple[Umbilics, np.ndarray]:
     """All umbilics in the input's coordinates, refined where jets allow it, those that are not
-    told from each other made one."""
+    told from each other made one; and the (k,) components that they lie on."""
     surface, fitted = analysed.surface, analysed.fitted
     persistence, partner = turning.persistence, turning.partner
     jets = fitted.neighbourhood is not None
@@ -121,7 +137,7 @@ def _umbilics(
         error = np.where(turning.of_form, found.error, error)
     input_triangle, input_barycentric = places_in_input(surface, found.triangle, found.barycentric)
     places = analysed.places[surface.triangles[found.triangle]]
-    return Umbilics(
+    umbilics = Umbilics(
         position=np.einsum("rk,rkc->rc", found.barycentric, places) * surface.unit + surface.origin,
         normal=_unit_or(found.normal, surface.face_normal_area[0][found.triangle]),
         triangle=input_triangle,
@@ -141,6 +157,7 @@ def _umbilics(
         importance=importance(verdict.persistence, verdict.partner, found.noise, evidence.gap),
         elliptic=found.elliptic,
     )
+    return umbilics, surface.component[surface.triangles[found.triangle, 0]]
 
 
 def _rays(p: np.ndarray, q: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

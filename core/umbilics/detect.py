@@ -38,7 +38,6 @@ from .regions.drowned import drowned_share, drowned_words
 from .regions.find import find_regions
 from .regions.region_map import RegionMap, with_curves, with_faces, without
 from .regions.round_shapes import resolved_by_wider_fits, standing_off
-from .regions.too_few import too_few_words, with_too_few
 from .regions.unresolved import UnresolvedSets, low_vertices, unresolved_sets
 from .result import Detection
 from .shown_curves import without_shown
@@ -242,8 +241,6 @@ def _detected(asked: _Asked, progress: Progress, begin: Begin) -> Detection:
                     "circles of surfaces of revolution: reported as regions, because no point of "
                     "them is an umbilic of its own."
                 )
-        if regions.few:
-            warnings.append(too_few_words(regions.few, surface.component_count))
         drowned: Callable[[], float] = float
         if settings.regions and settings.certified and settings.curvature != "given":
             label = regions.label
@@ -336,7 +333,7 @@ def _regions(
         regions = without(regions, dropped)
     if cad is not None:
         return with_faces(cad, regions)
-    return with_too_few(surface, regions)
+    return regions
 
 
 def _curves(

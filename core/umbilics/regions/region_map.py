@@ -27,9 +27,9 @@ class RegionMap:
     faces:
         The exact faces that the first of them are; None without.
     curves:
-        How many of the last of them are curves of umbilics.
+        How many of those before the last `few` are curves of umbilics.
     few:
-        How many of those before the curves are whole pieces of too few vertices.
+        How many of the last of them are whole pieces of too few vertices.
     """
 
     label: np.ndarray

@@ -57,11 +57,11 @@ def describe_regions(
         extent = np.sqrt(max(total, np.finfo(float).tiny) / np.pi)
         flat = max(PLANAR_BEND / extent, PLANAR_ERRORS * error)
         kind = PLANAR if abs(curvature) <= flat else SPHERICAL
-        first = regions.count - regions.curves
-        if number >= first:
-            kind = CURVE
-        elif number >= first - regions.few:
+        few = regions.count - regions.few
+        if number >= few:
             kind = UNRESOLVED
+        elif number >= few - regions.curves:
+            kind = CURVE
         found.append(
             Region(
                 triangles=_of_input(surface, rows),

@@ -13,30 +13,33 @@ from .region_map import RegionMap
 NARROWEST = 19
 
 
-def pieces_of_few_fits(surface: Surface) -> np.ndarray:
-    """(c,) bool, closed components on which there is no room for as many fits side by side as they
-    must have umbilics.
+def untold_pieces(surface: Surface, regions: RegionMap, component: np.ndarray) -> np.ndarray:
+    """(c,) bool, closed components without a region that have no room for as many fits side by
+    side as they must have umbilics, and are left with a single one.
 
     Indices of generic umbilics are one half and sum up to the Euler characteristic. Two of them
-    that one fit holds are not told apart; where it holds more than its share of all, none is.
+    that one fit holds are not told apart; where it holds more than its share of all, and all became
+    one, that has the sum which every field on such a piece has, and no place.
+
+    Parameters
+    ----------
+    component:
+        (k,) component that each of the umbilics that are told from their errors lies on.
     """
+    count = surface.component_count
     least = 2 * np.abs(surface.euler_characteristic)
-    vertices = np.bincount(surface.component, minlength=surface.component_count)
-    return np.asarray(surface.closed & (vertices < NARROWEST * least))
+    few = surface.closed & (np.bincount(surface.component, minlength=count) < NARROWEST * least)
+    few[surface.component[surface.triangles[regions.label >= 0, 0]]] = False
+    return np.asarray(few & (np.bincount(component, minlength=count) == 1))
 
 
-def with_too_few(surface: Surface, regions: RegionMap) -> RegionMap:
-    """The regions, and beside them the pieces of few fits that have none."""
-    few = pieces_of_few_fits(surface)
-    if not few.any():
-        return regions
-    of = surface.component[surface.triangles[:, 0]]
-    few[of[regions.label >= 0]] = False
-    if not few.any():
-        return regions
-    number = np.where(few, regions.count + np.cumsum(few) - 1, -1)[of]
+def with_pieces(surface: Surface, regions: RegionMap, pieces: np.ndarray) -> RegionMap:
+    """The regions, and behind them the components `pieces` (c,), which have none."""
+    number = np.where(pieces, regions.count + np.cumsum(pieces) - 1, -1)
+    number = number[surface.component[surface.triangles[:, 0]]]
     labels = np.where(number >= 0, number, regions.label).astype(np.int32)
-    return replace(regions, label=labels, count=regions.count + int(few.sum()), few=int(few.sum()))
+    few = int(pieces.sum())
+    return replace(regions, label=labels, count=regions.count + few, few=few)
 
 
 def too_few_words(pieces: int, all_pieces: int) -> str:
