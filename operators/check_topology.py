@@ -37,17 +37,29 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
                 raise ObjectError(f"{checked.name} has no faces to check.")
             self._stamp = checks.signature_of(checked, seen)
         self._checked = checked.name_full
+        own = topology.own_plan(checked.umbilics_check)
+        self._own_plan = own is not None
 
         def work(
             job: retopology.Job, guide: core.Guide, progress: core.Progress
         ) -> tuple[core.TopologyCheck, core.Poles, core.Umbilics]:
-            guidance, kept = works.plan(job, guide, progress.part("Planning poles", 0.0, 0.6))
+            if own is None:
+                part = progress.part("Planning poles", 0.0, 0.6)
+                poles = works.plan(job, guide, part)[0].poles
+            else:
+                read = job.inputs.arrays
+                poles = own.poles(read.vertices, read.triangles)
             part = progress.part("Comparing", 0.6, 1.0)
-            poles = guidance.poles
             found = core.check_topology(places, corners, start, guide, poles, part)
-            return found, poles, kept.umbilics
+            return found, poles, guide.detection.umbilics
 
-        return retopology.gather(context, surface, work, steered=True)
+        job = retopology.gather(context, surface, work, steered=own is None)
+        if own is not None and len(job.inputs.arrays.triangles) != own.triangles:
+            raise ObjectError(
+                f"{surface.name} has other faces than when these quads were made of it. Turn Plan "
+                "of the Quads off to compare with a new plan."
+            )
+        return job
 
     def done(
         self,
@@ -61,7 +73,7 @@ class UMBILICS_OT_check_topology(GuidanceOperator, bpy.types.Operator):
             if checks.signature_of(checked, seen) != self._stamp:
                 raise ObjectError(f"{checked.name} was changed meanwhile. Try again.")
             check, poles, umbilics = found
-            against = retopology.against(job, umbilics)
+            against = retopology.against(job, umbilics, self._own_plan)
             checks.write(context, checked, against, check, poles, self._stamp, transaction)
             return f"{'. '.join(topology.sentences(checked.umbilics_check))}."
 

@@ -8,7 +8,7 @@ import bpy
 
 from .. import core
 from .data import remeshing, topology
-from .jobs import retopology, works
+from .jobs import retopology
 from .jobs.adjustable import Adjustable
 from .scene import selection, targets
 from .scene.retopology import checks, quad_meshes
@@ -16,12 +16,11 @@ from .scene.retopology import checks, quad_meshes
 
 @dataclass(frozen=True)
 class Made:
-    """The quads, and how they follow the surface and its plan of these poles, which comes from
-    these umbilics."""
+    """The quads, how they follow the surface and the poles that they were laid out with, and the
+    umbilics that were kept."""
 
     quads: core.QuadMesh
     check: core.TopologyCheck
-    poles: core.Poles
     umbilics: core.Umbilics
 
 
@@ -48,18 +47,15 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
                 arrays.vertices,
                 arrays.triangles,
                 settings,
-                progress.part("Remeshing", 0.0, 0.8),
+                progress.part("Remeshing", 0.0, 0.9),
                 detection=guide.detection,
                 sharp=arrays.sharp,
                 zone=job.zone,
                 strokes=job.steering.strokes,
                 wanted=job.steering.wanted,
             )
-            guidance, kept = works.plan(job, guide, progress.part("Planning poles", 0.8, 0.95))
-            part = progress.part("Checking", 0.95, 1.0)
-            poles = guidance.poles
-            check = core.check_quads(quads, guide, poles, part)
-            return Made(quads, check, poles, kept.umbilics)
+            check = core.check_quads(quads, guide, progress.part("Checking", 0.9, 1.0))
+            return Made(quads, check, guide.detection.umbilics)
 
         return retopology.gather(context, selection.shown(context), work, steered=True)
 
@@ -74,10 +70,12 @@ class UMBILICS_OT_remesh_to_quads(Adjustable, bpy.types.Operator):
             made = quad_meshes.add(
                 context, source, arrays, quads, delivery, transaction, forward=is_idle
             )
+            own = topology.OwnPlan.of(quads.planned, len(arrays.triangles))
             made.umbilics_check.surface = source
+            made.umbilics_check.planned = own.to_text()
             stamp = checks.signature_of(made, None)
-            against = retopology.against(job, found.umbilics)
-            checks.write(context, made, against, found.check, found.poles, stamp, transaction)
+            against = retopology.against(job, found.umbilics, own_plan=True)
+            checks.write(context, made, against, found.check, quads.planned, stamp, transaction)
             # Of several warnings the status bar shows the last one only, for a few seconds.
             made.umbilics_check.warnings = "\n".join(self.warnings(found))
             sentences = list(topology.sentences(made.umbilics_check))

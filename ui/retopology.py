@@ -220,7 +220,7 @@ def _check(
     if not kept.checked:
         return
     box = layout.box()
-    sound = kept.quads == kept.faces and kept.jacobian > 0.0
+    sound = kept.quads == kept.faces and kept.jacobian > 0.0 and not kept.folded
     name = kept.against
     text = f"Against {name}" if sound else "Not all faces are sound quads"
     paragraph(box, context, text, icon="CHECKMARK" if sound else "ERROR")
@@ -228,6 +228,8 @@ def _check(
         paragraph(box, context, line, icon="NONE")
     for sentence in filter(None, kept.warnings.split("\n")):
         paragraph(box, context, sentence, icon="ERROR")
+    if kept.planned:
+        box.prop(kept, "own_plan")
     reasons = staleness.check_reasons(context, obj)
     if reasons:
         paragraph(box, context, " ".join(["Check out of date.", *reasons]), icon="ERROR")

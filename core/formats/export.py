@@ -141,7 +141,7 @@ def export_guidance(
             strokes=strokes,
             wanted=wanted,
         )
-        check = check_quads(made, guide, guidance.poles, progress.part("Checking", 0.75, 0.8))
+        check = check_quads(made, guide, progress.part("Checking", 0.75, 0.8))
     data = Exported(*mesh, guide, guidance, lines, arcs, ridges, made)
     paths = write_guidance(stem, kinds, data, to_file, progress.part("Writing files", 0.8, 1.0))
     return Written(paths, guidance, tuple(left_out), made, check)

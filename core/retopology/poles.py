@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..base.unit import unit
 from ..curvature.tolerances import PAIR_NOISE
 from ..fields.planes import FaceFrames
 from ..mesh.input_map import places_in_input, places_on_surface
@@ -69,6 +70,40 @@ class Poles:
 
     def __len__(self) -> int:
         return len(self.valence)
+
+    @classmethod
+    def none(cls) -> Poles:
+        """No poles at all."""
+        places, rows = np.zeros((0, 3)), np.zeros(0, np.int64)
+        return cls.placed(places, np.zeros((0, 3), np.int64), rows, places, rows)
+
+    @classmethod
+    def placed(
+        cls,
+        vertices: np.ndarray,
+        triangles: np.ndarray,
+        triangle: np.ndarray,
+        barycentric: np.ndarray,
+        valence: np.ndarray,
+    ) -> Poles:
+        """Poles that are known by triangle (k,), weights (k, 3) and valence (k,) on a mesh of
+        vertices (n, 3) and triangles (m, 3); where they come from is not told."""
+        corner = vertices[triangles[triangle]]
+        count = len(valence)
+        none = np.full(count, -1)
+        return cls(
+            position=np.einsum("kc,kcx->kx", barycentric, corner),
+            normal=unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])),
+            triangle=triangle,
+            barycentric=barycentric,
+            valence=valence,
+            umbilic=none,
+            region=none,
+            moved=np.zeros(count, bool),
+            confidence=np.full(count, UNATTACHED),
+            total=int((4 - valence).sum()),
+            expected=float("nan"),
+        )
 
 
 def plan_poles(

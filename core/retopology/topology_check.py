@@ -24,6 +24,7 @@ from ..mesh.surface import Surface
 from .planner import Guide
 from .poles import Poles
 from .quads.conformity import scaled_jacobian
+from .quads.finishing.faults.last_check import wrong_quads
 from .quads.finishing.projection import ClosestPoints
 from .quads.result import QuadMesh
 
@@ -33,6 +34,8 @@ from .quads.result import QuadMesh
 REACH = 3.0
 # Places of the surface, each of as much area, that are looked for on the checked mesh.
 SAMPLES = 20_000
+# Vertices of the surface whose distance is looked for exactly at a time, the farthest first.
+EXACTLY = 2048
 # Fractions of the sequence of Roberts (2018), which fills a square evenly from any row on.
 _PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 
@@ -61,11 +64,17 @@ class TopologyCheck:
     jacobian:
         (f,) float64 scaled Jacobian, the least sine at a corner of each quad: 1 for rectangles, 0
         or less for degenerate and folded ones; NaN for other faces.
+    folded:
+        (f,) bool quads that are folded or face against the surface: away from it or from the quads
+        around, as the remeshing counts them. A corner may be open all the same.
     distance:
         (n,) float64 length from each vertex to the surface.
     covered:
         Share of the surface's area, 0 to 1, within a mean edge of the mesh: what is far from it is
         missing, however near to the surface the vertices are.
+    farthest:
+        The largest length from a vertex of the surface, or one of `SAMPLES` places all over it, to
+        the mesh: how much of its shape the faces between the vertices cut off.
     edge:
         Mean length of the edges.
     """
@@ -78,8 +87,10 @@ class TopologyCheck:
     angle: np.ndarray
     mean_angle: float
     jacobian: np.ndarray
+    folded: np.ndarray
     distance: np.ndarray
     covered: float
+    farthest: float
     edge: float
 
     @property
@@ -99,8 +110,13 @@ class TopologyCheck:
 
     @property
     def edges_away(self) -> float:
-        """The largest distance from the surface in mean edges."""
+        """The largest distance of a vertex from the surface in mean edges."""
         return float(self.distance.max(initial=0.0)) / self.edge if self.edge > 0.0 else 0.0
+
+    @property
+    def surface_edges_away(self) -> float:
+        """The largest distance of the surface from the mesh in mean edges."""
+        return self.farthest / self.edge if self.edge > 0.0 else 0.0
 
 
 @one_blas_thread()
@@ -152,7 +168,7 @@ def check_topology(
     progress.part("Looking for the surface", 0.0, 0.5)
     closest = ClosestPoints(whole.vertices, whole.triangles, whole.twin)
     own = (vertices - whole.origin) / whole.unit
-    _, there = closest(own)
+    below, there = closest(own)
     one, two, uses = _edges(corners, start, len(vertices))
     irregular, valence = _irregular(one, two, uses, len(vertices))
     edge = float(np.linalg.norm(vertices[one] - vertices[two], axis=1).mean())
@@ -163,13 +179,15 @@ def check_topology(
     angle = np.full(len(start) - 1, np.nan)
     weight = np.zeros(len(start) - 1)
     jacobian = np.full(len(start) - 1, np.nan)
+    folded = np.zeros(len(start) - 1, bool)
     if len(quads):
-        at = own[corners[start[quads][:, None] + np.arange(4)]]
-        jacobian[quads] = scaled_jacobian(
-            at.reshape(-1, 3), np.arange(4 * len(quads)).reshape(-1, 4)
-        )
+        four = corners[start[quads][:, None] + np.arange(4)]
+        at = own[four]
+        jacobian[quads] = scaled_jacobian(own, four)
+        folded[quads] = wrong_quads(own, four, below[four[:, 0]], whole)
         planes = guide.planes(progress.part("Comparing directions", 0.5, 1.0))
         angle[quads], weight[quads] = _angles(at, whole, planes, closest)
+    covered, farthest = _from_surface(whole, own, _fans(corners, start), edge / whole.unit)
     progress.step(1.0)
     known = np.isfinite(angle) & (weight > 0.0)
     return TopologyCheck(
@@ -183,39 +201,73 @@ def check_topology(
         if known.any()
         else float("nan"),
         jacobian=jacobian,
+        folded=folded,
         distance=np.linalg.norm(there - own, axis=1) * whole.unit,
-        covered=_covered(whole, own, _fans(corners, start), edge / whole.unit),
+        covered=covered,
+        farthest=farthest * whole.unit,
         edge=edge,
     )
 
 
 @one_blas_thread()
 def check_quads(
-    mesh: QuadMesh, guide: Guide, poles: Poles, progress: Progress | None = None
+    mesh: QuadMesh, guide: Guide, progress: Progress | None = None
 ) -> TopologyCheck:
-    """Hold the quads that the remeshing made against their own surface; as `check_topology`.
+    """Hold the quads that the remeshing made against their own surface and the poles that they were
+    laid out with: the plan of a guide may be another one, as it was smoothed otherwise or has poles
+    nearer than an edge of the quads; otherwise as `check_topology`.
 
     Examples
     --------
-    Quads on an ellipsoid of `vertices` and `triangles`, as in `remesh`, have the poles of its plan:
+    Quads on an ellipsoid of `vertices` and `triangles`, as in `remesh`:
 
     >>> guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
     >>> made = core.remesh(vertices, triangles, core.RemeshSettings(quads=300))
-    >>> core.check_quads(made, guide, guide.guidance().poles).matched
+    >>> core.check_quads(made, guide).matched
     8
     """
     start = np.arange(0, mesh.quads.size + 1, 4)
-    return check_topology(mesh.vertices, mesh.quads.ravel(), start, guide, poles, progress)
+    quads = mesh.quads.ravel()
+    return check_topology(mesh.vertices, quads, start, guide, mesh.planned, progress)
 
 
-def _covered(
+def _from_surface(
     whole: Surface, vertices: np.ndarray, triangles: np.ndarray, reach: float
-) -> float:
-    """Share of a surface's area that is within reach of a mesh (n, 3), (t, 3), by `SAMPLES`.
+) -> tuple[float, float]:
+    """Share of a surface's area that is within reach of a mesh (n, 3), (t, 3), by `SAMPLES`, and
+    how far from it the farthest of these and of the vertices is."""
+    # The mesh need not be a manifold: no triangle is told of those beside it.
+    closest = ClosestPoints(vertices, triangles, np.full(triangles.size, -1))
+    away = _away(_places(whole), closest)
+    return float(np.mean(away <= reach)), _farthest(whole.vertices, closest, float(away.max()))
 
-    Triangles are drawn by rows at equal steps of their summed area, so that each place stands for
-    as much of it.
+
+def _away(points: np.ndarray, closest: ClosestPoints) -> np.ndarray:
+    return np.linalg.norm(closest(points)[1] - points, axis=1)
+
+
+def _farthest(points: np.ndarray, closest: ClosestPoints, least: float) -> float:
+    """The largest distance of points (p, 3), or `least` if that is more.
+
+    The exact search is slow for a million points. A quick one is never too near: those for which it
+    finds no more than what was found exactly, from the farthest on, need no other.
     """
+    # Without a side to face all triangles count alike.
+    _, there = closest(points, np.zeros_like(points))
+    most = np.linalg.norm(there - points, axis=1)
+    rows = np.flatnonzero(most > least)
+    rows = rows[np.argsort(-most[rows], kind="stable")]
+    for first in range(0, len(rows), EXACTLY):
+        some = rows[first : first + EXACTLY]
+        if most[some[0]] <= least:
+            break
+        least = max(least, float(_away(points[some], closest).max()))
+    return least
+
+
+def _places(whole: Surface) -> np.ndarray:
+    """(`SAMPLES`, 3) places of a surface. Triangles are drawn by rows at equal steps of their
+    summed area, so that each place stands for as much of it."""
     corner = whole.vertices[whole.triangles]
     side = corner[:, 1:] - corner[:, :1]
     area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)
@@ -225,11 +277,8 @@ def _covered(
     part = (row[:, None] * _PLASTIC) % 1.0
     beyond = part.sum(axis=1) > 1.0
     part[beyond] = 1.0 - part[beyond]
-    place = corner[drawn, 0] + np.einsum("sk,skc->sc", part, side[drawn])
-    # The mesh need not be a manifold: no triangle is told of those beside it.
-    closest = ClosestPoints(vertices, triangles, np.full(triangles.size, -1))
-    _, there = closest(place)
-    return float(np.mean(np.linalg.norm(there - place, axis=1) <= reach))
+    found: np.ndarray = corner[drawn, 0] + np.einsum("sk,skc->sc", part, side[drawn])
+    return found
 
 
 def _fans(corners: np.ndarray, start: np.ndarray) -> np.ndarray:

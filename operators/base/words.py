@@ -65,8 +65,12 @@ class TopologyFigures:
         Degrees from the directions of curvature.
     jacobian:
         The least scaled Jacobian.
+    folded:
+        How many quads are folded or face against the surface.
     edges:
         The largest distance from the surface, in edges.
+    from_surface:
+        The largest distance of the surface from the mesh, in edges.
     covered:
         Share of the surface near the mesh.
     """
@@ -78,7 +82,9 @@ class TopologyFigures:
     quads: int
     angle: float
     jacobian: float
+    folded: int
     edges: float
+    from_surface: float
     covered: float
 
     @classmethod
@@ -91,7 +97,9 @@ class TopologyFigures:
             quads=check.quads,
             angle=check.mean_angle,
             jacobian=check.least_jacobian,
+            folded=int(check.folded.sum()),
             edges=check.edges_away,
+            from_surface=check.surface_edges_away,
             covered=check.covered,
         )
 
@@ -107,7 +115,11 @@ class TopologyFigures:
             lines.append(f"{self.angle:.1f}\N{DEGREE SIGN} from the directions of curvature")
         if math.isfinite(self.jacobian):
             lines.append(f"Least scaled Jacobian {self.jacobian:.2f}")
+        if self.folded:
+            lines.append(f"{counted(self.folded, 'quad')} folded or facing against the surface")
         lines.append(f"Within {max(self.edges, 0.001):.2g} edges of the surface")
+        if math.isfinite(self.from_surface):
+            lines.append(f"Surface within {max(self.from_surface, 0.001):.2g} edges of the mesh")
         if self.covered < _WHOLE:
             # Never rounded up to all of it.
             lines.append(f"Covers {math.floor(1000.0 * self.covered) / 10.0:.1f} % of the surface")

@@ -172,9 +172,11 @@ def figures(check: core.TopologyCheck) -> dict[str, Any]:
             "least": check.least_jacobian,
             "mean": float(jacobian.mean()) if len(jacobian) else None,
         },
+        "folded": int(check.folded.sum()),
         "distance": {
             "mean": float(check.distance.mean()) if len(check.distance) else None,
             "largest": float(check.distance.max(initial=0.0)),
+            "from_surface": check.farthest,
         },
         "covered": check.covered,
         "edge": check.edge,

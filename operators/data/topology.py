@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 
@@ -57,7 +58,18 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
         description="The mesh whose shape the active one should follow; empty takes the other "
         "selected one",
     )
+    planned: StringProperty(
+        description="The poles that the quads were laid out with, see `to_text`; nothing for a "
+        "mesh that was made otherwise"
+    )
+    own_plan: BoolProperty(
+        name="Plan of the Quads",
+        description="Compare with the poles that these quads were laid out with, in place of those "
+        "of a plan with the settings under Retopology",
+        default=True,
+    )
     checked: BoolProperty(description="The object was checked")
+    by_own_plan: BoolProperty(description="It was compared with the plan of the quads")
     against: StringProperty(description="Name of the surface that it was held against")
     source: StringProperty(description="Which form of the surface: BASE or EVALUATED")
     origin: StringProperty(description="What the plan was made of, see data/plans.py")
@@ -76,8 +88,14 @@ class UMBILICS_PG_check(bpy.types.PropertyGroup):
         description="Least scaled Jacobian of the quads: the least sine at a corner, 1 for "
         "rectangles, 0 or less where one is folded; above 1 where there are no quads"
     )
+    folded: IntProperty(description="Quads that are folded or face against the surface")
     distance: FloatProperty(description="Largest distance from a vertex to the surface")
     edges: FloatProperty(description="The same in mean edges")
+    from_surface: FloatProperty(
+        description="Largest distance from the surface to the mesh, in mean edges; negative in "
+        "checks of earlier versions, which did not measure it",
+        default=-1.0,
+    )
     covered: FloatProperty(
         description="Share of the surface within a mean edge of the mesh, 0 to 1", default=1.0
     )
@@ -108,12 +126,67 @@ class Against:
         What the plan was made of.
     steered:
         Digest of the poles that were set by hand, or nothing.
+    own_plan:
+        Whether the poles are those that the mesh was laid out with, whatever that origin says.
     """
 
     surface: bpy.types.Object
     evaluated: bool
     origin: plans.Origin
     steered: str
+    own_plan: bool = False
+
+
+@dataclass(frozen=True)
+class OwnPlan:
+    """The poles that quads were laid out with, on a surface of so many triangles.
+
+    Attributes
+    ----------
+    triangle, barycentric, valence:
+        As of `core.Poles`.
+    """
+
+    triangles: int
+    triangle: np.ndarray
+    barycentric: np.ndarray
+    valence: np.ndarray
+
+    @classmethod
+    def of(cls, poles: core.Poles, triangles: int) -> OwnPlan:
+        return cls(triangles, poles.triangle, poles.barycentric, poles.valence)
+
+    def poles(self, vertices: np.ndarray, triangles: np.ndarray) -> core.Poles:
+        """They on the surface as it is now, of as many triangles."""
+        here = self.triangle, self.barycentric, self.valence
+        return core.Poles.placed(vertices, triangles, *here)
+
+    def to_text(self) -> str:
+        """It as it is kept with the mesh: the surface may be moved and deformed meanwhile."""
+        rows = self.triangle, self.barycentric, self.valence
+        return json.dumps([self.triangles, *(row.tolist() for row in rows)])
+
+    @classmethod
+    def from_text(cls, text: str) -> OwnPlan | None:
+        """What `to_text` has written; None for any other text."""
+        try:
+            triangles, triangle, barycentric, valence = json.loads(text)
+            found = cls(
+                int(triangles),
+                np.array(triangle, np.int64).reshape(-1),
+                np.array(barycentric, float).reshape(-1, 3),
+                np.array(valence, np.int64).reshape(-1),
+            )
+        except (ValueError, TypeError, OverflowError, RecursionError):
+            return None
+        fits = len(found.triangle) == len(found.barycentric) == len(found.valence)
+        inside = ((found.triangle >= 0) & (found.triangle < found.triangles)).all()
+        return found if fits and inside else None
+
+
+def own_plan(kept: UMBILICS_PG_check) -> OwnPlan | None:
+    """The poles that a mesh was laid out with, if it is to be compared with these."""
+    return OwnPlan.from_text(kept.planned) if kept.planned and kept.own_plan else None
 
 
 def apart(obj: bpy.types.Object, surface: bpy.types.Object) -> tuple[float, ...]:
@@ -144,14 +217,17 @@ def store(
     kept = obj.umbilics_check
     kept.checked, kept.against, kept.stamp = True, against.surface.name_full, stamp
     kept.source = "EVALUATED" if against.evaluated else "BASE"
+    kept.by_own_plan = against.own_plan
     kept.origin, kept.steered = against.origin.to_text(), against.steered
     kept.apart = apart(obj, against.surface)
     kept.matched, kept.missing, kept.extra = found.matched, len(found.missing), found.extra
     kept.quads, kept.faces = found.quads, len(found.angle)
     kept.angle = found.mean_angle if math.isfinite(found.mean_angle) else -1.0
     kept.jacobian = found.least_jacobian if found.quads else _NO_JACOBIAN
+    kept.folded = int(found.folded.sum())
     kept.distance = float(found.distance.max(initial=0.0))
-    kept.edges, kept.covered = found.edges_away, found.covered
+    kept.edges, kept.from_surface = found.edges_away, found.surface_edges_away
+    kept.covered = found.covered
     kept.warnings = ""
     extra, matched = np.flatnonzero(found.pole < 0), np.flatnonzero(found.pole >= 0)
     rows = [(MISSING, *one) for one in zip(missing_valence, missing, strict=True)]
@@ -166,11 +242,14 @@ def store(
 
 
 def forget(obj: bpy.types.Object) -> None:
-    """Clear the object's check; the surface that the user chose for the next one stays."""
-    surface = obj.umbilics_check.surface
+    """Clear the object's check; what the next one is to be held against stays."""
+    kept = obj.umbilics_check
+    surface, planned, own = kept.surface, kept.planned, kept.own_plan
     obj.property_unset("umbilics_check")
     if surface is not None:
         obj.umbilics_check.surface = surface
+    if planned:
+        obj.umbilics_check.planned, obj.umbilics_check.own_plan = planned, own
 
 
 def sentences(kept: UMBILICS_PG_check) -> list[str]:
@@ -183,7 +262,9 @@ def sentences(kept: UMBILICS_PG_check) -> list[str]:
         quads=kept.quads,
         angle=kept.angle if kept.angle >= 0.0 else math.nan,
         jacobian=kept.jacobian if kept.jacobian < _NO_JACOBIAN else math.nan,
+        folded=kept.folded,
         edges=kept.edges,
+        from_surface=kept.from_surface if kept.from_surface >= 0.0 else math.nan,
         covered=kept.covered,
     )
     return figures.lines()

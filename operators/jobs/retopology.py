@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -260,8 +260,9 @@ def home_of_plan(context: bpy.types.Context, job: Job, transaction: Transaction)
     return homes.home_for(context, obj, depsgraph, transaction, homes.PLAN)
 
 
-def against(job: Job, umbilics: core.Umbilics) -> topology.Against:
-    """What a check by a plan from these umbilics holds a mesh against.
+def against(job: Job, umbilics: core.Umbilics, own_plan: bool = False) -> topology.Against:
+    """What a check by a plan from these umbilics holds a mesh against, or by the plan that it was
+    laid out with: then nothing hangs on what else a plan is made of.
 
     Raises
     ------
@@ -269,5 +270,8 @@ def against(job: Job, umbilics: core.Umbilics) -> topology.Against:
         The surface is gone.
     """
     surface = targets.still_there(job.object_name)
-    steered = job.steering.digest_of_poles
-    return topology.Against(surface, job.inputs.evaluated, job.origin(umbilics), steered)
+    origin, steered = job.origin(umbilics), job.steering.digest_of_poles
+    if own_plan:
+        settings = replace(origin.settings, align_sharp=False)
+        origin, steered = replace(origin, settings=settings, zone="", strokes=""), ""
+    return topology.Against(surface, job.inputs.evaluated, origin, steered, own_plan)

@@ -66,9 +66,13 @@ def check_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str
     if made is None:
         return found
     owner = homes.owner_of(surface)
-    of_surface = _plan_reasons(context, owner, made, kept.source)
+    own = kept.by_own_plan
+    of_surface = _plan_reasons(context, owner, made, kept.source, anew=not own)
     found += [f"{kept.against}: {reason}" for reason in of_surface]
-    if by_hand.digest_of_poles(owner) != kept.steered:
+    if own != (topology.own_plan(kept) is not None):
+        labels = kept.bl_rna.properties["own_plan"].name
+        found.append(f"Changed since: {labels}.")
+    if not own and by_hand.digest_of_poles(owner) != kept.steered:
         found.append("Poles were moved, added or deleted by hand.")
     then = np.array(kept.apart)
     if not np.allclose(topology.apart(obj, surface), then, rtol=0.0, atol=_SAME * abs(then).max()):
@@ -77,9 +81,14 @@ def check_reasons(context: bpy.types.Context, obj: bpy.types.Object) -> list[str
 
 
 def _plan_reasons(
-    context: bpy.types.Context, obj: bpy.types.Object, made: plans.Origin, source: str
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    made: plans.Origin,
+    source: str,
+    anew: bool = True,
 ) -> list[str]:
-    """Why a plan on an object, made of that, would be another one now."""
+    """Why a plan on an object, made of that, would be another one now; or, if it is not made
+    `anew`, what is below it."""
     changed_parts = _changed_plan_parts(context, obj, made, source)
     found = [fingerprint.WORDS[part] for part in changed_parts]
     known = record.of(obj)
@@ -87,9 +96,9 @@ def _plan_reasons(
     is_current = known is not None and not _changed_parts(context, obj, known)
     if is_current and filters.kept_digest(obj) != made.kept:
         found.append("Other umbilics are kept.")
-    if by_hand.digest_of(context.scene) != made.strokes:
+    if anew and by_hand.digest_of(context.scene) != made.strokes:
         found.append("The guide strokes are others.")
-    changed = plans.changed_settings(context.scene.umbilics_guidance, made)
+    changed = plans.changed_settings(context.scene.umbilics_guidance, made) if anew else []
     if not obj.umbilics.detected:
         # Else it is the detection that says what of the object counts.
         changed += _changed_reading(context, source, made.scope)

@@ -174,7 +174,9 @@ def delete(surface, _quads):
     bpy.data.objects.remove(surface)
 
 
-# What is done one after the other, with a new check after each that makes the last one old.
+# What is done one after the other, with a new check after each that makes the last one old; what
+# only a new plan hangs on makes none old that is of the plan of the quads.
+OF_A_NEW_PLAN = (move_a_pole, set_otherwise)
 WORKS = (
     (select_it, ""),
     (move_both, ""),
@@ -187,7 +189,8 @@ WORKS = (
 )
 
 
-def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair):
+@pytest.mark.parametrize("own", [True, False])
+def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair, own):
     surface, quads = pair
 
     def reasons():
@@ -195,8 +198,14 @@ def test_a_check_is_old_when_the_surface_or_its_plan_is_another(addon, pair):
         return " ".join(addon.operators.scene.staleness.check_reasons(bpy.context, quads))
 
     assert reasons() == ""
+    quads.umbilics_check.own_plan = own
+    if not own:
+        assert reasons() == "Changed since: Plan of the Quads."
+        assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+        assert reasons() == ""
     for work, words in WORKS:
         work(surface, quads)
+        words = "" if own and work in OF_A_NEW_PLAN else words
         assert reasons() == words, work
         if words and work is not delete:
             bpy.context.view_layer.objects.active = quads
@@ -295,3 +304,65 @@ def test_marks_of_a_check_have_a_shape_each(addon, pair):
     before = widest()
     kept.active = 0
     assert widest() > 1.3 * before
+
+
+def bumpy():
+    """A surface whose plan, smoothed by itself, has other poles than few and smooth quads."""
+    surface = add_ellipsoid((1.5, 1.0, 0.7), subdivisions=4)
+    for vertex in surface.data.vertices:
+        x, y, z = vertex.co
+        vertex.co *= 1.0 + 0.08 * np.sin(4.0 * x + 1.0) * np.cos(5.0 * y) * np.sin(4.0 * z + 2.0)
+    surface.data.update()
+    return surface
+
+
+def test_our_quads_are_compared_with_the_plan_that_they_were_made_from():
+    surface = bumpy()
+    bpy.ops.umbilics.remesh_to_quads(quads=300, smoothness=1.0, relaxation=5, hide_original=False)
+    quads = bpy.context.view_layer.objects.active
+
+    def told():
+        kept = quads.umbilics_check
+        return kept.matched, kept.missing, kept.extra
+
+    def counts():
+        assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+        return told()
+
+    first = told()
+    assert first[0] >= 8 and first[1:] == (0, 0)
+    assert counts() == first
+    # They go with the surface.
+    for obj in (surface, quads):
+        obj.location, obj.rotation_euler, obj.scale = (5.0, -3.0, 2.0), (1.5, 0.4, 0.0), (2.0,) * 3
+    for obj in (surface, quads):
+        with bpy.context.temp_override(selected_editable_objects=[obj], object=obj):
+            bpy.ops.object.transform_apply()
+    assert counts() == first
+    # Clear takes the check, not what the next one is of.
+    assert bpy.ops.umbilics.clear() == {"FINISHED"}
+    assert counts() == first
+    quads.umbilics_check.own_plan = False
+    other = counts()
+    assert other[1] + other[2] > 0
+    quads.umbilics_check.own_plan = True
+    assert counts() == first
+    # On other faces they have no place.
+    bpy.context.view_layer.objects.active = surface
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.subdivide()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.objects.active = quads
+    with pytest.raises(RuntimeError, match="has other faces than when these quads were made of it"):
+        bpy.ops.umbilics.check_topology()
+    quads.umbilics_check.own_plan = False
+    assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+
+
+@pytest.mark.parametrize("text", ["no", "[]", "[1, [2], [[1, 0, 0]], [3]]", "[9, [2], [1], [3]]"])
+def test_a_plan_of_quads_that_cannot_be_read_is_none(pair, text):
+    _, quads = pair
+    quads.umbilics_check.planned = text
+    assert bpy.ops.umbilics.check_topology() == {"FINISHED"}
+    assert not quads.umbilics_check.by_own_plan and quads.umbilics_check.matched == 8

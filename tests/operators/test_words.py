@@ -39,7 +39,9 @@ GOOD = {
     "quads": 100,
     "angle": math.nan,
     "jacobian": math.nan,
+    "folded": 0,
     "edges": 0.25,
+    "from_surface": math.nan,
     "covered": 1.0,
 }
 POLES, NEAR = "8 of 8 planned poles, 0 missing, 0 extra", "Within 0.25 edges of the surface"
@@ -54,6 +56,10 @@ POLES, NEAR = "8 of 8 planned poles, 0 missing, 0 extra", "Within 0.25 edges of 
         ({"angle": 3.21}, [POLES, "3.2\N{DEGREE SIGN} from the directions of curvature", NEAR]),
         ({"jacobian": 0.5}, [POLES, "Least scaled Jacobian 0.50", NEAR]),
         ({"edges": 0.0}, [POLES, "Within 0.001 edges of the surface"]),
+        ({"folded": 1}, [POLES, "1 quad folded or facing against the surface", NEAR]),
+        ({"folded": 2}, [POLES, "2 quads folded or facing against the surface", NEAR]),
+        ({"from_surface": 0.34}, [POLES, NEAR, "Surface within 0.34 edges of the mesh"]),
+        ({"from_surface": 0.0}, [POLES, NEAR, "Surface within 0.001 edges of the mesh"]),
         ({"covered": 0.9996}, [POLES, NEAR]),
         # Never rounded up to all of it.
         ({"covered": 0.99949}, [POLES, NEAR, "Covers 99.9 % of the surface"]),

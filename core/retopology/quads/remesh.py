@@ -26,6 +26,7 @@ from .finishing.faults.last_check import checked
 from .finishing.finished import filled
 from .finishing.mirroring import mirrored, words_of_images
 from .finishing.parting import parted
+from .finishing.planned_poles import planned_poles
 from .finishing.reporting import reported, words_of_folds, words_of_shape
 from .finishing.unlaid import Unlaid, cut_in_three, needed
 from .layout.counting import countable, grids_of_about, outnumbered
@@ -144,6 +145,10 @@ def remesh(
         said = words_of_images(images, guide.surface, prepared.size)
         made = mirrored(made, single, plane, detection.umbilics, prepared.size)
         made = replace(made, warnings=(*made.warnings, *said))
+    poles = planned_poles(
+        guide.surface, list(detection.regions), [one.laid for one in done], plane
+    )
+    made = replace(made, planned=poles)
     said = words_of_count(len(made.quads), prepared.requested, len(made.pole_valence), len(unlaid))
     return replace(made, warnings=(*made.warnings, *said))
 

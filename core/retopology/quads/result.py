@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..poles import Poles
+
 
 @dataclass(frozen=True)
 class QuadMesh:
@@ -34,6 +36,9 @@ class QuadMesh:
         where the surface has none.
     source_triangle:
         (n,) int64 input triangle near each vertex.
+    planned:
+        The poles that it was laid out with; pieces that no layout was found for have none. Which
+        umbilics they come from is not told.
     warnings:
         Sentences about what was mended, dropped or smoothed.
     timings:
@@ -51,6 +56,7 @@ class QuadMesh:
     patch: np.ndarray
     angle: np.ndarray
     source_triangle: np.ndarray
+    planned: Poles = field(default_factory=Poles.none)
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
 

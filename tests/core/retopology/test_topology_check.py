@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 import surfaces
+from surfaces import blobs
 
 import core
-from core.retopology.topology_check import _matched
+from core.retopology.quads.finishing.projection import ClosestPoints
+from core.retopology.topology_check import _farthest, _matched
 
 
 def grid(rows, columns, place):
@@ -69,8 +71,22 @@ def test_jacobians_are_sines_and_tell_a_folded_quad(guide):
     folded = quads.copy()
     folded[7] = folded[7][[0, 2, 1, 3]]
     found = check(guide, vertices, folded)
-    assert found.least_jacobian == found.jacobian[7] <= 0.0
+    assert found.folded[7] and found.least_jacobian == found.jacobian[7] <= 0.0
     assert (np.delete(found.jacobian, 7) > 0.9).all()
+
+
+@pytest.mark.slow
+def test_quads_that_face_against_the_surface_are_folded_however_square(guide):
+    vertices, quads = grid(40, 20, torus)
+    assert not check(guide, vertices, quads).folded.any()
+    # Wound the other way as a whole it is as sound.
+    assert not check(guide, vertices, quads[:, ::-1]).folded.any()
+    # Pulled over its neighbour, a quad is turned over, and no corner of it shut.
+    turned = quads.copy()
+    turned[7] = turned[7][::-1]
+    found = check(guide, vertices, turned)
+    assert found.least_jacobian > 0.9
+    assert np.flatnonzero(found.folded).tolist() == [7]
 
 
 @pytest.mark.once
@@ -97,6 +113,35 @@ def test_what_has_no_quads_is_not_covered_however_near_the_others_are(guide):
     low, high = low + reach, high - reach
     gone = (high - low + 0.4 * (np.sin(high) - np.sin(low))) / (2 * np.pi)
     assert found.covered == pytest.approx(1.0 - gone, abs=0.01)
+
+
+@pytest.mark.slow
+def test_what_faces_cut_off_between_vertices_on_the_surface_is_told(guide):
+    """Sides of a tube cut off what those of a regular polygon do, and where the torus bends the
+    same way around up to as much as is cut off there besides; all vertices are on the surface."""
+    vertices, quads = grid(40, 20, torus)
+    found = check(guide, vertices, quads)
+    tube, around = 0.4 * (1.0 - np.cos(np.pi / 20)), 1.4 * (1.0 - np.cos(np.pi / 40))
+    assert found.distance.max() < 0.02 * found.edge
+    assert tube < found.farthest < tube + around
+    assert found.surface_edges_away == found.farthest / found.edge
+
+
+@pytest.mark.slow
+def test_the_farthest_vertex_of_the_surface_is_found_exactly(guide):
+    """A spike of one vertex, that no other is near, and what a search of all vertices says."""
+    vertices, _ = grid(120, 60, torus)
+    coarse, its = grid(40, 20, torus)
+    fans = np.concatenate([its[:, [0, 1, 2]], its[:, [0, 2, 3]]])
+    closest = ClosestPoints(coarse, fans, np.full(fans.size, -1))
+    for height in (0.0, 0.3):
+        points = vertices.copy()
+        points[61] *= 1.0 + height
+        away = np.linalg.norm(closest(points)[1] - points, axis=1)
+        assert _farthest(points, closest, 0.0) == away.max()
+        assert _farthest(points, closest, 9.0) == 9.0
+        if height:
+            assert away.argmax() == 61
 
 
 @pytest.mark.slow
@@ -184,7 +229,7 @@ def test_triangles_larger_than_the_quads_say_no_more_than_where_a_pole_may_be(pa
     triangles = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
     guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
     made = core.remesh(vertices, triangles, core.RemeshSettings(quads=600))
-    found = core.check_quads(made, guide, guide.guidance().poles)
+    found = check(guide, made.vertices, made.quads)
     assert (found.matched, found.extra, len(found.missing)) == (8, 0, 0)
 
 
@@ -218,7 +263,61 @@ def test_quads_that_were_made_are_checked_like_any_other_mesh(ellipsoid):
         core.RemeshSettings(quads=300),
         detection=ellipsoid.detection,
     )
-    found = core.check_quads(made, ellipsoid, ellipsoid.guidance().poles)
+    found = core.check_quads(made, ellipsoid)
     assert (found.matched, found.extra, len(found.missing)) == (8, 0, 0)
     assert found.quads == len(found.angle) == len(made.quads)
     assert found.least_jacobian > 0.5
+
+
+def _patch():
+    mesh = surfaces.seed_patch(1200)
+    return mesh.vertices, mesh.triangles
+
+
+def _saddle():
+    mesh = surfaces.monkey_saddle(cells=33)
+    return mesh.vertices, mesh.triangles
+
+
+def _blob():
+    points, triangles = blobs.random_sphere(2000, 0)
+    return blobs.blob(points, 1), triangles
+
+
+def _star():
+    points, triangles = blobs.random_sphere(2000, 0)
+    return blobs.star(points, 5, 0.3), triangles
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("made_of", "settings"),
+    [
+        (_blob, {"quads": 200}),
+        (_blob, {"quads": 400, "smoothness": 1.0}),
+        (_patch, {"quads": 300}),
+        (_star, {"quads": 400, "symmetry": "z"}),
+        (_saddle, {"quads": 300, "symmetry": "y"}),
+    ],
+)
+def test_our_quads_are_held_against_the_poles_that_they_were_laid_out_with(made_of, settings):
+    """Smoother than a guide's plan, with creases left out, on few quads, mirrored: there are no
+    others in the end, and none of them is lost."""
+    vertices, triangles = made_of()
+    detection = core.detect(vertices, triangles)
+    made = core.remesh(
+        vertices, triangles, core.RemeshSettings(**settings), detection=detection
+    )
+    guide = core.Guide(vertices, triangles, detection)
+    found = core.check_quads(made, guide)
+    assert len(found.missing) == found.extra == 0
+    assert sorted(made.planned.valence) == sorted(found.valence)
+    start = np.arange(0, made.quads.size + 1, 4)
+    poles = guide.guidance().poles
+    other = core.check_topology(made.vertices, made.quads.ravel(), start, guide, poles)
+    assert len(other.missing) + other.extra > 0
+    known = made.planned
+    rows = known.triangle, known.barycentric, known.valence
+    again = core.Poles.placed(vertices, triangles, *rows)
+    np.testing.assert_allclose(again.position, known.position, atol=1e-9)
+    assert again.total == known.total

@@ -53,6 +53,7 @@ def test_a_file_against_a_surface(run, files, capsys):
         assert one["valence"] == 3
         # A corner of the cube.
         assert np.abs(one["position"]) == pytest.approx(RADII / np.sqrt(3.0), abs=1e-4)
+    assert said["folded"] == 0 and 0.0 < said["distance"]["from_surface"] < said["edge"]
     assert 0.0 < said["angle"] < 45.0 and 0.0 < said["jacobian"]["least"] < 1.0
     assert f"Topology of {quads}: {said['matched']} of 8 planned poles" in capsys.readouterr().out
 

@@ -163,9 +163,9 @@ def test_pieces_of_few_vertices_are_remeshed_as_well(points):
     assert sorted(made.pole_valence) == [3] * 16
     assert made.feature[made.vertices[:, 0] > 5.0].any()
     guide = core.Guide(vertices, triangles, core.detect(vertices, triangles))
-    poles = guide.guidance().poles
-    assert len(poles) == 16
-    found = core.check_quads(made, guide, poles)
+    assert len(guide.guidance().poles) == len(made.planned) == 16
+    found = core.check_quads(made, guide)
+    assert (found.matched, len(found.missing), found.extra) == (16, 0, 0)
     assert found.covered == 1.0
     assert found.distance.max() < 1e-9
 

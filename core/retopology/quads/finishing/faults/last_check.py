@@ -52,7 +52,9 @@ def checked(
     """
     position, source, wrong = made.vertices, made.source_triangle, 0
     own = OwnCrossings(whole) if own is None else own
-    for rows, triangles in _pieces(made, whole):
+    count = int(max(whole.source_triangle.max(), made.source_triangle.max())) + 1
+    near = places_in(whole.source_triangle, count)[made.source_triangle[made.quads[:, 0]]]
+    for rows, triangles in _pieces(near, whole):
         quads, closest = made.quads[rows], _closest(whole, triangles)
         found, left = _piece_checked(position, made, quads, closest, own, progress)
         wrong += left
@@ -66,13 +68,36 @@ def checked(
     return replace(made, vertices=position, source_triangle=source), wrong
 
 
-def _pieces(made: QuadMesh, whole: Surface) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The quads (r,) of each connected piece of the input that has any, and its triangles (t,).
-    What lies within another piece faces against that one where it is right."""
-    count = int(max(whole.source_triangle.max(), made.source_triangle.max())) + 1
-    row = places_in(whole.source_triangle, count)
-    at = row[made.source_triangle[made.quads[:, 0]]]
-    of_quad = whole.component[whole.triangles[at, 0]]
+def wrong_quads(
+    place: np.ndarray, quads: np.ndarray, near: np.ndarray, whole: Surface
+) -> np.ndarray:
+    """(q,) bool quads of any mesh that are folded or face against the surface, by what `checked`
+    goes by; where most of a piece does, the piece is wound the other way.
+
+    Parameters
+    ----------
+    place:
+        (n, 3) in the coordinates of the surface.
+    near:
+        (q,) triangles of the surface at the quads.
+    """
+    found = np.zeros(len(quads), bool)
+    for rows, triangles in _pieces(near, whole):
+        mine, closest = quads[rows], _closest(whole, triangles)
+        at = place[mine]
+        normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+        triangle, _ = closest(at.mean(axis=1))
+        if np.einsum("qc,qc->", closest.normal[triangle], normal) < 0.0:
+            mine = mine[:, ::-1]
+        found[rows] = _wrong(place, mine, closest) > 0
+    return found
+
+
+def _pieces(near: np.ndarray, whole: Surface) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The quads (r,) of each connected piece of the input that has any, by the triangles (q,) that
+    they lie at, and its triangles (t,). What lies within another piece faces against that one where
+    it is right."""
+    of_quad = whole.component[whole.triangles[near, 0]]
     of_triangle = whole.component[whole.triangles[:, 0]]
     return [
         (np.flatnonzero(of_quad == number), np.flatnonzero(of_triangle == number))
