@@ -33,10 +33,11 @@ from .seamless_map import SeamlessProblem, determinant
 
 # How often fans are stiffened, and how many rings then move.
 STIFFENINGS, STIFFENED_RINGS = 5, 9
-# Over how many lengths of quads sizes go back from what poles ask for to what they shall be, and how
-# much of it they follow, first and where a map is loosened: the more of both the sooner maps become
-# injective, and the less even quads are. At first half has the same angles as all. Chosen on waves
-# 0 to 3 of the benchmark and on bowls of two thin sheets; confirmed on waves 4 and 5, Spot, a skull.
+# Over how many lengths of quads sizes go back from what poles ask for to what they shall be, and
+# how much of it they follow, first and where a map is loosened: the more of both the sooner maps
+# become injective, and the less even quads are. At first half has the same angles as all. Chosen
+# on waves 0 to 3 of the benchmark and on bowls of two thin sheets; confirmed on waves 4 and 5,
+# Spot and a skull.
 SOON_EVENED, EVENED = (2.0, 0.5), (5.0, 1.0)
 # How often a map is loosened from the crosses around poles that fail, how near to a fault these
 # are, and how much farther that goes each time, in lengths of quads; what triangles there weigh,
