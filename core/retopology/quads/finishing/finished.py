@@ -16,10 +16,12 @@ from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
+from .faults.crossings import OwnCrossings
 from .faults.mending import against, mend, oriented_quality, quality_to_mend
 from .faults.unfolding import own_quality, unfolded
 from .faults.worst import worst_opened
 from .guides import Guides, vertex_normals
+from .parting import made_crossings
 from .placement import Placement, place
 from .projection import ClosestPoints
 from .relaxation import relaxed, squared
@@ -27,6 +29,8 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
+# A layout with another number of quads than the first, by more than this part of it, is worse.
+OTHER_COUNT = 0.03
 # Below this scaled Jacobian quads are evened out anew, where that may help, with those that face
 # away from the nearest surface taken for folded even where another is as near.
 POOR = 0.5
@@ -41,8 +45,8 @@ OFF, LOST = 1e-6, 1.0
 @dataclass(frozen=True)
 class Finished:
     """The quads of a piece in their places on the mapped surface, how many of them are folded and
-    bad, how many of the vertices are off the surface so that none is folded, and how far at most.
-    """
+    bad, the least scaled Jacobian, how many of the vertices are off the surface so that none is
+    folded, and how far at most."""
 
     laid: LaidOut
     grid: Grids
@@ -52,19 +56,26 @@ class Finished:
     surface: ClosestPoints
     folded: int
     bad: int
+    least: float
     left: int = 0
     farthest: float = 0.0
 
 
 def filled(
-    parts: list[LaidOut], grids: list[Grids], steps: int, effort: Effort, progress: Progress
+    parts: list[LaidOut],
+    grids: list[Grids],
+    steps: int,
+    effort: Effort,
+    own: OwnCrossings,
+    progress: Progress,
 ) -> tuple[list[Finished], list[Unlaid]]:
-    """All pieces, evened out in so many steps, and those whose quads do not join up."""
+    """All pieces, evened out in so many steps, and those whose quads do not join up; `own` are the
+    crossings of the input."""
     done, unlaid = [], []
     for number, (laid, grid) in enumerate(zip(parts, grids, strict=True)):
         share = number / len(parts), (number + 1) / len(parts)
         part = progress.part("Evening out", *share)
-        found = finished(laid, grid, steps, effort, part)
+        found = finished(laid, grid, steps, effort, own, part)
         if found is None:
             unlaid.append(Unlaid(laid.working, laid.wishes))
         else:
@@ -73,10 +84,16 @@ def filled(
 
 
 def finished(
-    laid: LaidOut, grid: Grids, steps: int, effort: Effort, progress: Progress
+    laid: LaidOut,
+    grid: Grids,
+    steps: int,
+    effort: Effort,
+    own: OwnCrossings,
+    progress: Progress,
 ) -> Finished | None:
-    """A piece evened out; where quads stay folded, or bad beside an unsure crease, it is laid
-    out anew with fewer wishes. None where quads do not join up: nothing torn is ever returned."""
+    """A piece evened out; where quads stay folded or bad it is laid out anew with fewer wishes, and
+    the best of the layouts is kept. None where quads do not join up: nothing torn is ever
+    returned."""
     tries: list[Finished] = []
     for attempt in range(ATTEMPTS):
         placed = place(laid.map_, laid.layout, grid)
@@ -88,10 +105,14 @@ def finished(
         if poor and effort.left:
             effort.spend(EVENING * size)
             other, also, _ = _evened(laid, grid, placed, steps, False, progress)
-            if (*_worth(other), -also.min()) < (*_worth(one), -quality.min()):
+            tries += [one, other]
+            if (other.folded, other.bad, -other.least) < (one.folded, one.bad, -one.least):
                 one, quality = other, also
-        tries.append(one)
+        else:
+            tries.append(one)
         folded, bad, triangle = one.folded, one.bad, one.triangle
+        if not bad and not attempt:
+            return one
         if not bad or attempt == ATTEMPTS - 1 or not effort.left:
             break
         if folded > HOPELESS * len(quality):
@@ -101,12 +122,10 @@ def finished(
         corners = working.surface.triangles[triangle[placed.quads[wrong]]]
         near = np.zeros(len(working.surface.vertices), bool)
         near[corners.ravel()] = True
-        if folded:
+        # Of all wishes creases that end in the open are the least sure.
+        wishes = laid.wishes if folded else without_open_creases(working, laid.wishes, near)
+        if wishes is laid.wishes:
             wishes = gentler(working, laid.wishes, near, None, attempt)
-        else:
-            wishes = without_open_creases(working, laid.wishes, near)
-            if wishes is laid.wishes:
-                break
         again = laid_out(working, wishes, progress, effort, LAST_LOCAL)
         if again is None:
             break
@@ -115,17 +134,36 @@ def finished(
         except RemeshError:
             break
         laid = again
-    best = min(tries, key=_worth, default=None)
-    if best is None or not best.folded:
-        return best
-    # Quads along the curvature with few folds are better than none along it.
-    hopeless = best.folded > HOPELESS * len(best.placed.quads)
-    return _unfolded(best, progress) or (None if hopeless else best)
+    return _best(tries, own, progress)
 
 
-def _worth(one: Finished) -> tuple[int, int]:
-    """Less is better."""
-    return one.folded, one.bad
+def _best(tries: list[Finished], own: OwnCrossings, progress: Progress) -> Finished | None:
+    """The try that, unfolded, breaks the least of what all quads are to hold, and of equals the one
+    with the largest least scaled Jacobian. None where no try has quads that may be left."""
+    best: Finished | None = None
+    least: tuple[float, ...] = ()
+    for one in sorted(tries, key=lambda one: (one.folded, one.bad)):
+        if one.folded and best is not None and not least[0]:
+            break
+        done = (_unfolded(one, progress) if one.folded else one) or one
+        # Quads along the curvature with few folds are better than none along it.
+        if done is one and one.folded > HOPELESS * len(one.placed.quads):
+            continue
+        worth = _worth(done, len(tries[0].placed.quads), own)
+        if best is None or worth < least:
+            best, least = done, worth
+    return best
+
+
+def _worth(one: Finished, count: int, own: OwnCrossings) -> tuple[float, ...]:
+    """Less is better: how many guarantees are broken, by how much each, what quads are worth.
+    `count` is how many of them the first layout has."""
+    surface, quads = one.laid.working.surface, one.placed.quads
+    place = one.position * surface.unit + surface.origin
+    crossing = len(made_crossings(place, quads, own))
+    other = abs(len(quads) - count) > OTHER_COUNT * count
+    broken = (one.folded > 0) + (crossing > 0) + (one.left > 0)
+    return broken, one.folded, crossing, one.farthest, other, -one.least, one.bad
 
 
 def _evened(
@@ -151,7 +189,8 @@ def _evened(
     poor = bool(quality.min() < POOR) and bool(
         quality_to_mend(position, quads, guides).min() < POOR
     )
-    one = Finished(laid, grid, placed, position, triangle, mapped.surface, folded, bad)
+    least = float(quality.min())
+    one = Finished(laid, grid, placed, position, triangle, mapped.surface, folded, bad, least)
     return one, quality, poor
 
 
@@ -170,11 +209,14 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
     if off.max() > LOST * side:
         return None
+    quality = np.where(against(position, quads, guides.surface), -1.0, own_quality(position, quads))
     return replace(
         one,
         position=position,
         triangle=one.surface(position, normals)[0],
-        folded=int(np.count_nonzero(against(position, quads, guides.surface))),
+        folded=int(np.count_nonzero(quality <= 0.0)),
+        bad=int(np.count_nonzero(quality <= BAD)),
+        least=float(quality.min()),
         left=int(np.count_nonzero(off > OFF * side)),
         farthest=float(off.max()) * one.laid.working.surface.unit,
     )
