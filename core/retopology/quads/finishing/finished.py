@@ -16,6 +16,7 @@ from ..layout.effort import EVENING, Effort
 from ..layout.giving_way import LAST_LOCAL, gentler, without_open_creases
 from ..layout.grids import Grids
 from ..layout.laying_out import LaidOut, laid_out
+from ..surface.working_surface import WorkingSurface
 from .faults.crossings import OwnCrossings
 from .faults.mending import against, mend, oriented_quality, quality_to_mend
 from .faults.unfolding import own_quality, unfolded
@@ -99,15 +100,15 @@ def finished(
         placed = place(laid.map_, laid.layout, grid)
         if not _joins_up(placed, laid):
             break
-        one, quality, poor = _evened(laid, grid, placed, steps, True, progress)
+        one, quality, to_mend = _evened(laid, grid, placed, steps, True, progress)
         size = len(laid.working.surface.triangles)
         effort.spend(EVENING * size if attempt else 0)
-        if poor and effort.left:
+        if to_mend.min() < POOR and effort.left:
             effort.spend(EVENING * size)
-            other, also, _ = _evened(laid, grid, placed, steps, False, progress)
+            other, also, other_to_mend = _evened(laid, grid, placed, steps, False, progress)
             tries += [one, other]
             if (other.folded, other.bad, -other.least) < (one.folded, one.bad, -one.least):
-                one, quality = other, also
+                one, quality, to_mend = other, also, other_to_mend
         else:
             tries.append(one)
         folded, bad, triangle = one.folded, one.bad, one.triangle
@@ -117,14 +118,18 @@ def finished(
             break
         if folded > HOPELESS * len(quality):
             break
-        working = laid.working
-        wrong = quality <= (0.0 if folded else BAD)
-        corners = working.surface.triangles[triangle[placed.quads[wrong]]]
-        near = np.zeros(len(working.surface.vertices), bool)
-        near[corners.ravel()] = True
-        # Of all wishes creases that end in the open are the least sure.
-        wishes = laid.wishes if folded else without_open_creases(working, laid.wishes, near)
+        working, at = laid.working, triangle[placed.quads]
+        if folded:
+            near = _corners(working, at[quality <= 0.0])
+            wishes = gentler(working, laid.wishes, near, None, attempt)
+        else:
+            # Of all wishes creases that end in the open are the least sure.
+            near = _corners(working, at[quality <= BAD])
+            wishes = without_open_creases(working, laid.wishes, near)
         if wishes is laid.wishes:
+            near = _corners(working, at[to_mend <= BAD])
+            if not near.any():
+                break
             wishes = gentler(working, laid.wishes, near, None, attempt)
         again = laid_out(working, wishes, progress, effort, LAST_LOCAL)
         if again is None:
@@ -135,6 +140,13 @@ def finished(
             break
         laid = again
     return _best(tries, own, progress)
+
+
+def _corners(working: WorkingSurface, at: np.ndarray) -> np.ndarray:
+    """(n,) bool corners of the triangles that quads (q, 4) have theirs on."""
+    near = np.zeros(len(working.surface.vertices), bool)
+    near[working.surface.triangles[at].ravel()] = True
+    return near
 
 
 def _best(tries: list[Finished], own: OwnCrossings, progress: Progress) -> Finished | None:
@@ -163,14 +175,15 @@ def _worth(one: Finished, count: int, own: OwnCrossings) -> tuple[float, ...]:
     crossing = len(made_crossings(place, quads, own))
     other = abs(len(quads) - count) > OTHER_COUNT * count
     broken = (one.folded > 0) + (crossing > 0) + (one.left > 0)
-    return broken, one.folded, crossing, one.farthest, other, -one.least, one.bad
+    farthest = one.farthest if one.left else 0.0
+    return broken, one.folded, crossing, farthest, other, -one.least, one.bad
 
 
 def _evened(
     laid: LaidOut, grid: Grids, placed: Placement, steps: int, thin: bool, progress: Progress
-) -> tuple[Finished, np.ndarray, bool]:
-    """The quads in their places, what (q,) each is worth, and whether any is poor that could be
-    better; see `Guides.thin`."""
+) -> tuple[Finished, np.ndarray, np.ndarray]:
+    """The quads in their places, what (q,) each is worth, and the same of those that could be
+    better; see `quality_to_mend` and `Guides.thin`."""
     guides = replace(guides_of(placed, laid), thin=thin)
     quads = placed.quads
     crossed = laid.map_.crosses
@@ -186,12 +199,12 @@ def _evened(
     triangle[moved] = mapped.surface(position[moved], normals)[0]
     quality = oriented_quality(position, quads, guides)
     folded, bad = (int(np.count_nonzero(quality <= least)) for least in (0.0, BAD))
-    poor = bool(quality.min() < POOR) and bool(
-        quality_to_mend(position, quads, guides).min() < POOR
-    )
+    to_mend = quality
+    if quality.min() < POOR:
+        to_mend = quality_to_mend(position, quads, guides)
     least = float(quality.min())
     one = Finished(laid, grid, placed, position, triangle, mapped.surface, folded, bad, least)
-    return one, quality, poor
+    return one, quality, to_mend
 
 
 def _unfolded(one: Finished, progress: Progress) -> Finished | None:
@@ -202,19 +215,19 @@ def _unfolded(one: Finished, progress: Progress) -> Finished | None:
     if fine is not None:
         guides = replace(guides, surface=ClosestPoints(fine.vertices, fine.triangles, fine.twin))
     position = unfolded(one.position, quads, guides, progress)
-    if (own_quality(position, quads) <= 0.0).any():
+    quality = own_quality(position, quads)
+    if (quality <= 0.0).any():
         return None
     normals = vertex_normals(position, quads)
     off = np.linalg.norm(guides.surface(position, normals)[1] - position, axis=1)
     side = np.linalg.norm(position[quads] - position[np.roll(quads, -1, axis=1)], axis=2).mean()
     if off.max() > LOST * side:
         return None
-    quality = np.where(against(position, quads, guides.surface), -1.0, own_quality(position, quads))
     return replace(
         one,
         position=position,
         triangle=one.surface(position, normals)[0],
-        folded=int(np.count_nonzero(quality <= 0.0)),
+        folded=int(np.count_nonzero(against(position, quads, guides.surface))),
         bad=int(np.count_nonzero(quality <= BAD)),
         least=float(quality.min()),
         left=int(np.count_nonzero(off > OFF * side)),

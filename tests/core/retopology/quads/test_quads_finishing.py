@@ -266,7 +266,7 @@ def test_the_better_layout_is_kept(monkeypatch, tries, kept):
         one, quality, _ = evened(*arguments)
         folded, bad, least, _ = next(given)
         quality[:bad] = least
-        return replace(one, folded=folded, bad=bad, least=least), quality, False
+        return replace(one, folded=folded, bad=bad, least=least), quality, quality
 
     def unfolded(one, _):
         left = next(left for folded, _, least, left in tries if least == one.least)
@@ -280,6 +280,7 @@ def test_the_better_layout_is_kept(monkeypatch, tries, kept):
     monkeypatch.setattr(finished, "_unfolded", unfolded)
     monkeypatch.setattr(finished, "finished", watched)
     monkeypatch.setattr(finished, "ATTEMPTS", len(tries))
+    monkeypatch.setattr(finished, "POOR", -1.0)
     mesh = torus(columns=48, rows=24)
     core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=200))
     assert next(given, None) is None
