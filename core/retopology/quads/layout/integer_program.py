@@ -145,10 +145,12 @@ def lengths_of_cuts(cuts: set[frozenset[int]], program: Program, layout: Layout)
     shape = (len(ordered), len(program.base))
     sums = sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
     least = np.ones(len(ordered))
-    single = _quarters(layout) == 1
-    least[len(ordered) - len(loops) :] = [
-        LEAST_CORNERED if single[layout.arc_node[loop]].any() else LEAST_BORDER for loop in loops
-    ]
+    if loops:
+        single = _quarters(layout) == 1
+        least[len(ordered) - len(loops) :] = [
+            LEAST_CORNERED if single[layout.arc_node[loop]].any() else LEAST_BORDER
+            for loop in loops
+        ]
     return LeastSums(sums, least)
 
 
