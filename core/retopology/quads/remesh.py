@@ -107,7 +107,7 @@ def remesh(
         part = progress.part("Evening out", 0.75, 0.95)
         own = OwnCrossings(guide.surface)
         steps, effort = settings.relaxation, prepared.effort
-        done, torn = filled(parts, whole_numbers, steps, effort, own, part)
+        done, torn = filled(parts, whole_numbers, steps, effort, own, prepared.asked, part)
     unlaid = prepared.unlaid + without + torn
     many = sum(map(outnumbered, prepared.parts))
     scraps = sum(one.scrap for one in unlaid)

@@ -30,7 +30,7 @@ from .unlaid import Unlaid
 
 # How often a piece with folded or bad quads is laid out anew, and the scaled Jacobian of these.
 ATTEMPTS, BAD = 3, 0.3
-# A layout with another number of quads than the first, by more than this part of it, is worse.
+# Another number of quads than was asked for, by more than this part of it, is told.
 OTHER_COUNT = 0.03
 # Below this scaled Jacobian quads are evened out anew, where that may help, with those that face
 # away from the nearest surface taken for folded even where another is as near.
@@ -68,15 +68,20 @@ def filled(
     steps: int,
     effort: Effort,
     own: OwnCrossings,
+    asked: int,
     progress: Progress,
 ) -> tuple[list[Finished], list[Unlaid]]:
     """All pieces, evened out in so many steps, and those whose quads do not join up; `own` are the
-    crossings of the input."""
+    crossings of the input, and `asked` quads are wanted of all pieces together."""
     done, unlaid = [], []
+    total = sum(len(grid.quads) for grid in grids)
     for number, (laid, grid) in enumerate(zip(parts, grids, strict=True)):
         share = number / len(parts), (number + 1) / len(parts)
         part = progress.part("Evening out", *share)
-        found = finished(laid, grid, steps, effort, own, part)
+        fewest, most = (round((1.0 + off) * asked) for off in (-OTHER_COUNT, OTHER_COUNT))
+        others = total - len(grid.quads)
+        room = fewest - others, most - others
+        found = finished(laid, grid, steps, effort, own, room, part)
         if found is None:
             unlaid.append(Unlaid(laid.working, laid.wishes))
         else:
@@ -90,11 +95,12 @@ def finished(
     steps: int,
     effort: Effort,
     own: OwnCrossings,
+    room: tuple[int, int],
     progress: Progress,
 ) -> Finished | None:
     """A piece evened out; where quads stay folded or bad it is laid out anew with fewer wishes, and
-    the best of the layouts is kept. None where quads do not join up: nothing torn is ever
-    returned."""
+    the best of the layouts is kept, also by whether the number of its quads is within `room`. None
+    where quads do not join up: nothing torn is ever returned."""
     tries: list[Finished] = []
     for attempt in range(ATTEMPTS):
         placed = place(laid.map_, laid.layout, grid)
@@ -139,7 +145,7 @@ def finished(
         except RemeshError:
             break
         laid = again
-    return _best(tries, own, progress)
+    return _best(tries, own, room, progress)
 
 
 def _corners(working: WorkingSurface, at: np.ndarray) -> np.ndarray:
@@ -149,7 +155,9 @@ def _corners(working: WorkingSurface, at: np.ndarray) -> np.ndarray:
     return near
 
 
-def _best(tries: list[Finished], own: OwnCrossings, progress: Progress) -> Finished | None:
+def _best(
+    tries: list[Finished], own: OwnCrossings, room: tuple[int, int], progress: Progress
+) -> Finished | None:
     """The try that, unfolded, breaks the least of what all quads are to hold, and of equals the one
     with the largest least scaled Jacobian. None where no try has quads that may be left."""
     best: Finished | None = None
@@ -161,19 +169,18 @@ def _best(tries: list[Finished], own: OwnCrossings, progress: Progress) -> Finis
         # Quads along the curvature with few folds are better than none along it.
         if done is one and one.folded > HOPELESS * len(one.placed.quads):
             continue
-        worth = _worth(done, len(tries[0].placed.quads), own)
+        worth = _worth(done, own, room)
         if best is None or worth < least:
             best, least = done, worth
     return best
 
 
-def _worth(one: Finished, count: int, own: OwnCrossings) -> tuple[float, ...]:
-    """Less is better: how many guarantees are broken, by how much each, what quads are worth.
-    `count` is how many of them the first layout has."""
+def _worth(one: Finished, own: OwnCrossings, room: tuple[int, int]) -> tuple[float, ...]:
+    """Less is better: how many guarantees are broken, by how much each, what quads are worth."""
     surface, quads = one.laid.working.surface, one.placed.quads
     place = one.position * surface.unit + surface.origin
     crossing = len(made_crossings(place, quads, own))
-    other = abs(len(quads) - count) > OTHER_COUNT * count
+    other = not room[0] <= len(quads) <= room[1]
     broken = (one.folded > 0) + (crossing > 0) + (one.left > 0)
     farthest = one.farthest if one.left else 0.0
     return broken, one.folded, crossing, farthest, other, -one.least, one.bad
