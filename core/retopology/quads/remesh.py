@@ -106,7 +106,9 @@ def remesh(
         parts, without, whole_numbers = _whole_numbers(prepared.parts, prepared.asked, part)
     with clock.stage("evening out"):
         part = progress.part("Evening out", 0.75, 0.95)
-        done, torn = filled(parts, whole_numbers, settings.relaxation, prepared.effort, part)
+        own = OwnCrossings(guide.surface)
+        steps, effort = settings.relaxation, prepared.effort
+        done, torn = filled(parts, whole_numbers, steps, effort, own, prepared.asked, part)
     unlaid = prepared.unlaid + without + torn
     many = sum(map(outnumbered, prepared.parts))
     scraps = sum(one.scrap for one in unlaid)
@@ -122,7 +124,6 @@ def remesh(
         ]
         pieces += cut
     progress.step(1.0)
-    own = OwnCrossings(guide.surface)
     made = _parted(_joined(pieces, [], clock.seconds), own, progress)
     made, folded = checked(made, guide.surface, progress, own)
     left = sum(one.left for one in done)

@@ -17,8 +17,9 @@ ARC_WEIGHT = 0.1
 LEAST_ACROSS, MOST_ACROSS = 0.5, 30.0
 # Unit steps up and down that have a cost of their own; farther ones cost like the last.
 STEPS = 4
-# Edges around a border.
-LEAST_BORDER = 3.0
+# Edges around a border, and around one with a corner that a single quad fills: it has two of them,
+# and with three it would lie on the hole.
+LEAST_BORDER, LEAST_CORNERED = 3.0, 4.0
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def program_of(
 
 def lengths_of_cuts(cuts: set[frozenset[int]], program: Program, layout: Layout) -> LeastSums:
     """At least 1 for each of the cuts, and `LEAST_BORDER` around each border: with fewer its edges
-    lie on each other and the hole is shut."""
+    lie on each other and the hole is shut. `LEAST_CORNERED` where it has a corner of one quad."""
     loops = _borders(layout)
     ordered = sorted(sorted(cut) for cut in cuts) + loops
     row = np.repeat(np.arange(len(ordered)), [len(cut) for cut in ordered]).astype(np.int64)
@@ -144,7 +145,12 @@ def lengths_of_cuts(cuts: set[frozenset[int]], program: Program, layout: Layout)
     shape = (len(ordered), len(program.base))
     sums = sparse.coo_array((np.ones(len(row)), (row, column)), shape=shape).tocsr()
     least = np.ones(len(ordered))
-    least[len(ordered) - len(loops) :] = LEAST_BORDER
+    if loops:
+        single = _quarters(layout) == 1
+        least[len(ordered) - len(loops) :] = [
+            LEAST_CORNERED if single[layout.arc_node[loop]].any() else LEAST_BORDER
+            for loop in loops
+        ]
     return LeastSums(sums, least)
 
 
@@ -162,6 +168,16 @@ def _borders(layout: Layout) -> list[list[int]]:
     order = np.argsort(around, kind="stable")
     cuts = np.flatnonzero(np.diff(around[order])) + 1
     return [rows.tolist() for rows in np.split(arc[order], cuts)]
+
+
+def _quarters(layout: Layout) -> np.ndarray:
+    """(n,) int64 right angles of rectangles at each node: one of a corner, two of a side that
+    passes it."""
+    sides = [side for rectangle in layout.rectangles for side in rectangle]
+    half = np.array([half for side in sides for half in side], np.int64)
+    turns = np.array([1 if place == 0 else 2 for side in sides for place in range(len(side))])
+    node = layout.arc_node[half // 2, half % 2]
+    return np.bincount(node, turns, len(layout.nodes)).astype(np.int64)
 
 
 def with_count(bounds: LeastSums, count: Count, sides: sparse.csr_array) -> LeastSums:

@@ -7,7 +7,7 @@ import pytest
 from quad_guarantees import broken_guarantees
 from quad_surfaces import bumpy
 from scipy.spatial import cKDTree
-from surfaces import ellipsoid, sphere
+from surfaces import ellipsoid, sphere, torus
 
 import core
 from core.base.progress import Progress
@@ -244,6 +244,47 @@ def test_a_sharp_border_is_evened_out_once(monkeypatch):
     made = core.remesh(position, triangles, core.RemeshSettings(quads=200))
     assert 0.0 < scaled_jacobian(made.vertices, made.quads).min() < 0.5
     assert ways == [True]
+
+
+@pytest.mark.once
+@pytest.mark.parametrize(
+    ("tries", "kept"),
+    [
+        # Folded and bad quads, the least Jacobian, and vertices that leave the surface to unfold.
+        ([(0, 1, 0.1, 0), (0, 0, 0.6, 0)], 1),
+        ([(0, 1, 0.2, 0), (0, 2, 0.1, 0), (0, 1, 0.15, 0)], 0),
+        ([(0, 1, 0.1, 0), (1, 1, -0.1, 3)], 0),
+        ([(1, 1, -0.1, 3), (2, 2, -0.2, 0)], 1),
+    ],
+)
+def test_the_better_layout_is_kept(monkeypatch, tries, kept):
+    """Where quads are bad another layout is tried, and never makes worse what all quads hold."""
+    evened, end, results = finished._evened, finished.finished, []
+    given = iter(tries)
+
+    def told(*arguments):
+        one, quality, _ = evened(*arguments)
+        folded, bad, least, _ = next(given)
+        quality[:bad] = least
+        return replace(one, folded=folded, bad=bad, least=least), quality, quality
+
+    def unfolded(one, _):
+        left = next(left for folded, _, least, left in tries if least == one.least)
+        return replace(one, folded=0, left=left, farthest=0.1 * left)
+
+    def watched(*arguments):
+        results.append(end(*arguments))
+        return results[-1]
+
+    monkeypatch.setattr(finished, "_evened", told)
+    monkeypatch.setattr(finished, "_unfolded", unfolded)
+    monkeypatch.setattr(finished, "finished", watched)
+    monkeypatch.setattr(finished, "ATTEMPTS", len(tries))
+    monkeypatch.setattr(finished, "POOR", -1.0)
+    mesh = torus(columns=48, rows=24)
+    core.remesh(mesh.vertices, mesh.triangles, core.RemeshSettings(quads=200))
+    assert next(given, None) is None
+    assert [one.least for one in results] == [tries[kept][2]]
 
 
 def test_a_place_that_cannot_be_mended_does_not_hold_up_the_others(monkeypatch):

@@ -312,6 +312,26 @@ def test_borders_have_three_edges_whatever_the_scale():
     assert min(around.values()) >= 3
 
 
+def test_borders_with_a_corner_of_one_quad_have_four_edges():
+    """A tube of eight sides that is cut aslant: the quad at its tip has two edges of the border,
+    and with the third it would lie on the hole."""
+    mesh = cylinder(columns=8, rows=8)
+    vertices = mesh.vertices.copy()
+    vertices[:, 2] *= 1.0 + 1.5 * (1.0 + vertices[:, 0]) * (vertices[:, 2] > 0.0)
+    detection = core.detect(vertices, mesh.triangles)
+    guide = core.Guide(vertices, mesh.triangles, detection)
+    given = Given(mesh.triangles, detection, None, None, None, None)
+    laid = prepare(guide, given, core.RemeshSettings(quads=100), Progress()).parts[0]
+    layout, crosses = laid.layout, laid.map_.crosses
+    lengths = integers_.whole_lengths(layout, 1e-3, set(), 0, Progress())
+    low = crosses.vertices[:, 2].min() + 1e-9
+    around = 0
+    for track, length in zip(layout.arc_track.tolist(), lengths.tolist(), strict=True):
+        start = crosses.tail[layout.tracks[track].chain[0]] if layout.tracks[track].border else -1
+        around += length if start >= 0 and crosses.vertices[start, 2] > low else 0
+    assert around == 4
+
+
 @pytest.mark.slow
 def test_quads_tell_where_they_are_torn():
     vertices, triangles = cube(2)
