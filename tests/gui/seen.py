@@ -3,6 +3,8 @@ window. What is found goes into the JSON file named last on the command line.
 """
 
 import sys
+import time
+from contextlib import contextmanager
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -47,11 +49,31 @@ def mended():
     found["undone"] = [len(cube.modifiers), cube.umbilics.detected, len(cube.umbilics.items)]
 
 
+@contextmanager
+def detections_that_wait(seconds):
+    """Detections that begin no sooner, unless they are stopped: however fast the machine is."""
+    core = part("core")
+    detect = core.detect
+
+    def later(vertices, triangles, settings, progress, **more):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            progress.ask()
+            time.sleep(0.02)
+        return detect(vertices, triangles, settings, progress, **more)
+
+    core.detect = later
+    try:
+        yield
+    finally:
+        core.detect = detect
+
+
 def stopped():
     """Esc, by the key, while what was mended is looked at again, and while quads are made."""
     monkey(view, 3)
     obj = bpy.context.object
-    # So that merging has something to do, and takes a while to be looked at.
+    # So that merging has something to do.
     with view.inside():
         bpy.ops.object.duplicate()
         obj.select_set(True)
@@ -62,12 +84,13 @@ def stopped():
     found["stopped"] = {}
     for name, given in (*ways, ("remesh_to_quads", {}), ("preview_layout", {}), ("guide", {})):
         before = everything()
-        with view.inside():
-            getattr(bpy.ops.umbilics, name)("INVOKE_DEFAULT", **given)
-        run = running()
-        point(*view.middle())
-        press("Escape")
-        yield from settled()
+        with detections_that_wait(20.0):
+            with view.inside():
+                getattr(bpy.ops.umbilics, name)("INVOKE_DEFAULT", **given)
+            run = running()
+            point(*view.middle())
+            press("Escape")
+            yield from settled()
         left = differences(before, everything())
         found["stopped"][" ".join((name, *given.values()))] = [bool(run and run.cancelled), left]
 
