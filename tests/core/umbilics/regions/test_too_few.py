@@ -6,7 +6,6 @@ import surfaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
-from scipy.spatial.transform import Rotation
 
 import core
 
@@ -36,13 +35,13 @@ def test_nothing_is_certain_on_a_few_points_and_no_umbilic_stands_alone(count, s
     assert ("unresolved" in kinds) == any("too few vertices" in text for text in detection.warnings)
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_what_42_vertices_tell_of_an_ellipsoid_stays(seed):
+@pytest.mark.parametrize(
+    "axes", [(1.5, 1.2, 1.0), (2.0, 1.5, 1.0), (1.3, 1.15, 1.0), (1.8, 1.3, 1.0), (1.4, 1.25, 1.0)]
+)
+def test_42_vertices_tell_the_umbilics_of_a_round_ellipsoid(axes):
     shape = surfaces.sphere(subdivisions=1)
-    turned = shape.vertices @ Rotation.random(random_state=seed).as_matrix()
-    detection = core.detect(turned * [3.0, 2.0, 1.0], shape.triangles)
-    assert detection.umbilics.index.sum() == 2.0
-    assert len(detection.umbilics) >= 2
+    detection = core.detect(shape.vertices * axes, shape.triangles)
+    assert detection.umbilics.counts()["lemon"] == len(detection.umbilics) == 4
     assert not detection.regions
 
 
