@@ -24,11 +24,10 @@ def hull(points):
 
 @given(st.integers(4, 60), st.integers(0, 2**32 - 1))
 @settings(max_examples=20, deadline=None)
-def test_nothing_is_certain_on_a_few_points_and_no_umbilic_stands_alone(count, seed):
+def test_no_umbilic_of_a_few_points_stands_alone(count, seed):
     points = np.random.default_rng(seed).normal(size=(count, 3))
     detection = core.detect(*hull(points))
     assert len(detection.umbilics) != 1
-    assert not detection.umbilics.certain.any()
     assert detection.index_sum == detection.expected_index_sum == 2.0
     kinds = {region.kind for region in detection.regions}
     assert kinds == {"unresolved"} or "unresolved" not in kinds
